@@ -240,15 +240,20 @@ def open_survey(
     return survey_files(root, default_sigma_m, landmark_file).corrected(read_corrections(root))
 
 
-def survey_files(root: Path, default_sigma_m: float, landmark_file: Path | None = None) -> SurveyFiles:
-    """Look at a survey folder without its corrections; raises SurveyError as :func:`open_survey`."""
+def survey_files(
+    root: Path, default_sigma_m: float, landmark_file: Path | None = None, *, walked: bool = True
+) -> SurveyFiles:
+    """Look at a survey folder without its corrections; raises SurveyError as :func:`open_survey`.
+
+    Unless it has to be ``walked`` already, a folder without sessions will do.
+    """
     try:
         site, findings = read_site(root, default_sigma_m, landmark_file)
         site = with_stored_drawings(site, root)
         sessions, odd_folders = _sessions(root)
     except OSError as error:
         raise SurveyError(f"{root}: cannot be looked into: {error}") from error
-    if not sessions:
+    if not sessions and walked:
         locked = [f"; {folder.file} {folder.message}" for folder in odd_folders if folder.kind == "unreadable_folder"]
         raise SurveyError(
             f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"

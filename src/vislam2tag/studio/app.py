@@ -23,14 +23,19 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.studio.corrections_view import corrections_view
 from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, Studio
-from vislam2tag.studio.guard import MOST_BODY, OwnHeaders
+from vislam2tag.studio.guard import BODIES, MOST_BODY, OwnHeaders
+from vislam2tag.studio.prepare.dropped import MOST_FILE
+from vislam2tag.studio.prepare.endpoints import PREPARE
 from vislam2tag.studio.queries import NoQuery
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
 
 PAGE = Path(__file__).parent / "page"
+ALL_ENDPOINTS = (*ENDPOINTS, *PREPARE)
 BODY_S = 30.0
-"""A request's body must be whole so soon."""
+"""A request's body must be whole so soon ..."""
+FILE_S = 600.0
+"""... and a file."""
 _CODES: dict[type[Exception], tuple[int, str]] = {
     ChangedMeanwhileError: (409, "stale"),
     SurveyError: (422, "invalid"),
@@ -70,7 +75,7 @@ def studio_app(studio: Studio) -> Starlette:
         Route("/api/events", let_in(partial(_events, studio)), methods=["GET"]),
         *(
             Route(endpoint.path, let_in(partial(_answer, studio, endpoint)), methods=[endpoint.method])
-            for endpoint in ENDPOINTS
+            for endpoint in ALL_ENDPOINTS
         ),
     ]
     return Starlette(
@@ -129,7 +134,9 @@ async def _answer(studio: Studio, endpoint: Endpoint, request: Request) -> Respo
     try:
         query = endpoint.query.model_validate(dict(request.query_params))
         body = endpoint.body.model_validate(await _json(request) if endpoint.body is not NoQuery else {})
-        asked = Asked({k: str(v) for k, v in request.path_params.items()}, query, body, request.headers.get("if-match"))
+        content = await _file(request) if endpoint.takes_file else b""
+        path = {k: str(v) for k, v in request.path_params.items()}
+        asked = Asked(path, query, body, request.headers.get("if-match"), content)
         found = await run_in_threadpool(endpoint.answer, studio, asked)
     except RefusedError:
         raise
@@ -165,18 +172,31 @@ def _response(request: Request, endpoint: Endpoint, found: FiniteRecord | Binary
 
 async def _json(request: Request) -> object:
     """The body, which must come soon and be small; empty counts as an empty object."""
-    content = b""
+    if request.headers.get("content-type", BODIES[0]).partition(";")[0] != BODIES[0]:
+        raise RefusedError(403, "forbidden", f"this change must come as {BODIES[0]}")
     try:
-        async with asyncio.timeout(BODY_S):
-            async for block in request.stream():
-                content += block
-                if len(content) > MOST_BODY:
-                    raise RefusedError(413, "too_large", f"a request may bring {MOST_BODY >> 20} MiB")
-        return json.loads(content or b"{}")
-    except (TimeoutError, ClientDisconnect):
-        raise RefusedError(400, "invalid", "the request broke off") from None
+        return json.loads(await _body(request, MOST_BODY, BODY_S) or b"{}")
     except (ValueError, RecursionError):
         raise RefusedError(400, "invalid", "the request is no JSON") from None
+
+
+async def _file(request: Request) -> bytes:
+    if request.headers.get("content-type", "").partition(";")[0] != BODIES[1]:
+        raise RefusedError(403, "forbidden", f"a file must come as {BODIES[1]}")
+    return await _body(request, MOST_FILE, FILE_S)
+
+
+async def _body(request: Request, most: int, seconds: float) -> bytes:
+    content = bytearray()
+    try:
+        async with asyncio.timeout(seconds):
+            async for block in request.stream():
+                content += block
+                if len(content) > most:
+                    raise RefusedError(413, "too_large", f"a request may bring {most >> 20} MiB")
+    except (TimeoutError, ClientDisconnect):
+        raise RefusedError(400, "invalid", "the request broke off") from None
+    return bytes(content)
 
 
 async def _refuse(studio: Studio, request: Request, error: Exception) -> Response:

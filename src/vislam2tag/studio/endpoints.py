@@ -24,6 +24,7 @@ from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue
 from vislam2tag.studio.layer_registry import LAYERS
 from vislam2tag.studio.messages import SessionDetail, SessionList, SurveyView
+from vislam2tag.studio.prepare.dropped import DroppedFiles
 from vislam2tag.studio.queries import (
     CompareQuery,
     FloorQuery,
@@ -66,16 +67,20 @@ class Studio:
     events: Events
     guard: Guard
     handover: Handover
+    dropped: DroppedFiles
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A request that was let in: what stands in its path, its query and body as records, and its header If-Match."""
+    """A request that was let in: what stands in its path, its query and body as records, its header If-Match, and the
+    file that it brings.
+    """
 
     path: dict[str, str]
     query: FiniteRecord
     body: FiniteRecord
     if_match: str | None
+    content: bytes = b""
 
     def of(self, kind: type[_Record]) -> _Record:
         """The query or body, whichever is of a kind."""
@@ -255,6 +260,8 @@ class Endpoint:
     query: type[FiniteRecord] = NoQuery
     body: type[FiniteRecord] = NoQuery
     status: int = 200
+    takes_file: bool = False
+    """Whether the body is a file in place of JSON."""
 
 
 ENDPOINTS = (

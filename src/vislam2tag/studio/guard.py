@@ -15,7 +15,9 @@ from vislam2tag.receiving.token import new_token
 
 Message: TypeAlias = MutableMapping[str, Any]
 MOST_BODY = 1 << 20
-"""Bytes that a request may bring."""
+"""Bytes that a request may bring, but for files."""
+BODIES = ("application/json", "application/octet-stream")
+"""Kinds of bodies, which other pages may not send without being asked for leave."""
 MOST_INVITATIONS = 20
 """Tokens that nobody has used yet; the oldest goes."""
 HEADERS = {
@@ -97,8 +99,8 @@ class Guard:
             return "another page asked for this"
         if headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
             return "another page asked for this"
-        if method in ("POST", "PUT") and headers.get("content-type", "").partition(";")[0] != "application/json":
-            return "a change must come as application/json"
+        if method in ("POST", "PUT") and headers.get("content-type", "").partition(";")[0] not in BODIES:
+            return f"a change must come as {' or '.join(BODIES)}"
         return None
 
 

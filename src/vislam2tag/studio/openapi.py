@@ -14,7 +14,8 @@ from typing import Any
 from pydantic.json_schema import models_json_schema
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.studio.endpoints import ENDPOINTS, Endpoint
+from vislam2tag.studio.app import ALL_ENDPOINTS
+from vislam2tag.studio.endpoints import Endpoint
 from vislam2tag.studio.messages import NewLabels, Versions
 from vislam2tag.studio.queries import NoQuery
 from vislam2tag.studio.work_messages import EnterRequest, Problem
@@ -28,15 +29,15 @@ _FURTHER: set[type[FiniteRecord]] = {EnterRequest}
 
 def openapi() -> dict[str, Any]:
     """The description of all endpoints that answer or take JSON, and of the records in events."""
-    given: set[type[FiniteRecord]] = {e.gives for e in ENDPOINTS if e.gives is not None}
-    taken: set[type[FiniteRecord]] = {e.body for e in ENDPOINTS if e.body is not NoQuery}
+    given: set[type[FiniteRecord]] = {e.gives for e in ALL_ENDPOINTS if e.gives is not None}
+    taken: set[type[FiniteRecord]] = {e.body for e in ALL_ENDPOINTS if e.body is not NoQuery}
     records = [
         *((record, "serialization") for record in sorted(given | _EVENTS, key=_name)),
         *((record, "validation") for record in sorted(taken | _FURTHER, key=_name)),
     ]
     references, definitions = models_json_schema(records, ref_template=_REFERENCE)  # type: ignore[arg-type]
     paths: dict[str, dict[str, Any]] = {}
-    for endpoint in ENDPOINTS:
+    for endpoint in ALL_ENDPOINTS:
         path = re.sub(r":int\}", "}", endpoint.path)
         paths.setdefault(path, {})[endpoint.method.lower()] = _operation(endpoint, references)
     paths["/api/enter"] = {
@@ -67,6 +68,8 @@ def _operation(endpoint: Endpoint, references: Any) -> dict[str, Any]:
             "default": {"description": "refused"} | _content(references[Problem, "serialization"]),
         },
     }
+    if endpoint.takes_file:
+        operation["requestBody"] = {"required": True, "content": {"application/octet-stream": {}}}
     if endpoint.body is not NoQuery:
         operation["requestBody"] = {"required": True} | _content(references[endpoint.body, "validation"])
     return operation

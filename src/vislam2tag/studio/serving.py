@@ -18,6 +18,7 @@ from vislam2tag.studio.endpoints import Studio
 from vislam2tag.studio.events import Events
 from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue
+from vislam2tag.studio.prepare.dropped import DroppedFiles
 from vislam2tag.studio.workspace import Workspace
 
 
@@ -30,11 +31,13 @@ def opened_studio(
     guard = Guard(host, opened.getsockname()[1])
     jobs = JobQueue(workspace, events.publish, workers)
     handover = Handover(workspace, jobs, events.publish)
+    dropped = DroppedFiles()
     try:
-        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover)
+        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover, dropped)
         yield url_for(host, guard.port, guard.invite()), studio_app(studio)
     finally:
         handover.close()
+        dropped.close()
         jobs.close()
         workspace.close()
 

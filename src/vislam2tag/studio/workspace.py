@@ -26,7 +26,8 @@ from vislam2tag.survey.corrections.edits import corrections_of
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.survey.corrections.lines import corrections_text
 from vislam2tag.survey.discover import session_folders, site_files
-from vislam2tag.survey.model import SessionKey, SessionRef, Survey
+from vislam2tag.survey.landmark_file import landmarks_from
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.names import session_slugs
 
 
@@ -88,7 +89,7 @@ class Workspace:
         self._stale: tuple[str, frozenset[str]] | None = None
         self._site_stamp = self._look_at_site()
         self._content, self._content_version = corrections_text(root)
-        self.now = self._snapshot(survey_files(root, settings.survey.landmark_sigma_m), self._content)
+        self.now = self._snapshot(self._files(), self._content)
 
     def close(self) -> None:
         """Forget the labels as they were before."""
@@ -102,7 +103,7 @@ class Workspace:
                 text, version = corrections_text(self.root)
                 files = self.now.files
                 if stamp != self._site_stamp:
-                    files = survey_files(self.root, self.settings.survey.landmark_sigma_m)
+                    files = self._files()
                 if stamp != self._site_stamp or version != self._content_version:
                     self._site_stamp, self._content_version = stamp, version
                     self.now = self._snapshot(files, text)
@@ -110,6 +111,12 @@ class Workspace:
                 self._site_stamp, self._content_version = stamp, ""
                 self.now = Snapshot(self.now.files, self.now.corrections, self.now.survey, "", str(error))
             return self._versions()
+
+    def _files(self) -> SurveyFiles:
+        """What the folder holds; an empty one is a survey that is still to be prepared."""
+        if is_empty(self.root):
+            return SurveyFiles(self.root, Site((), landmarks_from([])), (), (), ())
+        return survey_files(self.root, self.settings.survey.landmark_sigma_m, walked=False)
 
     def _snapshot(self, files: SurveyFiles, text: str) -> Snapshot:
         corrections = corrections_of(text)
@@ -124,7 +131,7 @@ class Workspace:
     def _look_at_site(self) -> str:
         files = [path for path in site_files(self.root) if path.name != CORRECTIONS_FILE]
         stats = [(str(path), stat.st_mtime_ns, stat.st_size) for path in files for stat in [path.stat()]]
-        folders = [str(folder) for _, folder in session_folders(self.root)[0]]
+        folders = [] if is_empty(self.root) else [str(folder) for _, folder in session_folders(self.root)[0]]
         return hashlib.sha256(repr((stats, folders)).encode()).hexdigest()
 
     def result(self, id: str, output: str = LABELS) -> SessionResult | None:
@@ -179,3 +186,8 @@ class Workspace:
             return True
         unchanged = {file.name: file.sha256 for file in done.files}  # raw files are not looked at
         return done.error is None and not still_holds(job, done, unchanged)
+
+
+def is_empty(root: Path) -> bool:
+    """Whether a folder is there and holds nothing but hidden files."""
+    return root.is_dir() and all(path.name.startswith(".") for path in root.iterdir())

@@ -1,5 +1,5 @@
 // Requests to the server. What it refuses is a Refusal with its sentence.
-import type { Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
+import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanLook, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
 import { type Series, type Track, readCells, readSeries, readTrack } from './arrow';
 
 export class Refusal extends Error {
@@ -12,8 +12,8 @@ async function request(method: string, path: string, body?: unknown, headers: Re
   const answer = await fetch(path, {
     method,
     credentials: 'same-origin',
-    headers: body === undefined ? headers : { ...headers, 'Content-Type': 'application/json' },
-    body: body === undefined ? undefined : JSON.stringify(body),
+    headers: body === undefined ? headers : { ...headers, 'Content-Type': body instanceof Blob ? 'application/octet-stream' : 'application/json' },
+    body: body === undefined || body instanceof Blob ? body : JSON.stringify(body),
   });
   if (answer.ok) return answer;
   const problem: Problem = await answer
@@ -81,3 +81,9 @@ export const covered = async () => (await json<{ floors: Covered[] }>('GET', '/a
 export const layers = async () => (await json<{ layers: LayerInfo[] }>('GET', '/api/layers')).layers;
 export const features = async (layer: string, floor: number) =>
   (await json<{ features: Feature[] }>('GET', `/api/layers/${name(layer)}?floor=${floor}`)).features;
+
+/** Bring a file, which the server keeps under a number while it runs. */
+export const drop = (file: File) => json<DroppedFile>('POST', `/api/prepare/files?name=${name(file.name)}`, file);
+export const look = (file: number, page: number) => json<PlanLook>('GET', `/api/prepare/files/${file}/look?page=${page}`);
+export const pictureOf = (file: number, page: number) => `/api/prepare/files/${file}/picture?page=${page}`;
+export const addFloor = (request: FloorRequest) => json<AddedFloor>('POST', '/api/prepare/floors', request);

@@ -30,3 +30,13 @@ export type LayerInfo = Schemas['LayerInfo'];
 export type Feature = Schemas['Feature'];
 export type Problem = Schemas['Problem'];
 export type Versions = Schemas['Versions'];
+export type DroppedFile = Schemas['DroppedFile'];
+export type PlanLook = Schemas['PlanLookView'];
+type PlanSource = Schemas['PlanSource'];
+/** What is left out is as the file says. */
+export interface FloorRequest {
+  file: number;
+  whole: boolean;
+  part: { number: number; name: string; plan: Pick<PlanSource, 'file' | 'page' | 'area'> & { distance?: { from: number[]; to: number[]; metres: number }; scale?: { one_to: number } } };
+}
+export type AddedFloor = Schemas['AddedFloor'];

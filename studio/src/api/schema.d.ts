@@ -228,6 +228,70 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/prepare/files": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_files"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/files/{number}/look": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_prepare_files_number_look"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/files/{number}/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_prepare_files_number_picture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/floors": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_floors"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/radio": {
         parameters: {
             query?: never;
@@ -408,6 +472,16 @@ export interface components {
             values: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * AddedFloor
+         * @description The floor that was added, and what was decided about its plan.
+         */
+        AddedFloor: {
+            /** Floor */
+            floor: number;
+            /** Notes */
+            notes: string[];
         };
         /**
          * ChangedPoint
@@ -672,6 +746,35 @@ export interface components {
             status: string;
         };
         /**
+         * DrawingScale
+         * @description The scale a drawing is printed at, of files that tell their size on paper (PDF; SVG in mm, cm, in, pt or pc).
+         */
+        DrawingScale: {
+            /**
+             * Lower Left M
+             * @default [
+             *       0,
+             *       0
+             *     ]
+             */
+            lower_left_m: [
+                number,
+                number
+            ];
+            /** One To */
+            one_to: number;
+        };
+        /**
+         * DroppedFile
+         * @description A file that was brought; later requests name it by its number.
+         */
+        DroppedFile: {
+            /** Id */
+            id: number;
+            /** Name */
+            name: string;
+        };
+        /**
          * EnterRequest
          * @description The token of the address that the terminal shows.
          */
@@ -734,6 +837,33 @@ export interface components {
             x: number | null;
             /** Y */
             y: number | null;
+        };
+        /**
+         * Extent
+         * @description What the whole plan covers, or its ``area``; where one side is not given, it follows from the plan's shape.
+         */
+        Extent: {
+            /**
+             * Height M
+             * @default null
+             */
+            height_m: number | null;
+            /**
+             * Lower Left M
+             * @default [
+             *       0,
+             *       0
+             *     ]
+             */
+            lower_left_m: [
+                number,
+                number
+            ];
+            /**
+             * Width M
+             * @default null
+             */
+            width_m: number | null;
         };
         /**
          * FaultPlace
@@ -874,6 +1004,48 @@ export interface components {
             message: string;
             /** @default warning */
             severity: components["schemas"]["Severity"];
+        };
+        /**
+         * FloorPart
+         * @description One floor.
+         */
+        FloorPart: {
+            /**
+             * Elevation M
+             * @default null
+             */
+            elevation_m: number | null;
+            /**
+             * Name
+             * @default
+             */
+            name: string;
+            /** Number */
+            number: number;
+            /** @default null */
+            plan: components["schemas"]["PlanSource"] | null;
+            /**
+             * @default {
+             *       "angle_deg": 0,
+             *       "x_m": 0,
+             *       "y_m": 0
+             *     }
+             */
+            site_T_bcs: components["schemas"]["Relation"];
+        };
+        /**
+         * FloorRequest
+         * @description A dropped plan that becomes a floor; ``whole``: all of its page, not only the building on it.
+         */
+        FloorRequest: {
+            /** File */
+            file: number;
+            part: components["schemas"]["FloorPart"];
+            /**
+             * Whole
+             * @default false
+             */
+            whole: boolean;
         };
         /**
          * FloorView
@@ -1085,6 +1257,102 @@ export interface components {
             strategy: string;
         };
         /**
+         * PlanLookView
+         * @description What a plan shows before it has a scale; boxes in its own coordinates.
+         */
+        PlanLookView: {
+            /** Box */
+            box: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /** Building */
+            building: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+            /** Downwards */
+            downwards: boolean;
+            /** Has Scale */
+            has_scale: boolean;
+            /** Is Picture */
+            is_picture: boolean;
+            /** Name */
+            name: string;
+            /** Paper M */
+            paper_m: number | null;
+        };
+        /**
+         * PlanSource
+         * @description A plan file and its scale; at most one of :data:`SCALES`, none where the file itself tells its scale.
+         *
+         *     The plan's own coordinates are pixels (PNG, JPG) or units of the drawing (SVG), both from the upper left corner
+         *     downwards; points of 1/72 inch from the lower left corner upwards (PDF); coordinates of the file (DXF, GeoJSON,
+         *     IMDF).
+         */
+        PlanSource: {
+            /**
+             * Area
+             * @default null
+             */
+            area: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+            /** @default null */
+            distance: components["schemas"]["ScaleDistance"] | null;
+            /**
+             * Epsg
+             * @default null
+             */
+            epsg: number | null;
+            /** @default null */
+            extent: components["schemas"]["Extent"] | null;
+            /** File */
+            file: string;
+            /**
+             * Layers
+             * @default []
+             */
+            layers: string[];
+            /**
+             * Level
+             * @default null
+             */
+            level: string | null;
+            /**
+             * Others
+             * @default null
+             */
+            others: ("walkable" | "obstacle") | null;
+            /**
+             * Page
+             * @default 1
+             */
+            page: number;
+            /**
+             * Points
+             * @default null
+             */
+            points: [
+                components["schemas"]["ScalePoint"],
+                components["schemas"]["ScalePoint"]
+            ] | null;
+            /** @default null */
+            scale: components["schemas"]["DrawingScale"] | null;
+            /**
+             * Unit M
+             * @default null
+             */
+            unit_m: number | null;
+        };
+        /**
          * Preview
          * @description What changes would make of the file; nothing is saved.
          */
@@ -1211,6 +1479,27 @@ export interface components {
             path: string;
         };
         /**
+         * Relation
+         * @description A frame in another: where its origin is, and by how much its x axis is turned counter-clockwise.
+         */
+        Relation: {
+            /**
+             * Angle Deg
+             * @default 0
+             */
+            angle_deg: number;
+            /**
+             * X M
+             * @default 0
+             */
+            x_m: number;
+            /**
+             * Y M
+             * @default 0
+             */
+            y_m: number;
+        };
+        /**
          * RemoveEntry
          * @description An entry less.
          */
@@ -1243,6 +1532,51 @@ export interface components {
             values: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * ScaleDistance
+         * @description The distance between two points of the plan; the plan is not turned.
+         */
+        ScaleDistance: {
+            /** From */
+            from: [
+                number,
+                number
+            ];
+            /**
+             * Lower Left M
+             * @default [
+             *       0,
+             *       0
+             *     ]
+             */
+            lower_left_m: [
+                number,
+                number
+            ];
+            /** Metres */
+            metres: number;
+            /** To */
+            to: [
+                number,
+                number
+            ];
+        };
+        /**
+         * ScalePoint
+         * @description One point in the plan's own coordinates and in the BCS.
+         */
+        ScalePoint: {
+            /** Bcs M */
+            bcs_m: [
+                number,
+                number
+            ];
+            /** Plan */
+            plan: [
+                number,
+                number
+            ];
         };
         /**
          * SessionDetail
@@ -1980,6 +2314,140 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["LayerView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_files: {
+        parameters: {
+            query: {
+                name: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": unknown;
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DroppedFile"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_prepare_files_number_look: {
+        parameters: {
+            query?: {
+                page?: number;
+                level?: string | null;
+            };
+            header?: never;
+            path: {
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanLookView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_prepare_files_number_picture: {
+        parameters: {
+            query?: {
+                page?: number;
+                level?: string | null;
+            };
+            header?: never;
+            path: {
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_floors: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FloorRequest"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AddedFloor"];
                 };
             };
             /** @description refused */

@@ -13,6 +13,9 @@ export interface Mark {
 
 const SEVERITY = { info: '#0072b2', warning: '#e69f00', error: '#d55e00' };
 
+/** The rectangle between two opposite corners on the map. */
+export const rectangle = ([x0, y0]: number[], [x1, y1]: number[]): Polygon => new Polygon([[[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]]]);
+
 /** Where a landmark or control point is, with the corrections; null: nowhere. */
 export const placeOf = (point: Landmark | ControlPoint): [number, number] | null =>
   point.corrected ? [point.corrected[0], point.corrected[1]] : point.x === null || point.y === null ? null : [point.x, point.y];

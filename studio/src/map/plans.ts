@@ -12,10 +12,15 @@ export function planOf(floor: Floor, dark: boolean): Promise<Plan> | null {
   return loaded.get(key)!.then((image) => ({ floor: number, image, extent }));
 }
 
-async function load(address: string, dark: boolean): Promise<HTMLCanvasElement> {
+export async function loadPicture(address: string): Promise<HTMLImageElement> {
   const image = new Image();
   image.src = address;
   await image.decode();
+  return image;
+}
+
+async function load(address: string, dark: boolean): Promise<HTMLCanvasElement> {
+  const image = await loadPicture(address);
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
   const context = canvas.getContext('2d')!;

@@ -100,14 +100,21 @@ export class SiteMap {
       heard.clicked(event.coordinate, this.view.getResolution()!, feature);
     });
     this.map.on('moveend', () => heard.moved(this.view.calculateExtent()));
+    translate.on('translating', ({ features }) => this.dragTo(features.item(0) as Feature, false));
     translate.on('translateend', ({ features }) => {
       const feature = features.item(0) as Feature;
-      heard.dragged(feature.get('mark') as Mark, (feature.getGeometry() as Point).getCoordinates());
+      this.dragTo(feature, true);
+      if (feature.get('mark')) heard.dragged(feature.get('mark') as Mark, (feature.getGeometry() as Point).getCoordinates());
     });
     this.other.layer.on('prerender', (event) => this.clip(event));
     this.other.layer.on('postrender', (event) => (event.context as CanvasRenderingContext2D).restore());
     this.main.layer.on('prerender', (event) => this.clip(event));
     this.main.layer.on('postrender', (event) => (event.context as CanvasRenderingContext2D).restore());
+  }
+
+  private dragTo(feature: Feature, ended: boolean): void {
+    const drag = feature.get('drag') as ((place: number[], ended: boolean) => void) | undefined;
+    drag?.((feature.getGeometry() as Point).getCoordinates(), ended);
   }
 
   private get view(): View {
@@ -144,12 +151,12 @@ export class SiteMap {
     this.areas.addFeatures(features);
   }
 
-  /** Marks to click on; those for which `movable` holds can be dragged. */
+  /** Marks to click on; those for which `movable` holds can be dragged, and those with a function `drag`. */
   setMarks(features: Feature[], movable: (mark: Mark) => boolean): void {
     this.marks.clear();
     this.marks.addFeatures(features);
     this.movable.clear();
-    this.movable.extend(features.filter((feature) => feature.get('mark') && movable(feature.get('mark') as Mark)));
+    this.movable.extend(features.filter((feature) => feature.get('drag') || (feature.get('mark') && movable(feature.get('mark') as Mark))));
   }
 
   setWalker(feature: Feature | null): void {
@@ -162,6 +169,10 @@ export class SiteMap {
     this.map.updateSize();
     const edge = Math.min(40, 0.08 * Math.min(...this.map.getSize()!));
     this.view.fit(box, { padding: [edge, edge, edge, edge], minResolution: 0.02, duration: atOnce ? 0 : 250 });
+  }
+
+  middle(): number[] {
+    return this.view.getCenter()!;
   }
 
   zoom(steps: number): void {

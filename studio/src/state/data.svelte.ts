@@ -27,6 +27,8 @@ class Data {
   entryNeeded = $state(false);
 
   job = $derived(this.jobs.find((job) => job.state === 'running' || job.state === 'queued') ?? null);
+  /** Ask for the survey and its sessions again. */
+  reload = loadSurvey;
   byId = $derived(new Map(this.sessions.map((session) => [session.id, session])));
 }
 
