@@ -784,6 +784,12 @@ MISTAKES = (
     ),
     Mistake(
         PROCESS,
+        "named a new survey's folder by --out",
+        "simulate --out new",
+        "give the folder without it: vislam2tag simulate new",
+    ),
+    Mistake(
+        PROCESS,
         "gave the survey for OUT",
         "run survey --out survey --jobs 1",
         "choose an empty or new folder for --out",

@@ -23,7 +23,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     assert "kept" not in done.stdout
     assert done.stdout.splitlines()[-2:] == [
         f"page: {out / 'index.html'}",
-        f"next: vislam2tag train {out / 'dataset'} --model weighted-knn --out building.v2t",
+        f"next: vislam2tag train {out / 'dataset'} --out building.v2t",
     ]
     assert open_dataset(out / "dataset").info.name == "campus"
     links = re.findall(r'href="([^"]+\.html)"', (out / "index.html").read_text())

@@ -99,10 +99,27 @@ def _with_switches(command: Any) -> Any:
     probe = typer.Typer(add_completion=False)
     probe.command()(_switches)
     command.params += typer.main.get_command(probe).params
+    if any(param.name == "out" and param.param_type_name == "argument" for param in command.params):
+        for_out = typer.Typer(add_completion=False)
+        for_out.command()(_out_without_its_name)
+        command.params += typer.main.get_command(for_out).params
     for option in command.params:
         if "--out" in option.opts:
             option.opts = ["-o", *option.opts]
     return command
+
+
+def _say_where_out_stands(ctx: typer.Context, folder: str | None) -> None:
+    if folder is not None:
+        raise typer.BadParameter(f"give the folder without it: vislam2tag {ctx.command.name} {folder}")
+
+
+def _out_without_its_name(
+    misplaced: Annotated[
+        str | None, typer.Option("--out", callback=_say_where_out_stands, expose_value=False, hidden=True)
+    ] = None,
+) -> None:
+    """Hold ``--out`` of commands whose folder is an argument, for people who know it from the others."""
 
 
 def _show_log(wanted: bool) -> None:
