@@ -10,7 +10,7 @@ import pytest
 from tests.dead_reckoning.walks import corners, walked
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import InertialLog
-from vislam2tag.dead_reckoning.signals import WalkSignals
+from vislam2tag.dead_reckoning.signals import RATE_HZ, WalkSignals, low_pass
 
 WAY = corners((12, 0), (0, 9))
 
@@ -49,3 +49,16 @@ def test_sensors_that_never_meet_make_no_walk() -> None:
     log, _ = walked(WAY)
     assert WalkSignals.of(replace(log, rate_ns=log.rate_ns + 60_000_000_000)) is None
     assert WalkSignals.of(replace(log, rate_ns=log.rate_ns[:1], rate=log.rate[:1])) is None
+
+
+@pytest.mark.parametrize(("cutoff_hz", "order"), [(6.0, 4), (0.25, 2)])
+@pytest.mark.parametrize("shape", [(60,), (2000, 3)])
+def test_the_low_pass_is_the_one_of_scipy(cutoff_hz: float, order: int, shape: tuple[int, ...]) -> None:
+    from scipy.signal import butter, sosfiltfilt
+
+    values = 9.8 + 0.1 * np.random.default_rng(1).normal(size=shape).cumsum(axis=0)
+    sections = butter(order, cutoff_hz, fs=RATE_HZ, output="sos")
+    wanted = sosfiltfilt(sections, values, axis=0, padtype="odd", padlen=min(len(values) - 1, 300))
+    found = low_pass(values, cutoff_hz, order)
+    assert found.shape == shape
+    assert np.abs(found - wanted).max() < 1e-9

@@ -25,9 +25,9 @@ def _no_rows() -> IntArray:
     return np.empty(0, dtype=np.int64)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CameraTrack:
-    """Camera poses of a session in file order, ``n`` frames.
+    """Camera poses of a session in file order, ``n`` frames; compared by identity.
 
     ``time_ns`` (n,) int64 boot-clock nanoseconds; ``position_acs`` (n, 3) metres; ``orientation_acs`` (n, 4)
     unit quaternion (x, y, z, w), camera to ACS; ``status`` (n,) codes: OK for usable frames, DUPLICATE for a
@@ -90,14 +90,14 @@ class CameraTrack:
         return to_plane(self.position_acs)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LandmarkLog:
     """All logged landmark poses of a session in long form, ``k`` rows sorted by (landmark, frame).
 
     ``ids``: the m landmark ids logged, in order of first sighting. ``landmark`` (k,) index into ``ids``;
     ``frame`` (k,) index into the camera track; at most one row per (landmark, frame), only usable frames;
     ``position_acs`` (k, 3) metres; ``orientation_acs`` (k, 4) quaternion (x, y, z, w), landmark to ACS.
-    Rows of lost tracking (pose equal to the camera's) are kept: use :attr:`lost`.
+    Rows of lost tracking (pose equal to the camera's) are kept: use :attr:`lost`. Compared by identity.
     """
 
     ids: tuple[str, ...]

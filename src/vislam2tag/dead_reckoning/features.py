@@ -66,7 +66,8 @@ class WindowFeatures:
         yaw = np.einsum("ni,ni->n", rate, up)
         tilt = np.einsum("ni,ni->n", rate, rate) - yaw**2
         windows = _windows(vertical, middle, len(taper))
-        power = (windows**2) @ taper
+        squares = windows * windows
+        power = squares @ taper
         mean = {
             "horizontal": _windows(horizontal, middle, len(taper)) @ taper,
             "tilt": _windows(tilt, middle, len(taper)) @ taper,
@@ -76,7 +77,7 @@ class WindowFeatures:
         cadence, spectral = _spectrum(windows * taper)
         low, high = np.percentile(windows, (3, 97), axis=1)
         bounce = (high - low) ** 0.25 - 1.6
-        skewness = (windows**3) @ taper / (power + 1e-6) ** 1.5
+        skewness = (squares * windows) @ taper / (power + 1e-6) ** 1.5
         shapes = np.column_stack(
             (
                 np.ones(len(middle)),

@@ -11,6 +11,7 @@ The **continuous frame** equals the ACS at the first usable frame; it is never r
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -122,8 +123,12 @@ class _Verdict:
     turned: FloatArray
 
 
+@lru_cache(maxsize=1)
 def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
-    """Take the steps that are no motion out of a camera track with two or more usable frames."""
+    """Take the steps that are no motion out of a camera track with two or more usable frames.
+
+    The latest walk's is kept: mapping, heights, findings and the passes that are kept all begin with it.
+    """
     frame = np.flatnonzero(camera.usable)
     time_s = (camera.time_ns[frame] - camera.time_ns[frame[0]]) * 1e-9
     raw = as_complex(camera.plane_acs[frame])
