@@ -114,7 +114,8 @@ def _text(found: Diagnosis) -> str:
     parts = [_paragraph(number, fault) for number, fault in enumerate(found.faults, start=1)]
     named = f"{len(found.faults)} named" if found.faults else "nothing is wrong that the walks could tell"
     failed = f", {len(found.failed)} failed" if found.failed else ""
-    return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{failed})"])
+    aside = f" of {found.sessions + found.left_aside}" if found.left_aside else ""
+    return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{aside}{failed})"])
 
 
 def _paragraph(number: int, fault: Fault) -> str:

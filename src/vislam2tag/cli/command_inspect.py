@@ -107,7 +107,8 @@ def _floor_table(floors: Iterable[FloorOverview]) -> Table:
 def _session_table(sessions: Iterable[SessionOverview]) -> Table:
     from rich.markup import escape
 
-    numbers = ("frames", "duration", "rate", "landmarks", "scans", "sensor rows", "BLE rows", "presses", "findings")
+    amounts = ("scans", "sensor rows", "BLE rows", "presses", "findings")
+    numbers = ("frames", "duration", "rate", "landmarks or fixes", *amounts)
     rows = table("Sessions", ("floor", "device", "session"), numbers)
     for session in sessions:
         place = (str(session.floor), escape(session.device), escape(session.session))
@@ -125,13 +126,19 @@ def _session_cells(session: SessionOverview) -> tuple[str, ...]:
         f"{session.frames:,}",
         f"{session.duration_s:.0f} s",
         rate,
-        f"{session.landmarks_surveyed} of {len(session.landmarks_seen)} surveyed",
+        _known_places(session),
         f"{session.wifi_scans:,}",
         f"{session.sensor_rows:,}",
         "-" if session.ble_rows is None else f"{session.ble_rows:,}",
         str(session.presses),
         str(len(session.findings)) if session.usable else f"[red]{len(session.findings)}[/]",
     )
+
+
+def _known_places(session: SessionOverview) -> str:
+    if session.fixes is None:
+        return f"{session.landmarks_surveyed} of {len(session.landmarks_seen)} surveyed"
+    return f"{session.fixes} fixes"
 
 
 def _finding_lines(title: str, findings: Iterable[Finding]) -> Iterable[str]:

@@ -90,6 +90,9 @@ class Diagnosis(Record):
 
     version: str = ""
     sessions: int = 0
+    """How many were looked at: of a floor with very many walks, some evenly among them."""
+    left_aside: int = 0
+    """How many were not."""
     failed: list[str] = []
     faults: list[Fault] = []
     references: References = References()

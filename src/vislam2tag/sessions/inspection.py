@@ -55,6 +55,8 @@ class SessionOverview(Record):
     landmarks_seen: tuple[str, ...] = ()
     landmarks_surveyed: int = 0
     """How many of the landmarks seen have a surveyed position."""
+    fixes: int | None = None
+    """Known positions that a session without poses is mapped by; None where a tracker was logged."""
     wifi_scans: int = 0
     wifi_rows: int = 0
     scan_interval_s: float | None = None
@@ -72,8 +74,8 @@ class SessionOverview(Record):
         """Whether the session can be read and has what mapping needs, or is left out."""
         if self.excluded:
             return True
-        lacking = not self.landmarks_surveyed or any(finding.severity == Severity.ERROR for finding in self.findings)
-        return self.error is None and not lacking
+        placed = self.landmarks_surveyed > 0 or self.fixes is not None
+        return self.error is None and placed and all(each.severity != Severity.ERROR for each in self.findings)
 
 
 class Inspection(Record):
@@ -170,6 +172,7 @@ def _amounts(session: Session) -> dict[str, object]:
         "sensor_rows": session.tables["sensors"].height,
         "ble_rows": session.tables["ble"].height if "ble" in session.tables else None,
         "presses": len(session.presses_ns),
+        "fixes": None if session.camera.fixes is None else len(session.camera.fixes.time_ns),
         "ended": session.recording.ended if session.recording else None,
         "scans_refused": session.recording.scans_refused if session.recording else None,
     }

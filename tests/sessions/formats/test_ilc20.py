@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from datetime import date, datetime
 from pathlib import Path
 
 import numpy as np
@@ -11,22 +12,20 @@ import polars as pl
 import pytest
 from shapely.geometry import MultiPoint, Point, Polygon
 
+from tests.cli.command import vislam2tag
 from tests.conftest import shared_folder
 from tests.dead_reckoning.ilc20 import make_site, trace
 from tests.dead_reckoning.walks import corners
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.archives import folder_of
-from vislam2tag.core.tracks import Trajectory
 from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.labeling.tables import trajectory_of
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.checking.check import check
+from vislam2tag.pipeline.labels.diagnosing import survey_evidence
 from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.plans.model import Use
 from vislam2tag.survey.plans.placing import placed
 from vislam2tag.survey.plans.registry import read_drawing
@@ -81,6 +80,12 @@ def test_check_and_diagnosis_leave_out_each_tap_and_name_the_wrong_one(tmp_path:
     assert wrong.doubtful_fixes[0].name in fault.summary
 
 
+def test_diagnosis_says_how_many_walks_it_left_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(survey_evidence, "MOST_WALKS", 1)
+    done = vislam2tag("diagnose", make_site(tmp_path / "site1"))
+    assert "(sessions: 1 of 2)" in done.stdout
+
+
 def test_a_walk_without_two_taps_is_told_by_check(tmp_path: Path) -> None:
     site = make_site(tmp_path / "site1")
     file = site / "F1" / "path_data_files" / "a.txt"
@@ -126,20 +131,40 @@ def test_a_site_is_processed_end_to_end(run: Path) -> None:
     assert (run / "report.html").is_file()
 
 
-def mapped(site: Path, which: int) -> tuple[Trajectory, np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
-    """A real walk mapped with its first and last tap only, and its taps: time (ns), x, y (k, 3)."""
-    survey = open_survey(site)
-    prepared = prepared_session(SessionTask(survey.sessions[which], survey.site, Corrections()))
-    camera = prepared.session.camera
-    assert camera.fixes is not None
-    taps = np.column_stack((camera.fixes.time_ns - camera.time_ns[0], camera.fixes.position_bcs))
-    strategy = strategy_named("smoother", MappingSettings())
-    return strategy.map(camera, prepared.session.landmarks, prepared.landmarks), taps
+def test_its_labels_make_a_data_set_with_the_day_of_each_walk_and_say_what_it_lacks(run: Path, tmp_path: Path) -> None:
+    dataset = build_dataset([run], tmp_path / "dataset")
+    sessions, fingerprints = (
+        pl.read_parquet(tmp_path / f"dataset/{name}.parquet") for name in ("sessions", "fingerprints")
+    )
+    assert sessions["started"].to_list() == [datetime(2019, 11, 19, 7, 42, 32)] * 2
+    assert fingerprints["date"].to_list() == [date(2019, 11, 19)] * 2
+    dropped = [each.message for each in dataset.info.findings if each.kind == "imu_windows_dropped"]
+    assert dropped == ["windows of inertial readings are left out: no_tracker"]
 
 
-def test_the_outlines_of_a_real_floor_are_its_plan_and_taps_lie_between_them(tmp_path: Path) -> None:
-    site = folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", tmp_path) / "site2"
-    survey = open_survey(site)
+def test_inspection_finds_walks_with_taps_usable_and_those_without_not(tmp_path: Path) -> None:
+    site = make_site(tmp_path / "site1")
+    shown = vislam2tag("inspect", site)
+    assert shown.returncode == 0
+    assert shown.stdout.count("4 fixes") == 2
+    file = site / "F1" / "path_data_files" / "a.txt"
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text.replace("TYPE_WAYPOINT", "TYPE_TAP"), encoding="utf-8")
+    assert vislam2tag("inspect", site).returncode == 1
+
+
+@pytest.fixture(scope="module")
+def real_site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three real walks of one floor."""
+    scratch = tmp_path_factory.mktemp("real")
+    site = folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", scratch) / "site2"
+    for file in sorted((site / "F4" / "path_data_files").iterdir())[3:]:
+        file.unlink()
+    return site
+
+
+def test_the_outlines_of_a_real_floor_are_its_plan_and_taps_lie_between_them(real_site: Path) -> None:
+    survey = open_survey(real_site)
     (floor,) = survey.site.floors
     assert floor.plan is not None
     assert floor.source is not None
@@ -154,12 +179,20 @@ def test_the_outlines_of_a_real_floor_are_its_plan_and_taps_lie_between_them(tmp
     assert any(shape.contains(MultiPoint(taps)) for use, shape in outlines if use is not Use.OBSTACLE)
 
 
-def test_real_walks_pass_their_taps(tmp_path: Path) -> None:
-    folder = folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", tmp_path)
+def test_real_walks_pass_their_taps_and_make_a_data_set(real_site: Path, tmp_path: Path) -> None:
+    labels, dataset = tmp_path / "labels", tmp_path / "dataset"
+    assert process(real_site, labels).failed == 0
     errors = []
-    for which in range(3):
-        trajectory, taps = mapped(folder / "site2", which)
-        time_ns = (trajectory.time_ns - trajectory.time_ns[0]).astype(np.float64)
-        path = [np.interp(taps[:, 0], time_ns, trajectory.position_bcs[:, axis]) for axis in (0, 1)]
-        errors.append(np.hypot(path[0] - taps[:, 1], path[1] - taps[:, 2]))
+    for ref, file in zip(open_survey(real_site).sessions, sorted(labels.glob("trajectory/*")), strict=True):
+        taps = read_session(ref).camera.fixes
+        assert taps is not None
+        trajectory = trajectory_of(pl.read_parquet(file))
+        since = trajectory.time_ns - taps.time_ns[0]
+        path = [np.interp(taps.time_ns - taps.time_ns[0], since, trajectory.position_bcs[:, axis]) for axis in (0, 1)]
+        errors.append(np.linalg.norm(np.column_stack(path) - taps.position_bcs, axis=1))
     assert 0.1 < np.mean(np.concatenate(errors)) < 1.0
+    build_dataset(labels, dataset)
+    scans = pl.read_parquet(dataset / "fingerprints.parquet")
+    assert set(scans["technology"]) == {"ble", "wifi"}
+    assert set(scans["status"]) <= {"ok", "uncertain", "outside_frames"}
+    assert scans["x"].is_not_null().mean() > 0.9

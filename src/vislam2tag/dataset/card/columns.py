@@ -73,7 +73,7 @@ _MEANINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "session": "unique name of the walk",
             "floor": "floor where the walk began",
             "name": "folder or file of the walk",
-            "started": "local time",
+            "started": "local time, or UTC where the walk has Unix times",
             "duration_s": "from the first to the last frame",
             "distance_m": "way walked",
             "labelled_s": "time with a position",

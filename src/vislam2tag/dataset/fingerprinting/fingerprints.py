@@ -7,6 +7,7 @@ their certainty, and a cached result of an earlier scan does not pull.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import polars as pl
 
@@ -18,6 +19,7 @@ from vislam2tag.dataset.fingerprinting.radio_tables import mean_position
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
+from vislam2tag.sessions.tables.clocks import FIRST_UNIX_S
 from vislam2tag.survey.corrections.file import session_start
 
 
@@ -37,6 +39,14 @@ class SessionWalk:
     def of(cls, result: SessionResult, trajectory: pl.DataFrame, session: str, building: str) -> SessionWalk:
         """Make it of what ``process`` wrote of a session: its result and its trajectory."""
         return cls(session, building, result.device, result.session, PhoneMotion.of(trajectory))
+
+    @property
+    def started(self) -> datetime | None:
+        """When it started: local time by its folder's name, else UTC where its frames have Unix times, else None."""
+        named, time_ns = session_start(self.name), self.motion.time_ns
+        if named is not None or not len(time_ns) or time_ns[0] < FIRST_UNIX_S * 1e9:
+            return named
+        return datetime.fromtimestamp(int(time_ns[0]) // 1_000_000 / 1e3, UTC).replace(tzinfo=None)
 
 
 @dataclass(frozen=True)
@@ -136,7 +146,7 @@ def _most_frequent(cause: pl.Expr) -> pl.Expr:
 
 def _finished(table: pl.DataFrame, technology: str, walk: SessionWalk, max_sigma_m: float) -> pl.DataFrame:
     heading, speed = walk.motion.heading_and_speed(table["start_ns"].to_numpy(), table["end_ns"].to_numpy())
-    start = session_start(walk.name)
+    start = walk.started
     return table.with_columns(
         pl.Series("heading_deg", heading, nan_to_null=True),
         pl.Series("speed_m_s", speed, nan_to_null=True),

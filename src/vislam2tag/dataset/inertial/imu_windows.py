@@ -32,7 +32,7 @@ from vislam2tag.dataset.settings import ImuWindowSettings
 USUAL_RATES_HZ = (25.0, 50.0, 100.0, 200.0, 400.0)
 MIN_AGREEMENT = 0.97
 """Below this the phone's heading and tilt stray from the tracker's by about 14 degrees: one of them is wrong."""
-NO_ACCELEROMETER, NO_GYROSCOPE, OTHER_CLOCK, NO_HEADING, ORIENTATIONS_DISAGREE = range(103, 108)
+NO_ACCELEROMETER, NO_GYROSCOPE, OTHER_CLOCK, NO_HEADING, ORIENTATIONS_DISAGREE, NO_TRACKER = range(103, 109)
 CAUSES: Mapping[int, str] = {
     **{int(status): status.label for status in Status if status is not Status.OK},
     SENSOR_GAP: "sensor_gap",
@@ -43,6 +43,7 @@ CAUSES: Mapping[int, str] = {
     OTHER_CLOCK: "other_clock",
     NO_HEADING: "no_heading",
     ORIENTATIONS_DISAGREE: "orientations_disagree",
+    NO_TRACKER: "no_tracker",
 }
 """Why a window is dropped (docs/reference/imu-windows.md)."""
 _AHEAD = np.array([0.0, 1.0, -1.0])
@@ -78,6 +79,8 @@ def imu_windows(
     start_ns = _starts(trajectory, settings)
     if len(start_ns) == 0:
         return ImuWindows(empty_table(IMU_WINDOWS), {})
+    if trajectory["x"].count() and not trajectory["qw"].count():
+        return ImuWindows(empty_table(IMU_WINDOWS), {CAUSES[NO_TRACKER]: len(start_ns)})
     motion = _motion(sensors, start_ns)
     if isinstance(motion, int):
         return ImuWindows(empty_table(IMU_WINDOWS), {CAUSES[motion]: len(start_ns)})

@@ -23,7 +23,6 @@ from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
-from vislam2tag.survey.corrections.file import session_start
 from vislam2tag.walkable.walked.walked_space import RADIUS_M
 
 NAMES = "names"
@@ -163,7 +162,7 @@ def _session_row(job: SessionJob, result: SessionResult, walk: SessionWalk, fing
                 "floor": result.floor,
                 "device": result.device,
                 "name": result.session,
-                "started": session_start(result.session),
+                "started": walk.started,
                 "duration_s": result.duration_s,
                 "distance_m": result.distance_m,
                 "labelled_s": sum(seconds.get(status.label, 0.0) for status in (Status.OK, Status.UNCERTAIN)),

@@ -25,7 +25,7 @@ _UNIT = re.compile(r"(.+?)[ _]?[\[(]?(s|ms|us|ns|sec|seconds)[\])]?", re.IGNOREC
 MOST_NS = 2**62
 """146 years: sums and differences of less than this before and after a clock's zero have a place in 64 bits."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-_FIRST_UNIX_S, _LAST_UNIX_S = 1.26e9, 4.1e9
+FIRST_UNIX_S, _LAST_UNIX_S = 1.26e9, 4.1e9
 """2010 to 2099: times between are taken for Unix times, in whichever unit they are so."""
 _ENOUGH_INSIDE = 0.5
 """Share of rows within walks from which times that could be either are those of the boot clock."""
@@ -137,7 +137,7 @@ def _clock_and_unit(
 def _unix_unit(numbers: FloatArray, units: Sequence[str]) -> str | None:
     """The unit in which numbers are Unix times of this century; None where there is none."""
     middle = float(np.median(np.abs(numbers)))
-    return next((each for each in units if _FIRST_UNIX_S <= middle * _UNITS_NS[each] / 1e9 <= _LAST_UNIX_S), None)
+    return next((each for each in units if FIRST_UNIX_S <= middle * _UNITS_NS[each] / 1e9 <= _LAST_UNIX_S), None)
 
 
 def _share_inside(time_ns: FloatArray, spans_ns: IntArray) -> float:

@@ -58,7 +58,8 @@ def diagnose(
     settings = settings or ProcessSettings()
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
-    refs = thinned(selected(survey, corrections, selection or Selection()))
+    chosen = selected(survey, corrections, selection or Selection())
+    refs = thinned(chosen)
     sessions: list[DiagnosedSession] = []
 
     def keep(session: DiagnosedSession) -> None:
@@ -83,6 +84,7 @@ def diagnose(
     return Diagnosis(
         version=__version__,
         sessions=len(sessions),
+        left_aside=len(chosen) - len(refs),
         failed=[session.error for session in sessions if session.error is not None],
         faults=_with_gains(survey, settings, refs, faults, shares),
         references=found,
