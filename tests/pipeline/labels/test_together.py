@@ -7,6 +7,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.surveys import make_survey
@@ -16,6 +17,7 @@ from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.labels.together import rounded_covariance
 from vislam2tag.pipeline.run.store import claim
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
@@ -79,6 +81,17 @@ def test_nothing_is_repeated_unless_others_tell_something_new(
     changed: list[Outcome] = []
     process(fewer, out, TOGETHER, progress=lambda outcome, _: changed.append(outcome))
     assert all(outcome.repeated for outcome in changed)
+
+
+def test_what_is_told_can_be_mapped_with_where_landmarks_share_nearly_all_of_their_error() -> None:
+    shared_m2, own_m2, heading_rad2 = 0.35**2, 1e-6, 2e-5
+    covariance = np.zeros((60, 60))
+    covariance[:40, :40] = np.kron(np.full((20, 20), shared_m2), np.eye(2)) + own_m2 * np.eye(40)
+    covariance[40:, 40:] = heading_rad2 * np.eye(20)
+    rounded = rounded_covariance(covariance)
+    np.linalg.cholesky(rounded)
+    np.testing.assert_allclose(rounded, covariance, atol=1e-4)
+    np.testing.assert_array_equal(rounded_covariance(covariance + 1e-13), rounded)
 
 
 def test_the_order_and_number_of_processes_do_not_matter(

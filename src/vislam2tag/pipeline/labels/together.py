@@ -14,7 +14,7 @@ import numpy as np
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
-from vislam2tag.core.arrays import of_landmarks
+from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import WalkedWays
 from vislam2tag.core.similarity import as_points
 from vislam2tag.diagnosis.references import References
@@ -33,8 +33,8 @@ STRATEGY = "smoother"
 """The others map with surveyed landmarks alone, as published."""
 ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
 """Places and headings that sessions are told are rounded to this: far less than walks can tell ..."""
-ROUNDED_VARIANCE = 100.0
-"""... and their variances to so many squares of it (1 cm^2)."""
+ROUNDED_SIGMA_M, ROUNDED_SIGMA_RAD = 1e-2, 1e-3
+"""... and their covariance to squares and products of these; no direction is known better."""
 SETTLED_SHARE = 0.1
 """What is rounded need not be solved to the micrometre."""
 ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
@@ -119,14 +119,27 @@ def _of_session(joint: JointSurvey, places: ToldPlaces, number: int, sessions: i
     """Of what is told, the landmarks that the session itself passed, rounded."""
     own = np.flatnonzero(np.isin(places.landmark, joint.joined.maps[number].landmark))
     passed = [joint.places[index] for index in places.landmark[own].tolist()]
-    k = len(own)
-    unit = np.concatenate((np.full(2 * k, ROUNDED_M), np.full(k, ROUNDED_RAD)))
-    unit_squared = ROUNDED_VARIANCE * np.outer(unit, unit)
     return ToldLandmarks(
         ids=tuple(place.landmark for place in passed),
         floor=np.array([place.floor for place in passed], dtype=np.int64),
         position_bcs=ROUNDED_M * np.round(as_points(places.position[own]) / ROUNDED_M),
         heading_rad=ROUNDED_RAD * np.round(places.heading_rad[own] / ROUNDED_RAD),
-        joint_covariance=unit_squared * np.round(of_landmarks(places.covariance, own) / unit_squared),
+        joint_covariance=rounded_covariance(of_landmarks(places.covariance, own)),
         sessions=sessions,
     )
+
+
+def rounded_covariance(covariance: FloatArray) -> FloatArray:
+    """Round a covariance (3k, 3k) of x, y of each of k landmarks and then of their headings; positive definite again.
+
+    Rounded entry by entry alone, what hardly varies in one direction could vary by less than nothing.
+    """
+    k = len(covariance) // 3
+    unit = np.concatenate((np.full(2 * k, ROUNDED_SIGMA_M), np.full(k, ROUNDED_SIGMA_RAD)))
+    squared = np.outer(unit, unit)
+    rounded = np.round(covariance / squared)
+    values, vectors = np.linalg.eigh(rounded)
+    if values.size and values[0] < 1:
+        rounded = (vectors * np.maximum(values, 1.0)) @ vectors.T
+        rounded = (rounded + rounded.T) / 2
+    return np.asarray(squared * rounded)
