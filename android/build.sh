@@ -22,6 +22,12 @@ JAVAC="javac -encoding UTF-8 -Werror -Xlint:all,-options,-path,-classfile"
 junit=$jars/junit4.jar:$jars/hamcrest.jar
 mockito=$jars/mockito-core.jar:$jars/byte-buddy.jar:$jars/byte-buddy-agent.jar:$jars/objenesis.jar
 
+# Of ZXing what reads QR codes.
+unpack_zxing() {
+    fresh "$out/zxing"
+    unzip -q "$sdk/zxing.jar" 'com/google/zxing/[A-Z]*' 'com/google/zxing/common/*' 'com/google/zxing/qrcode/*' -d "$out/zxing"
+}
+
 # Java 8's own library and nothing else is there to import: no android.* can slip in.
 compile_core() {
     step "core"
@@ -68,15 +74,16 @@ compile_app() {
     step "app"
     local target="-source 8 -target 8 -bootclasspath $sdk/stubs.jar"
     fresh "$out/app" "$out/app-test" "$out/core-on-android"
+    unpack_zxing
     $JAVAC $target -d "$out/core-on-android" $(sources core/src/main/java) # all that the core calls is in Android too
-    $JAVAC $target -cp "$out/core:$out/arcore/classes.jar" -d "$out/app" $(sources app/src/main/java "$out/generated")
-    $JAVAC -cp "$out/app:$out/core:$out/arcore/classes.jar:$junit:$mockito:$sdk/mockable.jar" -d "$out/app-test" \
+    $JAVAC $target -cp "$out/core:$out/zxing:$out/arcore/classes.jar" -d "$out/app" $(sources app/src/main/java "$out/generated")
+    $JAVAC -cp "$out/app:$out/core:$out/zxing:$out/arcore/classes.jar:$junit:$mockito:$sdk/mockable.jar" -d "$out/app-test" \
         $(sources app/src/test/java)
 }
 
 test_app() {
     step "tests of the app"
-    java -Xshare:off -cp "$out/runner:$out/app-test:$out/app:$out/core:$out/arcore/classes.jar:$junit:$mockito:$sdk/mockable.jar" \
+    java -Xshare:off -cp "$out/runner:$out/app-test:$out/app:$out/core:$out/zxing:$out/arcore/classes.jar:$junit:$mockito:$sdk/mockable.jar" \
         RunTests "$out/app-test"
 }
 
@@ -84,7 +91,7 @@ make_dex() {
     step "dex"
     fresh "$out/dex"
     java -cp "$sdk/bundletool.jar" com.android.tools.r8.D8 --release --min-api "$(property appMinSdk)" --lib "$sdk/stubs.jar" \
-        --output "$out/dex" $(find "$out/core" "$out/app" -name '*.class') "$out/arcore/classes.jar"
+        --output "$out/dex" $(find "$out/core" "$out/app" "$out/zxing" -name '*.class') "$out/arcore/classes.jar"
 }
 
 package() {

@@ -6,6 +6,8 @@ cd "$(dirname "$0")"
 android=$PWD
 sdk=$PWD/sdk
 
+ZXING=/usr/share/maven-repo/com/google/zxing/core/3.4.1/core-3.4.1.jar
+
 # What must be on the machine, and the Debian package that has it.
 NEEDED="javac openjdk-17-jdk-headless
     npm npm
@@ -21,7 +23,8 @@ NEEDED="javac openjdk-17-jdk-headless
     /usr/share/android-framework-res/framework-res.apk android-framework-res
     /usr/share/java/junit4.jar junit4
     /usr/share/java/hamcrest.jar libhamcrest-java
-    /usr/share/java/mockito-core.jar libmockito-java"
+    /usr/share/java/mockito-core.jar libmockito-java
+    $ZXING libzxing-core-java"
 
 missing() { # the packages of what is not there
     local what package
@@ -98,5 +101,6 @@ cd "$work"
 if ! pinned api-29.txt; then fetch_signatures; fi
 if ! pinned bundletool.jar aapt2; then fetch_bundletool; fi
 if ! pinned arcore.aar jni; then fetch_arcore; fi
+if ! pinned zxing.jar; then cp "$ZXING" "$sdk/zxing.jar"; fi
 (cd "$sdk" && sha256sum -c --quiet "$android/pins.sha256")
 echo "android/sdk: all inputs are there and pinned"

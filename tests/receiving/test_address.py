@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import socket
+from pathlib import Path
 
 import pytest
 
@@ -44,3 +45,8 @@ def test_a_computer_without_network_shows_itself(monkeypatch: pytest.MonkeyPatch
 def test_the_code_is_square_enough_for_a_terminal() -> None:
     lines = code_of("http://192.168.178.100:8765/#ABCDEFGHIJKLMNOP").splitlines()
     assert 15 <= len(lines) <= 25
+
+
+def test_the_app_s_tests_read_the_code_that_is_shown_now() -> None:
+    kept = Path(__file__).parents[2] / "android/app/src/test/resources/receive-code.txt"
+    assert kept.read_text(encoding="utf-8") == code_of("http://192.168.1.20:8765/#ABCDEFGHIJKL2345")

@@ -2,12 +2,9 @@ package org.vislam2tag.app.sessions;
 
 import android.content.Context;
 import android.net.ConnectivityManager;
-import android.net.Network;
-import android.net.NetworkCapabilities;
 import java.io.File;
 import java.io.IOException;
 import java.nio.file.Files;
-import javax.net.SocketFactory;
 import org.vislam2tag.core.handover.Receiver;
 import org.vislam2tag.core.handover.SessionZip;
 import org.vislam2tag.core.handover.Upload;
@@ -16,6 +13,9 @@ import org.vislam2tag.core.session.StoredSession;
 
 /** Packs sessions and sends them. Not for the main thread. */
 final class HandOver {
+  /** A phone joins a Wi-Fi that it knows in about so long. */
+  private static final long JOINING_MS = 3000;
+
   private final Context context;
 
   HandOver(Context context) {
@@ -49,18 +49,9 @@ final class HandOver {
 
   /** Sends a zip; returns where the computer filed it. */
   String send(File zip, Receiver to, Upload.Progress progress) throws UploadException, IOException, InterruptedException {
-    return new Upload(to, wifiSockets()).send(zip, progress);
-  }
-
-  /** The computer is on the local network: mobile data, which Android may prefer, does not reach it. */
-  private SocketFactory wifiSockets() {
     ConnectivityManager networks = (ConnectivityManager) context.getSystemService(Context.CONNECTIVITY_SERVICE);
-    for (Network network : networks.getAllNetworks()) {
-      NetworkCapabilities can = networks.getNetworkCapabilities(network);
-      if (can != null && (can.hasTransport(NetworkCapabilities.TRANSPORT_WIFI) || can.hasTransport(NetworkCapabilities.TRANSPORT_ETHERNET))) {
-        return network.getSocketFactory();
-      }
+    try (ComputerNetwork network = new ComputerNetwork(networks, JOINING_MS)) {
+      return new Upload(to, network.sockets(to)).send(zip, progress);
     }
-    return SocketFactory.getDefault();
   }
 }

@@ -20,6 +20,7 @@ import java.util.concurrent.Executors;
 import java.util.concurrent.atomic.AtomicBoolean;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.recording.RecordingService;
+import org.vislam2tag.app.scan.ScanActivity;
 import org.vislam2tag.core.handover.Receiver;
 import org.vislam2tag.core.handover.UploadException;
 import org.vislam2tag.core.session.SessionStore;
@@ -28,6 +29,7 @@ import org.vislam2tag.core.session.StoredSession;
 /** The sessions on the phone: share them as zip, send them to the computer, delete them. Links of the computer open it. */
 public final class SessionsActivity extends Activity {
   private static final int PARTS = 1000;
+  private static final int SCAN = 1;
 
   private final ExecutorService work = Executors.newSingleThreadExecutor();
   private final AtomicBoolean stopped = new AtomicBoolean();
@@ -43,6 +45,7 @@ public final class SessionsActivity extends Activity {
     store = new SessionStore(RecordingService.sessions(this));
     handOver = new HandOver(this);
     findViewById(R.id.cancel).setOnClickListener(view -> stopped.set(true));
+    findViewById(R.id.scan).setOnClickListener(view -> startActivityForResult(new Intent(this, ScanActivity.class), SCAN));
     fill(getIntent());
     list();
   }
@@ -56,6 +59,20 @@ public final class SessionsActivity extends Activity {
     stopped.set(true);
     work.shutdown();
     super.onDestroy();
+  }
+
+  /** A code is what a link is; one of something else is said at once. */
+  @Override protected void onActivityResult(int request, int result, Intent answer) {
+    if (request != SCAN || result != RESULT_OK || answer == null) {
+      return;
+    }
+    String text = answer.getStringExtra(ScanActivity.TEXT);
+    try {
+      say(getString(R.string.scan_found, Receiver.ofLink(text).address()));
+      field(R.id.receiver).setText(text);
+    } catch (IllegalArgumentException e) {
+      say(getString(R.string.scan_other));
+    }
   }
 
   /** A link of {@code vislam2tag receive} fills address and token in. */
