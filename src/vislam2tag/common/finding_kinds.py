@@ -88,6 +88,7 @@ FindingKind = Literal[
     "same_image",
     "scan_throttling",
     "scans_refused",
+    "scans_stopped",
     "second_file",
     "session_without_label",
     "session_without_scan",

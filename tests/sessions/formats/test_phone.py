@@ -227,6 +227,15 @@ def test_refused_scans_and_dropped_rows_are_told(folder: Path) -> None:
     assert kinds(session) == {("scans_refused", "Events.csv"): 4, ("rows_dropped", "Events.csv"): 1}
 
 
+def test_scans_that_stopped_with_the_screen_off_are_told(folder: Path) -> None:
+    rows = clean_rows()
+    events = ("screen_off,", "scans_stopped,wifi", "scans_resumed,wifi 312", "scans_stopped,ble")
+    rows["Events.csv"] += [f"{START_NS},{event}" for event in events]
+    (finding,) = read_rows(folder, rows).findings
+    assert (finding.kind, finding.file, finding.count) == ("scans_stopped", "Events.csv", 2)
+    assert "no Bluetooth and Wi-Fi" in finding.message
+
+
 @pytest.mark.parametrize(
     ("end", "ended"), [(None, "killed"), ({"state": "disk_full", "detail": "12 MB left"}, "disk_full")]
 )

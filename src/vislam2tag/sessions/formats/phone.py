@@ -63,6 +63,8 @@ FILE_NAMES = {
     "fixes": (FIXES_FILE,),
 }
 """The name of each role's file."""
+_RADIOS = {"wifi": "Wi-Fi", "ble": "Bluetooth"}
+"""How events name what a phone hears with."""
 
 
 class PhoneFormat:
@@ -238,7 +240,8 @@ def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
 
 def _recording(reading: SessionFiles, record: PhoneRecord | None) -> Recording:
     file, data, table = _table(reading, "events", EVENTS)
-    counts = dict(reading.account("events", data, table)["event"].value_counts().sort("event").iter_rows())
+    rows = reading.account("events", data, table)
+    counts = dict(rows["event"].value_counts().sort("event").iter_rows())
     recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
     if recording.scans_refused:
         message = (
@@ -248,6 +251,15 @@ def _recording(reading: SessionFiles, record: PhoneRecord | None) -> Recording:
         reading.findings.append(
             Finding(kind="scans_refused", file=file, count=recording.scans_refused, message=message)
         )
+    stopped = rows.filter(pl.col("event") == "scans_stopped")
+    if stopped.height:
+        radios = " and ".join(_RADIOS.get(word, word) for word in stopped["detail"].fill_null("").unique().sort())
+        message = (
+            f"with the screen off the phone brought no {radios} for 90 s and more; walk with the screen on, or free "
+            "the app from battery saving in the phone's settings (Apps, vislam2tag, Battery: unrestricted)"
+        )
+        lines = stopped["row"].to_list()
+        reading.findings.append(Finding.at_lines("scans_stopped", file, lines, message))
     dropped = counts.get("rows_dropped", 0)
     if dropped:
         message = "rows came faster than the phone could write them, and are missing; log at a lower rate"

@@ -76,7 +76,10 @@ PRESSES = PhoneSchema(
     {"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, required=("time_ns", "n", "action"), words=("action",)
 )
 EVENTS = PhoneSchema(
-    {"time_ns": pl.Int64, "event": pl.String}, required=("time_ns", "event"), words=("event",), quoted=True
+    {"time_ns": pl.Int64, "event": pl.String, "detail": pl.String},
+    required=("time_ns", "event"),
+    words=("event",),
+    quoted=True,
 )
 
 

@@ -7,6 +7,7 @@ import java.nio.file.Files;
 import java.util.List;
 import java.util.stream.Collectors;
 import org.vislam2tag.app.recording.PhoneClocks;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.session.Recorder;
 import org.vislam2tag.core.session.RecorderListener;
 import org.vislam2tag.core.session.RecorderSettings;
@@ -21,6 +22,8 @@ public final class Recorded {
     @Override public void warning(Warning warning) {}
 
     @Override public void caught(String landmark) {}
+
+    @Override public void scansStopped(Radio radio) {}
 
     @Override public void ended(SessionEnd end) {}
   };

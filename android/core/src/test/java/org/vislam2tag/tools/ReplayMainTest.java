@@ -50,7 +50,7 @@ public class ReplayMainTest {
         + "ble\t84211200000000\t84211190000000\tAA:BB\t\t-70\t\t76\t0215000102030405060708090a0b0c0d0e0f00010002c5\n"
         + "ble\t84211200000000\t84211190000000\tAA:BB\tx\t-70\t-4\t\t\n"
         + "press\t84212000000000\nundo\t84212100000000\ncamera\t84213000000000\tunavailable\tphone_call\n"
-        + "camera\t84214000000000\tavailable\npart\t84214000000000\nevent\t84214000000000\tscreen_off\t\n" + STOP);
+        + "camera\t84214000000000\tavailable\npart\t84214000000000\nscan_accepted\t84214000000000\nscreen\t84214000000000\toff\n" + STOP);
     assertEquals(ScriptPlayer.Ending.STOPPED, player.ending());
     assertTrue(new File(player.folder() + ".zip").isFile());
     assertTrue(read(player, "CameraPose.csv").endsWith("\n84210333500123,84210371200456,84210333500123,61110371200456,boot,0,"

@@ -9,6 +9,7 @@ import java.util.HashMap;
 import java.util.List;
 import java.util.Map;
 import org.vislam2tag.core.clock.ClockReading;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.Beacon;
 import org.vislam2tag.core.record.BleReading;
 import org.vislam2tag.core.record.Pose;
@@ -44,6 +45,8 @@ final class ScriptPlayer {
 
     @Override public void caught(String landmark) {}
 
+    @Override public void scansStopped(Radio radio) {}
+
     @Override public void ended(SessionEnd end) {}
   };
 
@@ -74,12 +77,14 @@ final class ScriptPlayer {
     calls.put("camera", line -> at(line).camera(line.either("available", "unavailable"), line.textOr("")));
     calls.put("sensor", this::sensor);
     calls.put("throttling", line -> at(line).throttling(line.either("on", "off")));
+    calls.put("scan_accepted", line -> at(line).scanAccepted());
     calls.put("scan_refused", line -> at(line).scanRefused());
     calls.put("scan", this::scan);
     calls.put("reading", this::reading);
     calls.put("ble", this::ble);
     calls.put("press", line -> at(line).press());
     calls.put("undo", line -> at(line).undoPress());
+    calls.put("screen", line -> at(line).screen(line.either("on", "off")));
     calls.put("event", line -> at(line).event(line.text(), line.textOr("")));
     calls.put("stop", line -> end(line, Ending.STOPPED));
     calls.put("kill", line -> end(line, Ending.KILLED));

@@ -2,6 +2,7 @@ package org.vislam2tag.app.record;
 
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.Words;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.TrackingState;
 import org.vislam2tag.core.session.RecorderStatus;
 import org.vislam2tag.core.walk.WalkStatus;
@@ -48,7 +49,18 @@ final class StatusText {
   String summary(RecorderStatus status) {
     WalkStatus walk = status.walk;
     return words.of(R.string.summary_walk, walk.walkedM, walk.landmarksSeen, walk.longestWithoutLandmarkM) + "\n"
-        + words.of(R.string.summary_lost, walk.lostInAllS) + "\n" + scans(status);
+        + words.of(R.string.summary_lost, walk.lostInAllS) + "\n" + scans(status) + silence(status);
+  }
+
+  /** A line for each radio that heard nothing while the screen was off, and what to do. */
+  private String silence(RecorderStatus status) {
+    StringBuilder lines = new StringBuilder();
+    status.silentS.forEach((radio, seconds) -> {
+      if (seconds > 0) {
+        lines.append("\n").append(words.of(radio == Radio.WIFI ? R.string.summary_wifi_silent : R.string.summary_ble_silent, seconds));
+      }
+    });
+    return lines.length() == 0 ? "" : lines.append(" ").append(words.of(R.string.stopped_remedy)).toString();
   }
 
   /** What is left on the phone. */

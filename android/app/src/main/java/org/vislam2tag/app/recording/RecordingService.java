@@ -16,6 +16,7 @@ import android.location.LocationManager;
 import android.media.AudioManager;
 import android.media.ToneGenerator;
 import android.net.wifi.WifiManager;
+import android.net.Uri;
 import android.os.Binder;
 import android.os.Build;
 import android.os.Handler;
@@ -24,6 +25,7 @@ import android.os.Looper;
 import android.os.PowerManager;
 import android.os.VibrationEffect;
 import android.os.Vibrator;
+import android.provider.Settings;
 import java.io.File;
 import java.io.IOException;
 import java.util.Arrays;
@@ -36,6 +38,7 @@ import org.vislam2tag.app.sensing.Feed;
 import org.vislam2tag.app.sensing.SensorLog;
 import org.vislam2tag.app.sensing.Surroundings;
 import org.vislam2tag.app.sensing.WifiLog;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.session.Recorder;
 import org.vislam2tag.core.session.RecorderListener;
 import org.vislam2tag.core.session.RecorderSettings;
@@ -49,7 +52,10 @@ import org.vislam2tag.core.walk.Warning;
 /** Keeps a recording alive while the screen is off or another app is in front. */
 public final class RecordingService extends Service implements RecorderListener {
   private static final String CHANNEL = "recording";
+  private static final String TROUBLE = "trouble";
   private static final int NOTIFICATION = 1;
+  /** Of what stopped; one for each radio. */
+  private static final int STOPPED = 2;
   private static final String ARCORE = "com.google.ar.core";
   private static final long WARNING_MS = 300;
   private static final long CAUGHT_MS = 60;
@@ -143,6 +149,21 @@ public final class RecordingService extends Service implements RecorderListener 
     } catch (RuntimeException e) {
       recording.recorder().event("no_sound", ""); // as while a call holds the phone's sound
     }
+  }
+
+  /** The screen is off: only a notice with a sound is noticed. */
+  @Override public void scansStopped(Radio radio) {
+    NotificationManager notifications = (NotificationManager) getSystemService(NOTIFICATION_SERVICE);
+    notifications.createNotificationChannel(
+        new NotificationChannel(TROUBLE, getString(R.string.trouble_channel), NotificationManager.IMPORTANCE_HIGH));
+    String sentence = getString(radio == Radio.WIFI ? R.string.wifi_stopped : R.string.ble_stopped);
+    PendingIntent settings = PendingIntent.getActivity(this, 0,
+        new Intent(Settings.ACTION_APPLICATION_DETAILS_SETTINGS, Uri.fromParts("package", getPackageName(), null)),
+        PendingIntent.FLAG_IMMUTABLE);
+    notifications.notify(STOPPED + radio.ordinal(), new Notification.Builder(this, TROUBLE).setContentTitle(sentence)
+        .setContentText(getString(R.string.stopped_remedy)).setSmallIcon(R.drawable.ic_recording).setAutoCancel(true)
+        .setStyle(new Notification.BigTextStyle().bigText(getString(R.string.stopped_remedy))).setContentIntent(settings).build());
+    buzz(WARNING_MS);
   }
 
   private void buzz(long ms) {

@@ -66,12 +66,17 @@ public final class Surroundings extends BroadcastReceiver implements Feed {
         recorder.battery(percent(intent));
         break;
       case Intent.ACTION_SCREEN_OFF:
-        recorder.event("screen_off", "");
+        screen(false);
         break;
       default:
-        recorder.event("screen_on", "");
+        screen(true);
         break;
     }
+  }
+
+  private void screen(boolean on) {
+    recorder.screen(on);
+    ble.screen(on);
   }
 
   private void wifi(int state) {

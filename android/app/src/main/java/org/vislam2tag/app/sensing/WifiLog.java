@@ -73,7 +73,9 @@ public final class WifiLog extends BroadcastReceiver implements Feed {
     if (pacer.isDue(now)) {
       boolean accepted = wifi.startScan();
       pacer.asked(now, accepted);
-      if (!accepted) {
+      if (accepted) {
+        recorder.scanAccepted();
+      } else {
         recorder.scanRefused();
       }
     }

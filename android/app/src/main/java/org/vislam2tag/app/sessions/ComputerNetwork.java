@@ -38,9 +38,9 @@ final class ComputerNetwork extends ConnectivityManager.NetworkCallback implemen
 
   /** Where connections to the computer are made from. Waits for a Wi-Fi where the phone is on none: not for the main thread. */
   SocketFactory sockets(Receiver receiver) throws InterruptedException {
-    Candidate found = PhoneNetwork.towards(receiver, candidates());
+    Candidate found = receiver.wayFrom(candidates());
     if (found == null && available.await(waitMs, TimeUnit.MILLISECONDS)) {
-      found = PhoneNetwork.towards(receiver, candidates());
+      found = receiver.wayFrom(candidates());
     }
     return found == null ? SocketFactory.getDefault() : found.network.getSocketFactory();
   }

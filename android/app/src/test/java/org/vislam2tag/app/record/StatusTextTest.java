@@ -13,10 +13,12 @@ import org.junit.rules.TemporaryFolder;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.Recorded;
 import org.vislam2tag.app.recording.PhoneClocks;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.Pose;
 import org.vislam2tag.core.record.TrackedFrame;
 import org.vislam2tag.core.record.TrackedImage;
 import org.vislam2tag.core.record.TrackingState;
+import org.vislam2tag.core.session.Recorder;
 import org.vislam2tag.core.session.RecorderStatus;
 
 public class StatusTextTest {
@@ -46,6 +48,14 @@ public class StatusTextTest {
     assertEquals(R.string.summary_walk + "[0.0, 1, 0.0]", lines[0]);
     assertEquals(R.string.summary_lost + "[0.0]", lines[1]);
     assertTrue(lines[2].startsWith(R.string.status_scans + "["));
+  }
+
+  @Test public void whatWasNotHeardWithTheScreenOffIsSummedUpWithTheRemedy() throws Exception {
+    Recorder recorder = new Recorded(folder.newFolder()).recorder;
+    assertFalse(text.summary(recorder.status()).contains(R.string.stopped_remedy + "["));
+    RecorderStatus status = recorder.status();
+    status.silentS.put(Radio.BLE, 312.0);
+    assertTrue(text.summary(status).endsWith("\n" + R.string.summary_ble_silent + "[312.0] " + R.string.stopped_remedy + "[]"));
   }
 
   @Test public void refusedScansAreToldWithTheRemedy() throws Exception {

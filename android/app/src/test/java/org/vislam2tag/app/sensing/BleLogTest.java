@@ -2,7 +2,9 @@ package org.vislam2tag.app.sensing;
 
 import static org.junit.Assert.assertEquals;
 import static org.mockito.ArgumentMatchers.any;
+import static org.mockito.ArgumentMatchers.argThat;
 import static org.mockito.ArgumentMatchers.eq;
+import static org.mockito.ArgumentMatchers.isNull;
 import static org.mockito.Mockito.doThrow;
 import static org.mockito.Mockito.mock;
 import static org.mockito.Mockito.times;
@@ -62,6 +64,17 @@ public class BleLogTest {
     log.start(recorded.recorder);
     log.stop();
     assertEquals(Collections.singletonList("no_bluetooth_permission,"), recorded.events());
+  }
+
+  @Test public void withTheScreenOffBeaconsAreAskedFor() {
+    BleLog log = new BleLog(adapter, handler);
+    log.screen(false); // before it listens
+    log.start(recorded.recorder);
+    verify(scanner).startScan(argThat(filters -> filters != null && filters.size() == 2), any(), any(BleLog.class));
+    log.screen(true);
+    verify(handler).postDelayed(any(), eq(BleLog.SCREEN_MS));
+    log.renew();
+    verify(scanner).startScan(isNull(), any(), any(BleLog.class));
   }
 
   @Test public void aLongScanIsBegunAnewBeforeAndroidSlowsItDown() {

@@ -1,7 +1,10 @@
 package org.vislam2tag.core.handover;
 
+import java.net.InetAddress;
 import java.net.URI;
 import java.net.URISyntaxException;
+import java.net.UnknownHostException;
+import java.util.List;
 import java.util.Locale;
 import java.util.regex.Pattern;
 
@@ -46,6 +49,38 @@ public final class Receiver {
   /** The address as people read it. */
   public String address() {
     return (host.indexOf(':') >= 0 ? "[" + host + "]" : host) + ":" + port;
+  }
+
+  /**
+   * The network that leads to it: a local one that its address belongs to, else the first local one; null where there is none,
+   * as on the phone's own hotspot, to which the phone's usual way leads. Mobile data, which Android prefers to a Wi-Fi without
+   * internet, never does.
+   */
+  public <N extends PhoneNetwork> N wayFrom(List<N> networks) {
+    InetAddress address = literal(host);
+    N first = null;
+    for (N network : networks) {
+      if (!network.isLocal()) {
+        continue;
+      }
+      if (address != null && network.subnets().stream().anyMatch(subnet -> subnet.holds(address))) {
+        return network;
+      }
+      first = first == null ? network : first;
+    }
+    return first;
+  }
+
+  /** The address that a text is; null where it is a name, which is not looked up. */
+  private static InetAddress literal(String host) {
+    if (host.indexOf(':') < 0 && !host.matches("[0-9.]+")) {
+      return null;
+    }
+    try {
+      return InetAddress.getByName(host);
+    } catch (UnknownHostException e) {
+      return null;
+    }
   }
 
   private static Receiver of(URI uri, String token) {

@@ -2,6 +2,7 @@ package org.vislam2tag.core.session;
 
 import java.io.File;
 import java.io.IOException;
+import java.util.ArrayList;
 import java.util.EnumMap;
 import java.util.List;
 import java.util.Map;
@@ -18,7 +19,9 @@ import org.vislam2tag.core.record.SensorReading;
 import org.vislam2tag.core.record.TrackedFrame;
 import org.vislam2tag.core.record.WifiReading;
 import org.vislam2tag.core.record.WifiRow;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.radio.ScanLog;
+import org.vislam2tag.core.radio.SilenceWatch;
 import org.vislam2tag.core.table.RowSink;
 import org.vislam2tag.core.table.Table;
 import org.vislam2tag.core.tracking.AnchorHost;
@@ -49,6 +52,7 @@ public final class Recorder {
   private final Walk walk;
   private final Map<SensorKind, SensorClock> sensorClocks = new EnumMap<>(SensorKind.class);
   private final ScanLog scans = new ScanLog();
+  private final Map<Radio, SilenceWatch> silence = new EnumMap<>(Radio.class);
   private final PressCount presses = new PressCount();
   private long clockJumpMs;
   private SessionEnd end;
@@ -66,6 +70,9 @@ public final class Recorder {
     storage = new LowLevel(settings.lowBytes);
     battery = new LowLevel(settings.lowBatteryPercent);
     walk = new Walk(settings.warnings, start.bootNs, description.hasLandmarks());
+    for (Radio radio : Radio.values()) {
+      silence.put(radio, new SilenceWatch());
+    }
     tables.add(new Event(start.bootNs, "started", ""));
   }
 
@@ -150,14 +157,22 @@ public final class Recorder {
     for (WifiRow row : scans.delivered(nowNs(), fresh, readings)) {
       tables.add(row);
     }
-    if (!fresh) {
+    if (fresh) {
+      heard(Radio.WIFI);
+    } else {
       event("scan_failed", "");
     }
+  }
+
+  /** A Wi-Fi scan was asked for, and begins. */
+  public synchronized void scanAccepted() {
+    silence.get(Radio.WIFI).expect();
   }
 
   /** A Wi-Fi scan was asked for and refused. */
   public synchronized void scanRefused() {
     scans.refused();
+    silence.get(Radio.WIFI).expect();
     event("scan_refused", "");
   }
 
@@ -172,6 +187,8 @@ public final class Recorder {
   public synchronized void ble(BleReading reading) {
     if (end == null) {
       tables.add(reading);
+      heard(Radio.BLE);
+      silence.get(Radio.BLE).expect(); // where one was heard, others will be
     }
   }
 
@@ -190,6 +207,12 @@ public final class Recorder {
       tables.add(undone);
       walk.map().undoPress();
     }
+  }
+
+  /** The screen went on or off. */
+  public synchronized void screen(boolean on) {
+    event(on ? "screen_on" : "screen_off", "");
+    silence.values().forEach(watch -> watch.screen(on, nowNs()));
   }
 
   /** The battery's charge, percent. */
@@ -229,6 +252,33 @@ public final class Recorder {
     for (String landmark : caught()) {
       listener.caught(landmark);
     }
+    for (Radio radio : fellSilent()) {
+      listener.scansStopped(radio);
+    }
+  }
+
+  private synchronized List<Radio> fellSilent() {
+    List<Radio> news = new ArrayList<>();
+    silence.forEach((radio, watch) -> {
+      if (watch.fellSilent(nowNs())) {
+        news.add(radio);
+        event("scans_stopped", radio.word);
+      }
+    });
+    return news;
+  }
+
+  private void heard(Radio radio) {
+    double silentS = silence.get(radio).heard(nowNs());
+    if (silentS > 0) {
+      event("scans_resumed", radio.word + " " + Math.round(silentS));
+    }
+  }
+
+  private Map<Radio, Double> silentS(long nowNs) {
+    Map<Radio, Double> seconds = new EnumMap<>(Radio.class);
+    silence.forEach((radio, watch) -> seconds.put(radio, watch.silentS(nowNs)));
+    return seconds;
   }
 
   private synchronized List<String> caught() {
@@ -256,8 +306,8 @@ public final class Recorder {
   /** What the screen shows now. */
   public synchronized RecorderStatus status() {
     long nowNs = nowNs();
-    return new RecorderStatus((nowNs - start.bootNs) / 1e9, walk.status(nowNs), frames.part(), scans, tables.rows(Table.BLE),
-        presses.counting(), clockJumpMs, end);
+    return new RecorderStatus((nowNs - start.bootNs) / 1e9, walk.status(nowNs), frames.part(), scans, silentS(nowNs),
+        tables.rows(Table.BLE), presses.counting(), clockJumpMs, end);
   }
 
   /** The walk so far, for drawing. */

@@ -1,5 +1,7 @@
 package org.vislam2tag.core.session;
 
+import java.util.Map;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.radio.ScanLog;
 import org.vislam2tag.core.walk.WalkStatus;
 
@@ -21,6 +23,8 @@ public final class RecorderStatus {
   /** Are scans throttled: {@code on}, {@code off}; null where the platform does not tell. */
   public final String throttling;
   public final long bleReadings;
+  /** For how long nothing was heard with the screen off, s. */
+  public final Map<Radio, Double> silentS;
   /** Presses of the control-point button that count. */
   public final int presses;
   /** By how much the wall clock jumped last, ms, with sign; 0 where it never did. */
@@ -28,8 +32,8 @@ public final class RecorderStatus {
   /** Null while recording. */
   public final SessionEnd end;
 
-  RecorderStatus(double elapsedS, WalkStatus walk, int part, ScanLog scans, long bleReadings, int presses, long clockJumpMs,
-      SessionEnd end) {
+  RecorderStatus(double elapsedS, WalkStatus walk, int part, ScanLog scans, Map<Radio, Double> silentS, long bleReadings,
+      int presses, long clockJumpMs, SessionEnd end) {
     this.elapsedS = elapsedS;
     this.walk = walk;
     this.part = part;
@@ -38,6 +42,7 @@ public final class RecorderStatus {
     this.scansFailed = scans.failures();
     this.wifiReadings = scans.newReadings();
     this.throttling = scans.throttling();
+    this.silentS = silentS;
     this.bleReadings = bleReadings;
     this.presses = presses;
     this.clockJumpMs = clockJumpMs;

@@ -42,14 +42,14 @@ public class PhoneNetworkTest {
     PhoneNetwork other = network(true, "10.0.0.5", 8);
     PhoneNetwork right = network(true, "192.168.1.7", 24);
     List<PhoneNetwork> all = Arrays.asList(mobile, other, right);
-    assertEquals(right, PhoneNetwork.towards(computer("192.168.1.20"), all));
-    assertEquals(other, PhoneNetwork.towards(computer("laptop.local"), all)); // a name tells no network
-    assertEquals(other, PhoneNetwork.towards(computer("172.16.0.1"), all)); // behind a router
-    assertEquals(null, PhoneNetwork.towards(computer("192.168.1.20"), Collections.singletonList(mobile)));
+    assertEquals(right, computer("192.168.1.20").wayFrom(all));
+    assertEquals(other, computer("laptop.local").wayFrom(all)); // a name tells no network
+    assertEquals(other, computer("172.16.0.1").wayFrom(all)); // behind a router
+    assertEquals(null, computer("192.168.1.20").wayFrom(Collections.singletonList(mobile)));
   }
 
   @Test public void anAddressOfIpv6IsOneToo() throws Exception {
     PhoneNetwork six = network(true, "fe80::7", 64);
-    assertEquals(six, PhoneNetwork.towards(computer("[fe80::1]"), Arrays.asList(network(true, "10.0.0.5", 8), six)));
+    assertEquals(six, computer("[fe80::1]").wayFrom(Arrays.asList(network(true, "10.0.0.5", 8), six)));
   }
 }

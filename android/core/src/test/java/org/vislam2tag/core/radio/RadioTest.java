@@ -98,6 +98,41 @@ public class RadioTest {
     assertTrue(pacer.isThrottled());
   }
 
+  @Test public void aRadioThatFallsSilentWithTheScreenOffIsNoticedOnce() {
+    SilenceWatch watch = new SilenceWatch();
+    long last = 10 * S;
+    watch.heard(last);
+    watch.expect();
+    watch.screen(false, 11 * S);
+    assertFalse(watch.fellSilent(11 * S + SilenceWatch.SILENT_NS - 1));
+    assertTrue(watch.fellSilent(11 * S + SilenceWatch.SILENT_NS));
+    assertFalse(watch.fellSilent(12 * S + SilenceWatch.SILENT_NS));
+    watch.screen(true, 13 * S + SilenceWatch.SILENT_NS);
+    assertEquals(109, watch.silentS(120 * S), 1e-9);
+    assertEquals(110, watch.heard(121 * S), 1e-9);
+    assertEquals(0, watch.heard(122 * S), 0);
+    assertEquals(110, watch.silentS(500 * S), 1e-9);
+  }
+
+  @Test public void silenceWithTheScreenOnOrWithoutAnythingAskedForIsNone() {
+    SilenceWatch watch = new SilenceWatch();
+    watch.expect();
+    assertFalse(watch.fellSilent(1000 * S));
+    SilenceWatch idle = new SilenceWatch();
+    idle.screen(false, 0);
+    assertFalse(idle.fellSilent(1000 * S));
+  }
+
+  @Test public void scansOfAThrottledPhoneAreNoSilence() {
+    SilenceWatch watch = new SilenceWatch();
+    watch.screen(false, 0);
+    for (long now = 0; now < 1000 * S; now += 30 * S) {
+      watch.expect();
+      assertFalse(watch.fellSilent(now));
+      assertEquals(0, watch.heard(now), 0);
+    }
+  }
+
   @Test public void whenThrottlingIsSwitchedOffScansAreDueAtOnce() {
     ScanPacer pacer = new ScanPacer();
     pacer.throttling(true);

@@ -6,6 +6,7 @@ import java.util.Arrays;
 import java.util.Collections;
 import org.vislam2tag.core.clock.ClockReading;
 import org.vislam2tag.core.clock.Clocks;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.Pose;
 import org.vislam2tag.core.record.SensorKind;
 import org.vislam2tag.core.record.TrackedFrame;
@@ -52,6 +53,8 @@ final class KilledMain {
     @Override public void warning(Warning warning) {}
 
     @Override public void caught(String landmark) {}
+
+    @Override public void scansStopped(Radio radio) {}
 
     @Override public void ended(SessionEnd end) {}
   };

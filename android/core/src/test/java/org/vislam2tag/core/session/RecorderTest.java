@@ -24,6 +24,7 @@ import org.junit.Rule;
 import org.junit.Test;
 import org.junit.rules.TemporaryFolder;
 import org.vislam2tag.core.TestClocks;
+import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.BleReading;
 import org.vislam2tag.core.record.Pose;
 import org.vislam2tag.core.record.SensorKind;
@@ -42,6 +43,7 @@ public class RecorderTest {
   private final Locale usual = Locale.getDefault();
   private final TestClocks clocks = new TestClocks();
   private final List<Warning> warned = new ArrayList<>();
+  private final List<Radio> stopped = new ArrayList<>();
   private final List<SessionEnd> ended = new ArrayList<>();
   private long freeBytes = 10L << 30;
   private final RecorderListener listener = new RecorderListener() {
@@ -50,6 +52,10 @@ public class RecorderTest {
     }
 
     @Override public void caught(String landmark) {}
+
+    @Override public void scansStopped(Radio radio) {
+      stopped.add(radio);
+    }
 
     @Override public void ended(SessionEnd end) {
       ended.add(end);
@@ -112,6 +118,26 @@ public class RecorderTest {
 
   private static Map<String, Object> json(Recorder recorder) throws IOException {
     return SessionFiles.readJson(recorder.folder());
+  }
+
+  @Test public void scansThatStopWithTheScreenOffAreTold() throws IOException {
+    Recorder recorder = start();
+    recorder.scanAccepted();
+    recorder.scanDelivered(true, Collections.emptyList());
+    recorder.scanAccepted();
+    recorder.screen(false);
+    clocks.pass(100);
+    recorder.tick();
+    recorder.tick();
+    assertEquals(Collections.singletonList(Radio.WIFI), stopped); // no Bluetooth was ever heard
+    assertEquals(100, recorder.status().silentS.get(Radio.WIFI), 1e-6);
+    recorder.scanDelivered(false, Collections.emptyList()); // brings nothing new
+    recorder.screen(true);
+    clocks.pass(20);
+    recorder.scanDelivered(true, Collections.emptyList());
+    recorder.stop();
+    assertEquals(Arrays.asList("started,", "screen_off,", "scans_stopped,wifi", "scan_failed,", "screen_on,",
+        "scans_resumed,wifi 120", "stopped,"), events(recorder));
   }
 
   @Test public void aSessionHasAllFilesFromTheStartAndNothingElse() throws IOException {
