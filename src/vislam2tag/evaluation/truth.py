@@ -61,18 +61,17 @@ def read_truth(path: Path) -> Truth:
         )
     except (OSError, pl.exceptions.PolarsError) as error:
         raise SessionError(f"{expected} ({first_line(error)})") from error
-    usable = rows.filter(
-        pl.col("time_ns").is_between(0, LATEST_NS),
-        *(pl.col(axis).abs() <= GREATEST_M for axis in ("x", "y")),
-        *([pl.col(_SIGMA).is_between(0, GREATEST_M)] if _SIGMA in rows.columns else []),
-    )
+    conditions = [pl.col("time_ns").is_between(0, LATEST_NS), pl.col("x", "y").abs() <= GREATEST_M]
+    if _SIGMA in rows.columns:
+        conditions.append(pl.col(_SIGMA).is_between(0, GREATEST_M))
+    sound = rows.select(pl.all_horizontal(conditions).fill_null(value=False)).to_series()
+    usable = rows.filter(sound)
     if usable.is_empty():
         raise SessionError(f"{expected}; no row has a time and a finite position")
-    left_out = rows.join(usable, on="row", how="anti")["row"].to_list()
-    table = usable.unique("time_ns", keep="first", maintain_order=True).sort("time_ns")
-    position_bcs = table.select("x", "y").to_numpy()
-    sigma_m = table[_SIGMA].to_numpy() if _SIGMA in table.columns else None
-    return Truth(table["time_ns"].to_numpy(), position_bcs, rows_left_out(path.name, left_out), sigma_m)
+    time_ns, first = np.unique(usable["time_ns"].to_numpy(), return_index=True)
+    position_bcs = usable.select("x", "y").to_numpy()[first]
+    sigma_m = usable[_SIGMA].to_numpy()[first] if _SIGMA in usable.columns else None
+    return Truth(time_ns, position_bcs, rows_left_out(path.name, rows["row"].filter(~sound).to_list()), sigma_m)
 
 
 def _number(name: str, kind: type[pl.DataType]) -> pl.Expr:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.pose_lag import estimate_pose_lag
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.sessions.tables.sensor_table import readings_of
 
 
 def clock_mismatch(times_ns: IntArray, file: str, camera: CameraTrack) -> list[Finding]:
@@ -39,14 +41,13 @@ def pose_lag_of(camera: CameraTrack, sensors: pl.DataFrame) -> float | None:
     """
     if camera.exposure_known:
         return 0.0
-    possible = pl.all_horizontal(pl.col("v1", "v2", "v3").abs() < FASTEST_RAD_PER_S)
-    wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & possible
-    gyro = sensors.filter(wanted).sort("time_ns")
+    time_ns, turning = readings_of(sensors, "GYRO", ("v1", "v2", "v3"))
+    possible = (np.abs(turning) < FASTEST_RAD_PER_S).all(axis=1)
     usable = camera.usable
     lag_s = estimate_pose_lag(
         camera.time_ns[usable],
         camera.orientation_acs[usable],
-        gyro["time_ns"].to_numpy(),
-        gyro.select("v1", "v2", "v3").to_numpy(),
+        time_ns[possible],
+        turning[possible],
     )
     return None if lag_s is None else round(lag_s, 4)

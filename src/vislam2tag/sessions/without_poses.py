@@ -16,7 +16,7 @@ from vislam2tag.sessions.fixes import too_few_fixes
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.raw_table import parse_table
-from vislam2tag.sessions.tables.sensor_table import pressure_log
+from vislam2tag.sessions.tables.sensor_table import pressure_log, readings_of
 from vislam2tag.survey.model import ControlPoints
 
 FIXES_FILE = "fixes.csv"
@@ -131,9 +131,6 @@ def no_landmarks() -> LandmarkLog:
 
 def _readings(sensors: pl.DataFrame, sensor: str) -> tuple[IntArray, FloatArray]:
     """Times (k,), increasing strictly, and the first three values (k, 3) of a sensor's sound readings."""
-    values = ("v1", "v2", "v3")
-    sound = pl.all_horizontal(pl.col(values).is_finite()) & (pl.col("sensor") == sensor) & ~pl.col("repeated")
-    rows = sensors.filter(sound).select("time_ns", *values)
-    if not rows["time_ns"].is_sorted():
-        rows = rows.sort("time_ns")
-    return rows["time_ns"].to_numpy(), rows.select(values).to_numpy()
+    time_ns, values = readings_of(sensors, sensor, ("v1", "v2", "v3"))
+    sound = np.isfinite(values).all(axis=1)
+    return time_ns[sound], values[sound]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
-from pyproj import CRS, Transformer
-from pyproj.exceptions import ProjError
 
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray
@@ -70,6 +68,9 @@ def georeference_in_grid(epsg: int, origin_m: tuple[float, float], rotation_deg:
     ``rotation_deg`` turns grid east into the frame's x axis, counter-clockwise. Raises ValueError where there is no
     such system, it is not projected, or does not reach there.
     """
+    from pyproj import CRS, Transformer  # slow to load, and few sites need it
+    from pyproj.exceptions import ProjError
+
     try:
         system = CRS.from_epsg(epsg)
         grid = Transformer.from_crs(system, 4326, always_xy=True)

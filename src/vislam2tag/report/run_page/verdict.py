@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -18,6 +19,8 @@ from vislam2tag.report.wording import count, duration, percent
 
 MOST_FINDINGS = 5
 """Findings about the site named on the first screen; all stand further down."""
+STEP_M = 1e-4
+"""To this the quantile of expected errors is found."""
 ADVICE: Mapping[str, str] = MappingProxyType(
     {
         Status.BEFORE_FIRST_LANDMARK.label: "begin walks at a landmark",
@@ -50,15 +53,13 @@ class Problem:
 
 def expected_error(sigma: SigmaStatistics) -> ExpectedError:
     """Mean and quantile of errors drawn from circular normal distributions with the sigmas that were counted."""
-    from scipy.optimize import brentq  # a quarter of a second, which workers do without
-
     bins = np.array(sorted(sigma.frames))
     frames = np.array([sigma.frames[index] for index in bins.tolist()], dtype=np.float64)
     sigma_m = np.array([log_bins.lower_edge_m(index + 0.5) for index in bins.tolist()])
     share = frames / frames.sum()
     mean_m = float(np.sqrt(np.pi / 2) * (share * sigma_m).sum())
-    beyond = lambda length_m: float((share * np.exp(-(length_m**2) / (2 * sigma_m**2))).sum()) - 0.05
-    return ExpectedError(mean_m, float(brentq(beyond, 0.0, 10 * sigma_m.max())))
+    within = lambda steps: float((share * np.exp(-((steps * STEP_M) ** 2) / (2 * sigma_m**2))).sum()) <= 0.05
+    return ExpectedError(mean_m, STEP_M * bisect_left(range(int(10 * sigma_m.max() / STEP_M)), True, key=within))
 
 
 def accuracy_sentence(summary: Summary) -> str:

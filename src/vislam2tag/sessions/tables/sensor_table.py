@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.arrays import BoolArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
 
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
@@ -74,6 +75,17 @@ def _irregular(time_ns: IntArray) -> tuple[BoolArray, BoolArray]:
     return repeated, backward & ~repeated
 
 
+def readings_of(sensors: pl.DataFrame, sensor: str, values: Sequence[str]) -> tuple[IntArray, FloatArray]:
+    """Times (k,), increasing strictly, ns, and values (k, v) of a sensor's readings in a ``sensors`` table.
+
+    Repeated readings are left out.
+    """
+    rows = sensors.select("time_ns", *values).filter((sensors["sensor"] == sensor) & ~sensors["repeated"])
+    if not rows["time_ns"].is_sorted():
+        rows = rows.sort("time_ns")
+    return rows["time_ns"].to_numpy(), rows.select(values).to_numpy()
+
+
 PRESSURE = "PRESSURE"
 """Sensor type of the barometer; ``v1`` is in hPa."""
 PLAUSIBLE_HPA = (500.0, 1200.0)
@@ -82,6 +94,6 @@ PLAUSIBLE_HPA = (500.0, 1200.0)
 
 def pressure_log(sensors: pl.DataFrame) -> PressureLog | None:
     """Take the barometer's readings out of a ``sensors`` table, in time order; None where there are not two."""
-    sound = (pl.col("sensor") == PRESSURE) & ~pl.col("repeated") & pl.col("v1").is_between(*PLAUSIBLE_HPA)
-    rows = sensors.filter(sound).sort("time_ns")
-    return PressureLog(rows["time_ns"].to_numpy(), rows["v1"].to_numpy()) if len(rows) > 1 else None
+    time_ns, values = readings_of(sensors, PRESSURE, ("v1",))
+    sound = (values[:, 0] >= PLAUSIBLE_HPA[0]) & (values[:, 0] <= PLAUSIBLE_HPA[1])
+    return PressureLog(time_ns[sound], values[sound, 0]) if sound.sum() > 1 else None

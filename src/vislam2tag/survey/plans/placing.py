@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pyproj import Transformer
-from pyproj.exceptions import ProjError
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2, Similarity2
 from vislam2tag.survey.georeference import Georeference, from_wgs84
 from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, cropped, mapped
 from vislam2tag.survey.plans.source import Extent, PlanSource, Point
+
+if TYPE_CHECKING:
+    from pyproj import Transformer
 
 _WGS84 = 4326
 NO_SCALE = (
@@ -133,6 +135,9 @@ def _degrees(to_wgs84: Transformer, points: FloatArray) -> FloatArray:
 
 
 def _transformer(epsg: int) -> Transformer:
+    from pyproj import Transformer  # slow to load, and few sites need it
+    from pyproj.exceptions import ProjError
+
     try:
         return Transformer.from_crs(epsg, _WGS84, always_xy=True)
     except ProjError as error:
