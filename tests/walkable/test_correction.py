@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.planning.floors import write_ring_site
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.walkable.correction import GREEN, RED, corrected_cells, read_mask
+from vislam2tag.survey.discover import read_site
+from vislam2tag.walkable.correction import GREEN, RED, corrected_cells, floor_mask, read_mask
 
 GRID = CellGrid((0.0, 0.0), 0.5, 20, 40)
 
@@ -56,3 +58,15 @@ def test_a_mask_without_green_and_red_is_no_correction(tmp_path: Path) -> None:
     Image.new("RGB", (40, 20), "black").save(tmp_path / "mask.png")
     with pytest.raises(SurveyError, match=r"mask\.png: nothing in it is green"):
         read_mask(tmp_path / "mask.png")
+
+
+def test_the_mask_in_a_floors_folder_counts_unless_another_one_is_given(tmp_path: Path) -> None:
+    site = write_ring_site(tmp_path / "ring", (1, 2))
+    Image.new("RGB", (4, 2), RED).save(site / "floor_1" / "floorplan.mask.png")
+    Image.new("RGB", (4, 2), GREEN).save(tmp_path / "other.png")
+    first, second = read_site(site)[0].floors
+    own, given = floor_mask(first), floor_mask(first, tmp_path / "other.png")
+    assert own is not None
+    assert given is not None
+    assert (tuple(own[0, 0, :3]), tuple(given[0, 0, :3])) == (RED, GREEN)
+    assert floor_mask(second) is None

@@ -19,6 +19,7 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
+from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.studio.corrections_view import corrections_view
@@ -153,6 +154,9 @@ def _refusal(error: Exception) -> RefusedError:
     """What an endpoint's exception means to the page."""
     if isinstance(error, KeyError):
         return RefusedError(404, "not_found", f"there is no {error.args[0]}; load the page again")
+    lacks = missing_extra(error) if isinstance(error, ModuleNotFoundError) else None
+    if lacks is not None:
+        return RefusedError(422, "invalid", f"this {lacks}")
     for kind, (status, code) in _CODES.items():
         if isinstance(error, kind):
             return RefusedError(status, code, str(error))

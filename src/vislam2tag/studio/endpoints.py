@@ -25,6 +25,7 @@ from vislam2tag.studio.jobs import JobQueue
 from vislam2tag.studio.layer_registry import LAYERS
 from vislam2tag.studio.messages import SessionDetail, SessionList, SurveyView
 from vislam2tag.studio.prepare.dropped import DroppedFiles
+from vislam2tag.studio.prepare.work import Worker
 from vislam2tag.studio.queries import (
     CompareQuery,
     FloorQuery,
@@ -68,6 +69,7 @@ class Studio:
     guard: Guard
     handover: Handover
     dropped: DroppedFiles
+    worker: Worker
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from vislam2tag.studio.events import Events
 from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue
 from vislam2tag.studio.prepare.dropped import DroppedFiles
+from vislam2tag.studio.prepare.work import Worker
 from vislam2tag.studio.workspace import Workspace
 
 
@@ -31,12 +32,13 @@ def opened_studio(
     guard = Guard(host, opened.getsockname()[1])
     jobs = JobQueue(workspace, events.publish, workers)
     handover = Handover(workspace, jobs, events.publish)
-    dropped = DroppedFiles()
+    dropped, worker = DroppedFiles(), Worker()
     try:
-        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover, dropped)
+        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover, dropped, worker)
         yield url_for(host, guard.port, guard.invite()), studio_app(studio)
     finally:
         handover.close()
+        worker.close()
         dropped.close()
         jobs.close()
         workspace.close()

@@ -24,7 +24,7 @@ from vislam2tag.studio.messages import (
     SurveyView,
 )
 from vislam2tag.studio.outputs import BEFORE, Output
-from vislam2tag.studio.workspace import Workspace
+from vislam2tag.studio.workspace import Workspace, plan_stamp
 from vislam2tag.survey.corrections.landmarks import corrected_landmarks
 from vislam2tag.survey.model import Floor, SessionKey
 from vislam2tag.survey.plans.load import plan_picture
@@ -74,7 +74,6 @@ def plan_png(floor: Floor, side_px: int) -> bytes:
 
 
 def _floor(floor: Floor) -> FloorView:
-    stamp = floor.plan.stat().st_mtime_ns if floor.plan is not None and floor.plan.exists() else 0
     there = floor.plan is not None and floor.extent_m is not None
     frame = floor.site_T_bcs
     return FloorView(
@@ -82,7 +81,7 @@ def _floor(floor: Floor) -> FloorView:
         name=floor.name,
         elevation_m=floor.elevation_m,
         extent_m=floor.extent_m,
-        plan=f"/api/floors/{floor.number}/plan?stamp={stamp}" if there else None,
+        plan=f"/api/floors/{floor.number}/plan?stamp={plan_stamp(floor)}" if there else None,
         site_T_bcs=Frame(rotation_rad=frame.rotation_rad, shift_m=(frame.b.real, frame.b.imag)),
     )
 

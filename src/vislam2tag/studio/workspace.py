@@ -27,7 +27,7 @@ from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.survey.corrections.lines import corrections_text
 from vislam2tag.survey.discover import session_folders, site_files
 from vislam2tag.survey.landmark_file import landmarks_from
-from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.survey.model import Floor, SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.names import session_slugs
 
 
@@ -191,3 +191,9 @@ class Workspace:
 def is_empty(root: Path) -> bool:
     """Whether a folder is there and holds nothing but hidden files."""
     return root.is_dir() and all(path.name.startswith(".") for path in root.iterdir())
+
+
+def plan_stamp(floor: Floor) -> str:
+    """Changes with a floor's plan and with the corrections of where it can be walked."""
+    files = [path for path in (floor.plan, floor.mask) if path is not None and path.exists()]
+    return "-".join(str(path.stat().st_mtime_ns) for path in files)

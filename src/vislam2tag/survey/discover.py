@@ -29,7 +29,7 @@ from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.shared_errors import with_shared_errors
 from vislam2tag.survey.site_checks import walks_in_no_floor
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
-from vislam2tag.survey.site_floors import described_floors
+from vislam2tag.survey.site_floors import described_floors, mask_of
 from vislam2tag.survey.site_table import is_file
 
 PLAN_NAMES = ("floorplan.jpg", "floorplan.png", "floorplan.jpeg")
@@ -211,6 +211,7 @@ def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple
         elevation_m=row.elevation_m if row else None,
         plan=plan,
         control_points=control_points,
+        mask=mask_of(folder),
     )
     return floor, findings + plan_findings
 

@@ -114,6 +114,8 @@ class Floor:
     """How the plan's file is to be read and placed; None: an image that covers the extent."""
     georeference: Georeference | None = None
     """Where the BCS lies on the earth."""
+    mask: Path | None = None
+    """Image of corrections of where the floor can be walked, where its folder has one."""
     site_T_bcs: Similarity2 = field(default_factory=Similarity2.identity)
     """From this floor's BCS to the frame that all floors of the site share; its scale is 1."""
     stored_plan: StoredFile | None = None

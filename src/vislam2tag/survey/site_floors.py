@@ -16,6 +16,10 @@ from vislam2tag.survey.plans.load import plan_extent
 from vislam2tag.survey.plans.placing import extent_sides_m
 from vislam2tag.survey.plans.source import PlanSource
 from vislam2tag.survey.site_file import SITE_FILE, FloorPart, read_site_file
+from vislam2tag.survey.site_table import is_file
+
+MASK_FILE = "floorplan.mask.png"
+"""In a floor's folder: green can be walked, red cannot."""
 
 
 def described_floors(root: Path, folders: Mapping[int, Path]) -> tuple[list[Floor], list[Finding]]:
@@ -58,10 +62,17 @@ def _floor(root: Path, folder: Path, part: FloorPart, earth: Georeference | None
         control_points=control_points,
         lower_left_m=(left, low),
         source=part.plan,
+        mask=mask_of(folder),
         georeference=georeference,
         site_T_bcs=site_T_bcs,
     )
     return floor, [*findings, *problems]
+
+
+def mask_of(folder: Path) -> Path | None:
+    """The corrections of where a floor can be walked that its folder has."""
+    mask = folder / MASK_FILE
+    return mask if is_file(mask) else None
 
 
 def _extent(

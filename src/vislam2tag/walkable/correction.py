@@ -12,6 +12,7 @@ from PIL import Image
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.images import load_plan
 
 Bytes = npt.NDArray[np.uint8]
@@ -37,6 +38,15 @@ def read_mask(path: Path) -> Bytes:
             "mask that site walkable writes"
         )
     return mask
+
+
+def floor_mask(floor: Floor, given: Path | None = None) -> Bytes | None:
+    """The correction of a floor: a file that is given, else the one in the floor's folder, else None.
+
+    Raises SurveyError as :func:`read_mask`.
+    """
+    path = given or floor.mask
+    return None if path is None else read_mask(path)
 
 
 def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, BoolArray]:

@@ -1,5 +1,5 @@
 // Requests to the server. What it refuses is a Refusal with its sentence.
-import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanLook, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
+import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Problem, Radio, RegisterWish, Registered, SessionDetail, Session, Sheets, SheetsWish, Survey, Walls, WallsWish, Written } from './model';
 import { type Series, type Track, readCells, readSeries, readTrack } from './arrow';
 
 export class Refusal extends Error {
@@ -87,3 +87,9 @@ export const drop = (file: File) => json<DroppedFile>('POST', `/api/prepare/file
 export const look = (file: number, page: number) => json<PlanLook>('GET', `/api/prepare/files/${file}/look?page=${page}`);
 export const pictureOf = (file: number, page: number) => `/api/prepare/files/${file}/picture?page=${page}`;
 export const addFloor = (request: FloorRequest) => json<AddedFloor>('POST', '/api/prepare/floors', request);
+export const plan = (wish: PlanWish) => json<Planned>('POST', '/api/prepare/plans', wish);
+export const changePlan = (change: PlanChange) => json<Planned>('POST', '/api/prepare/plans/change', change);
+export const writePlan = (change: PlanChange) => json<Written>('POST', '/api/prepare/plans/write', change);
+export const makeSheets = (wish: SheetsWish) => json<Sheets>('POST', '/api/prepare/sheets', wish);
+export const register = (wish: RegisterWish) => json<Registered>('POST', '/api/prepare/positions', wish);
+export const walls = (wish: WallsWish) => json<Walls>('POST', '/api/prepare/walls', wish);

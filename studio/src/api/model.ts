@@ -40,3 +40,14 @@ export interface FloorRequest {
   part: { number: number; name: string; plan: Pick<PlanSource, 'file' | 'page' | 'area'> & { distance?: { from: number[]; to: number[]; metres: number }; scale?: { one_to: number } } };
 }
 export type AddedFloor = Schemas['AddedFloor'];
+export type PlanWish = Schemas['PlanWish'];
+export type PlanChange = Schemas['PlanChange'];
+export type Planned = Schemas['PlannedView'];
+export type Written = Schemas['Written'];
+export type SheetsWish = Schemas['SheetsWish'];
+export type Sheets = Schemas['SheetsView'];
+export type RegisterWish = Schemas['RegisterRequest'];
+export type Registered = Schemas['RegistrationView'];
+export type WallsWish = Schemas['WallsRequest'];
+export type Walls = Schemas['WallsView'];
+export type Stroke = Schemas['Stroke'];

@@ -292,6 +292,118 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/prepare/plans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_plans"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/plans/change": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_plans_change"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/plans/write": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_plans_write"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/positions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_positions"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/sheets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_sheets"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/sheets/pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_prepare_sheets_pdf"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/walls": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_walls"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/radio": {
         parameters: {
             query?: never;
@@ -1097,6 +1209,16 @@ export interface components {
             labelled_before: number;
         };
         /**
+         * HeldLandmark
+         * @description A planned landmark at one of the plan's places.
+         */
+        HeldLandmark: {
+            /** Id */
+            id: string;
+            /** Place */
+            place: number;
+        };
+        /**
          * Invitation
          * @description An address by which one more device may enter, and its code to scan, in lines of half blocks.
          */
@@ -1257,6 +1379,29 @@ export interface components {
             strategy: string;
         };
         /**
+         * PlanChange
+         * @description Other landmarks of a plan: these, of which the one called ``moved`` goes ``to`` a point; a new one, if none.
+         */
+        PlanChange: {
+            /** Landmarks */
+            landmarks: components["schemas"]["HeldLandmark"][];
+            /**
+             * Moved
+             * @default null
+             */
+            moved: string | null;
+            /** Plan */
+            plan: number;
+            /**
+             * To
+             * @default null
+             */
+            to: [
+                number,
+                number
+            ] | null;
+        };
+        /**
          * PlanLookView
          * @description What a plan shows before it has a scale; boxes in its own coordinates.
          */
@@ -1352,6 +1497,82 @@ export interface components {
              */
             unit_m: number | null;
         };
+        /**
+         * PlanWish
+         * @description What a plan of a floor's landmarks is to be like; ``number``: so many at least, fixed ones among them.
+         */
+        PlanWish: {
+            /** Floor */
+            floor: number;
+            /**
+             * Number
+             * @default null
+             */
+            number: number | null;
+            /** Rooms */
+            rooms: boolean;
+            /** Sheets */
+            sheets: string[];
+            /** Spacing M */
+            spacing_m: number;
+        };
+        /**
+         * PlannedMark
+         * @description Where it hangs, and on what paper.
+         */
+        PlannedMark: {
+            /** Id */
+            id: string;
+            /** Place */
+            place: number;
+            /** Sheet */
+            sheet: string;
+            /** X */
+            x: number;
+            /** Y */
+            y: number;
+        };
+        /**
+         * PlannedView
+         * @description Planned landmarks, and what labels are to be expected of walks past them and the ``fixed`` ones.
+         */
+        PlannedView: {
+            /** Columns */
+            columns: number;
+            /** Expected Error M */
+            expected_error_m: number | null;
+            /** Extent M */
+            extent_m: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /** Fewest */
+            fewest: number;
+            /** Fixed */
+            fixed: number;
+            /** Floor */
+            floor: number;
+            /** Landmarks */
+            landmarks: components["schemas"]["PlannedMark"][];
+            /** Longest M */
+            longest_m: number | null;
+            /** Notes */
+            notes: string[];
+            /** Plan */
+            plan: number;
+            /** Rows */
+            rows: number;
+            /** Sigma Cm */
+            sigma_cm: number[];
+        };
+        /**
+         * PositionSource
+         * @description How a position was found, the best first.
+         * @enum {string}
+         */
+        PositionSource: "station" | "tape" | "click";
         /**
          * Preview
          * @description What changes would make of the file; nothing is saved.
@@ -1479,6 +1700,202 @@ export interface components {
             path: string;
         };
         /**
+         * RegisterRequest
+         * @description What is measured on a floor, by numbers of dropped files; ``known``: landmarks of the site that are known.
+         */
+        RegisterRequest: {
+            /**
+             * Clicks
+             * @default null
+             */
+            clicks: number | null;
+            /**
+             * Control
+             * @default null
+             */
+            control: number | null;
+            /** Floor */
+            floor: number;
+            /**
+             * Free Scale
+             * @default false
+             */
+            free_scale: boolean;
+            /**
+             * Known
+             * @default []
+             */
+            known: string[];
+            /**
+             * Landmark Names
+             * @default *
+             */
+            landmark_names: string;
+            /**
+             * Replace
+             * @default false
+             */
+            replace: boolean;
+            /**
+             * Stations
+             * @default []
+             */
+            stations: number[];
+            /**
+             * Tape
+             * @default null
+             */
+            tape: number | null;
+            /**
+             * Targets
+             * @default null
+             */
+            targets: number | null;
+            /**
+             * Write
+             * @default false
+             */
+            write: boolean;
+        };
+        /**
+         * RegisteredPoint
+         * @description A landmark or control point of the floor, BCS metres; None where something is not known.
+         */
+        RegisteredPoint: {
+            /** Checked */
+            checked: number;
+            /** Covariance M2 */
+            covariance_m2: [
+                [
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number
+                ]
+            ];
+            /**
+             * Heading Rad
+             * @default null
+             */
+            heading_rad: number | null;
+            /**
+             * Heading Sigma Rad
+             * @default null
+             */
+            heading_sigma_rad: number | null;
+            /** Measurements */
+            measurements: number;
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+            /** Point */
+            point: string;
+            /** Sigma M */
+            sigma_m: number;
+            source: components["schemas"]["PositionSource"];
+            /** X M */
+            x_m: number;
+            /** Y M */
+            y_m: number;
+            /**
+             * Z M
+             * @default null
+             */
+            z_m: number | null;
+            /**
+             * Z Sigma M
+             * @default null
+             */
+            z_sigma_m: number | null;
+        };
+        /**
+         * Registration
+         * @description Everything that was found of one floor.
+         */
+        Registration: {
+            /**
+             * Control Points
+             * @default []
+             */
+            control_points: components["schemas"]["RegisteredPoint"][];
+            /**
+             * Errors
+             * @default []
+             */
+            errors: string[];
+            /**
+             * Findings
+             * @default []
+             */
+            findings: components["schemas"]["Finding"][];
+            /** Floor */
+            floor: number;
+            /**
+             * Landmarks
+             * @default []
+             */
+            landmarks: components["schemas"]["RegisteredPoint"][];
+            /**
+             * Plausible
+             * @default true
+             */
+            plausible: boolean;
+            /**
+             * Redundancy
+             * @default 0
+             */
+            redundancy: number;
+            /**
+             * Repeats
+             * @default []
+             */
+            repeats: components["schemas"]["Repeat"][];
+            /**
+             * Residuals
+             * @default []
+             */
+            residuals: components["schemas"]["Residual"][];
+            /** @default null */
+            scale: components["schemas"]["ScaleTest"] | null;
+            /**
+             * Sigma0
+             * @default null
+             */
+            sigma0: number | null;
+            /**
+             * Stations
+             * @default []
+             */
+            stations: components["schemas"]["StationRow"][];
+            /**
+             * Tape Residuals
+             * @default []
+             */
+            tape_residuals: components["schemas"]["Residual"][];
+            /**
+             * Unplaced
+             * @default {}
+             */
+            unplaced: {
+                [key: string]: string;
+            };
+            /** Version */
+            version: string;
+        };
+        /**
+         * RegistrationView
+         * @description What registering found, and the files of the survey that it wrote.
+         */
+        RegistrationView: {
+            found: components["schemas"]["Registration"];
+            /** Written */
+            written: string[];
+        };
+        /**
          * Relation
          * @description A frame in another: where its origin is, and by how much its x axis is turned counter-clockwise.
          */
@@ -1515,6 +1932,20 @@ export interface components {
             table: string;
         };
         /**
+         * Repeat
+         * @description A point shot more than once from one station: the spread of the shots about their mean.
+         */
+        Repeat: {
+            /** Point */
+            point: string;
+            /** Shots */
+            shots: number;
+            /** Spread M */
+            spread_m: number;
+            /** Station */
+            station: string;
+        };
+        /**
          * ReplaceEntry
          * @description Other values of an entry; comments in its lines stay.
          */
@@ -1532,6 +1963,36 @@ export interface components {
             values: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * Residual
+         * @description What one measurement is off by: measured minus adjusted, metres.
+         */
+        Residual: {
+            /**
+             * At M
+             * @default null
+             */
+            at_m: [
+                number,
+                number
+            ] | null;
+            /**
+             * By M
+             * @default null
+             */
+            by_m: [
+                number,
+                number
+            ] | null;
+            /** Checked */
+            checked: number;
+            /** Measurement */
+            measurement: string;
+            /** Off M */
+            off_m: number;
+            /** Sigmas */
+            sigmas: number;
         };
         /**
          * ScaleDistance
@@ -1577,6 +2038,18 @@ export interface components {
                 number,
                 number
             ];
+        };
+        /**
+         * ScaleTest
+         * @description Distances in the building over those of the stations, were the scale free.
+         */
+        ScaleTest: {
+            /** Off */
+            off: boolean;
+            /** Sigma */
+            sigma: number;
+            /** Value */
+            value: number;
         };
         /**
          * SessionDetail
@@ -1684,6 +2157,55 @@ export interface components {
          */
         Severity: "info" | "warning" | "error";
         /**
+         * SheetsView
+         * @description Sheets that were made.
+         */
+        SheetsView: {
+            /** Folder */
+            folder: string;
+            /** Notes */
+            notes: string[];
+            /** Pages */
+            pages: number;
+        };
+        /**
+         * SheetsWish
+         * @description Sheets for all landmarks, or those of ``ids`` (1-40,lobby), on this paper where the site names none.
+         */
+        SheetsWish: {
+            /**
+             * Ids
+             * @default null
+             */
+            ids: string | null;
+            /**
+             * Paper
+             * @default A4
+             */
+            paper: string;
+            /**
+             * Tag
+             * @default false
+             */
+            tag: boolean;
+        };
+        /**
+         * StationRow
+         * @description One station: where its frame's origin lies, BCS metres, and how it is turned.
+         */
+        StationRow: {
+            /** Shots */
+            shots: number;
+            /** Station */
+            station: string;
+            /** Turn Rad */
+            turn_rad: number;
+            /** X M */
+            x_m: number;
+            /** Y M */
+            y_m: number;
+        };
+        /**
          * StatusView
          * @description What a status means; ``code`` is that of the column ``status``.
          */
@@ -1700,6 +2222,29 @@ export interface components {
             meaning: string;
             /** Name */
             name: string;
+        };
+        /**
+         * Stroke
+         * @description A line of a brush, or a polygon, along which a floor is ``walkable`` or not.
+         */
+        Stroke: {
+            /** Points */
+            points: [
+                number,
+                number
+            ][];
+            /**
+             * Shape
+             * @enum {string}
+             */
+            shape: "brush" | "polygon";
+            /** Walkable */
+            walkable: boolean;
+            /**
+             * Width M
+             * @default 0.2
+             */
+            width_m: number;
         };
         /**
          * SurveyView
@@ -1778,6 +2323,58 @@ export interface components {
             x: number | null;
             /** Y */
             y: number | null;
+        };
+        /**
+         * WallsRequest
+         * @description Strokes over what is corrected of a floor already, or ``anew``.
+         */
+        WallsRequest: {
+            /**
+             * Anew
+             * @default false
+             */
+            anew: boolean;
+            /** Floor */
+            floor: number;
+            /**
+             * Strokes
+             * @default []
+             */
+            strokes: components["schemas"]["Stroke"][];
+            /**
+             * Write
+             * @default false
+             */
+            write: boolean;
+        };
+        /**
+         * WallsView
+         * @description Where a floor can be walked: ``rings`` about the space and its holes, the outer one first.
+         */
+        WallsView: {
+            /** Area M2 */
+            area_m2: number;
+            /** Corrected */
+            corrected: boolean;
+            /** Floor */
+            floor: number;
+            /** Notes */
+            notes: string[];
+            /** Rings */
+            rings: [
+                number,
+                number
+            ][][];
+        };
+        /**
+         * Written
+         * @description How much was written, and where.
+         */
+        Written: {
+            /** Count */
+            count: number;
+            /** Where */
+            where: string;
         };
     };
     responses: never;
@@ -2448,6 +3045,231 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["AddedFloor"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_plans: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlanWish"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlannedView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_plans_change: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlanChange"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlannedView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_plans_write: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlanChange"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Written"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_positions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RegisterRequest"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RegistrationView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_sheets: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SheetsWish"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SheetsView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_prepare_sheets_pdf: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_walls: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WallsRequest"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WallsView"];
                 };
             };
             /** @description refused */

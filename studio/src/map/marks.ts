@@ -52,6 +52,21 @@ function pointFeature(kind: Mark['kind'], point: Landmark | ControlPoint, placin
   return [feature];
 }
 
+/** A landmark that is planned, not hung yet. */
+export function plannedFeature({ id, x, y }: { id: string; x: number; y: number }, isChosen: boolean, dark: boolean): Feature {
+  const feature = new Feature(new Point([x, y]));
+  const shape = new RegularShape({
+    points: 4,
+    angle: Math.PI / 4,
+    radius: isChosen ? 12 : 9,
+    declutterMode: 'none',
+    fill: new Fill({ color: '#fff' }),
+    stroke: new Stroke({ color: isChosen ? '#d55e00' : '#6639ba', width: 3 }),
+  });
+  feature.setStyle(new Style({ image: shape, text: label(id, dark, -17), zIndex: isChosen ? 4 : 3 }));
+  return feature;
+}
+
 export function pointFeatures(landmarks: Landmark[], control: ControlPoint[], placing: Placing, dark: boolean, chosen: Mark | null): Feature[] {
   return [
     ...control.flatMap((point) => pointFeature('control', point, placing, dark, chosen)),
@@ -93,6 +108,28 @@ function arrowStyle(line: LineString, color: string, lineDash?: number[]): Style
     new Style({ stroke: new Stroke({ color, width: 2.5, lineDash }) }),
     new Style({ geometry: new Point(end), image: new RegularShape({ points: 3, radius: 7, rotation, declutterMode: 'none', fill: new Fill({ color }) }) }),
   ];
+}
+
+/** An area within its outer ring and without its holes. */
+export function areaFeature(rings: number[][][], colour: string): Feature {
+  const feature = new Feature(new Polygon(rings));
+  feature.setStyle(new Style({ fill: new Fill({ color: `${colour}40` }), stroke: new Stroke({ color: colour, width: 1.5 }) }));
+  return feature;
+}
+
+/** An arrow between two places of the map. */
+export function arrowFeature(from: number[], to: number[]): Feature {
+  const line = new LineString([from, to]);
+  const feature = new Feature(line);
+  feature.setStyle(arrowStyle(line, SEVERITY.error));
+  return feature;
+}
+
+/** A point with its name. */
+export function dotFeature(place: number[], text: string): Feature {
+  const feature = new Feature(new Point(place));
+  feature.setStyle(new Style({ image: new Circle({ radius: 5, declutterMode: 'none', fill: new Fill({ color: '#009e73' }), stroke: new Stroke({ color: '#fff', width: 1.5 }) }), text: label(text, false, 14) }));
+  return feature;
 }
 
 export function layerFeatures(features: LayerFeature[], placing: Placing): Feature[] {

@@ -5,15 +5,17 @@ import OlMap from 'ol/Map';
 import type MapBrowserEvent from 'ol/MapBrowserEvent';
 import View from 'ol/View';
 import { defaults } from 'ol/interaction/defaults';
+import Draw from 'ol/interaction/Draw';
 import Translate from 'ol/interaction/Translate';
 import ImageLayer from 'ol/layer/Image';
 import VectorLayer from 'ol/layer/Vector';
-import { Point } from 'ol/geom';
+import { LineString, Point, Polygon } from 'ol/geom';
 import Projection from 'ol/proj/Projection';
 import { getRenderPixel } from 'ol/render';
 import type RenderEvent from 'ol/render/Event';
 import ImageCanvas from 'ol/source/ImageCanvas';
 import VectorSource from 'ol/source/Vector';
+import { Circle, Fill, Stroke, Style } from 'ol/style';
 import type { Density } from './density';
 import { FrameTrace } from './frame_trace';
 import type { Mark } from './marks';
@@ -74,6 +76,7 @@ export class SiteMap {
   private readonly walker = new VectorSource();
   private readonly movable = new Collection<Feature>();
   private swipe: number | null = null;
+  private draw: Draw | null = null;
 
   constructor(target: HTMLElement, heard: Heard) {
     const projection = new Projection({ code: 'site', units: 'm', extent: [-WIDE, -WIDE, WIDE, WIDE] });
@@ -157,6 +160,23 @@ export class SiteMap {
     this.marks.addFeatures(features);
     this.movable.clear();
     this.movable.extend(features.filter((feature) => feature.get('drag') || (feature.get('mark') && movable(feature.get('mark') as Mark))));
+  }
+
+  /** Let lines be drawn by a brush, or polygons corner by corner; null: nothing is drawn any more. */
+  setDrawing(drawing: { shape: 'brush' | 'polygon'; colour: string; done(points: number[][]): void } | null): void {
+    if (this.draw) this.map.removeInteraction(this.draw);
+    this.draw = null;
+    if (!drawing) return;
+    const { shape, colour, done } = drawing;
+    const image = new Circle({ radius: 5, fill: new Fill({ color: colour }) });
+    const style = new Style({ image, stroke: new Stroke({ color: colour, width: 4 }), fill: new Fill({ color: `${colour}40` }) });
+    this.draw = new Draw({ type: shape === 'brush' ? 'LineString' : 'Polygon', freehand: shape === 'brush', style });
+    this.draw.on('drawend', ({ feature }) => {
+      const drawn = feature.getGeometry();
+      if (drawn instanceof LineString) done(drawn.getCoordinates());
+      if (drawn instanceof Polygon) done(drawn.getCoordinates()[0].slice(0, -1));
+    });
+    this.map.addInteraction(this.draw);
   }
 
   setWalker(feature: Feature | null): void {

@@ -5,6 +5,7 @@ import type { Plan } from '../map/paint';
 export type Place = [x: number, y: number];
 export interface Drawing {
   shape: 'brush' | 'polygon';
+  colour: string;
   done(points: Place[]): void;
 }
 

@@ -14,7 +14,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
@@ -31,8 +31,8 @@ from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.site_table import read_site_table
 from vislam2tag.survey.table_columns import LANDMARKS
-from vislam2tag.walkable.correction import read_mask
-from vislam2tag.walkable.graph import corridor_graph
+from vislam2tag.walkable.correction import floor_mask
+from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import walkable_space
 
@@ -98,8 +98,8 @@ def write_plans(
         planned: list[PlannedFloor] = []
         first = request.first_id
         for floor in floors:
-            given = _given(site, floor, forbidden.get(floor.number, np.zeros((0, 4))), anew=request.anew)
-            design = _design(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
+            given = constraints_of(site, floor, forbidden.get(floor.number), anew=request.anew)
+            design, _ = designed(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, floor.name, ids, settings)
@@ -126,20 +126,32 @@ def _floors(site: Site, wanted: Sequence[int]) -> list[Floor]:
     return [there[number] for number in sorted(set(wanted) or set(there))]
 
 
-def _given(site: Site, floor: Floor, forbidden: FloatArray, *, anew: bool) -> FloorConstraints:
+def constraints_of(
+    site: Site, floor: Floor, forbidden: FloatArray | None = None, *, anew: bool = False
+) -> FloorConstraints:
+    """What is given of a floor: its surveyed landmarks, unless planned ``anew``, and rectangles (f, 4) without any."""
     here = site.landmarks.on_floor(floor.number)
     rows = [] if anew else np.flatnonzero(here.surveyed).tolist()
-    return FloorConstraints(here.position_bcs[rows].reshape(-1, 2), tuple(here.ids[row] for row in rows), forbidden)
+    names = tuple(here.ids[row] for row in rows)
+    return FloorConstraints(
+        here.position_bcs[rows].reshape(-1, 2), names, np.zeros((0, 4)) if forbidden is None else forbidden
+    )
 
 
-def _design(
-    floor: Floor, request: PlanRequest, settings: PlanSettings, given: FloorConstraints, progress: Progress[str]
-) -> FloorDesign:
+def designed(
+    floor: Floor,
+    request: PlanRequest,
+    settings: PlanSettings,
+    given: FloorConstraints,
+    progress: Progress[str] = silent,
+) -> tuple[FloorDesign, CorridorGraph]:
+    """Plan a floor from its plan's walkable space; raises SurveyError where that fails."""
     progress("walkable space", len(STEPS))
-    mask = None if request.mask is None else read_mask(Path(request.mask))
+    mask = floor_mask(floor, path_or_none(request.mask))
     space = walkable_space(floor_plan(floor), request.walkable, mask)
+    graph = corridor_graph(space, request.walkable.graph)
     try:
-        return plan_floor(space, corridor_graph(space, request.walkable.graph), settings, given, progress)
+        return plan_floor(space, graph, settings, given, progress), graph
     except SurveyError as error:
         raise SurveyError(f"floor {floor.number}: {error}") from error
 

@@ -20,7 +20,7 @@ from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.walkable.correction import GREEN, RED, read_mask
+from vislam2tag.walkable.correction import GREEN, RED, floor_mask
 from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import WalkableSpace, walkable_space
@@ -61,10 +61,9 @@ def write_walkable(
     chosen = _chosen(site, numbers)
     if mask is not None and len(chosen) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
-    drawn = None if mask is None else read_mask(mask)
     found = []
     for floor in chosen:
-        space = walkable_space(floor_plan(floor), settings, drawn)
+        space = walkable_space(floor_plan(floor), settings, floor_mask(floor, mask))
         found.append(WalkableFloor(floor, space, corridor_graph(space, settings.graph)))
     with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as partial:
         for one in found:

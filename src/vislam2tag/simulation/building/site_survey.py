@@ -21,7 +21,7 @@ from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file
-from vislam2tag.walkable.correction import read_mask
+from vislam2tag.walkable.correction import floor_mask
 from vislam2tag.walkable.graph import corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import walkable_space
@@ -60,7 +60,7 @@ def _site_floor(
     floor: Floor, landmarks: Landmarks, widths: Mapping[str, float], mask: Path | None, settings: WalkableSettings
 ) -> SiteFloor:
     plan = floor_plan(floor)
-    space = walkable_space(plan, settings, None if mask is None else read_mask(mask))
+    space = walkable_space(plan, settings, floor_mask(floor, mask))
     here = landmarks.on_floor(floor.number)
     here = here.select(np.flatnonzero(np.isfinite(here.position_bcs).all(axis=1)).tolist())
     return SiteFloor(

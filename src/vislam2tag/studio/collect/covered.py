@@ -17,7 +17,7 @@ from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
 from vislam2tag.studio.collect.messages import Covered, CoveredFloors
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.tracks import Track
-from vislam2tag.studio.workspace import Workspace
+from vislam2tag.studio.workspace import Workspace, plan_stamp
 from vislam2tag.survey.room_names import read_room_names
 from vislam2tag.walkable.walked.areas import Areas
 from vislam2tag.walkable.walked.walked_record import WalkedFloor, walked_floor
@@ -85,8 +85,7 @@ def _measured(workspace: Workspace, floor: int) -> FloorCovered:
 def _areas_of(workspace: Workspace, floor: int) -> Areas:
     """Rooms and corridors of a floor, kept while its plan is as it was; raises SurveyError where there are none."""
     chosen = workspace.now.survey.site.floor(floor)
-    stamp = chosen.plan.stat().st_mtime_ns if chosen.plan is not None and chosen.plan.exists() else 0
-    key = f"{workspace.root} {chosen} {stamp}"
+    key = f"{workspace.root} {chosen} {plan_stamp(chosen)}"
     if key not in _areas:
         names, _ = read_room_names(workspace.root, floor)
         _keep(_areas, key, floor_areas(chosen, names, workspace.settings.walkable))

@@ -8,7 +8,7 @@ from vislam2tag.common.extras import import_extra
 from vislam2tag.studio.layer_registry import register
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.work_messages import Feature, Title
-from vislam2tag.studio.workspace import Workspace
+from vislam2tag.studio.workspace import Workspace, plan_stamp
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.walkable.space import WalkableSpace, walkable_space
 
@@ -22,7 +22,7 @@ class Walkable:
 
     def __init__(self) -> None:
         """Regions are kept while their plan is as it was."""
-        self._found: dict[tuple[str, int], list[list[Point]]] = {}
+        self._found: dict[tuple[str, str], list[list[Point]]] = {}
 
     def features(self, workspace: Workspace, floor: int) -> list[Feature]:
         """The region; none where the floor has no plan. Raises SurveyError where nothing on it can be walked."""
@@ -30,14 +30,17 @@ class Walkable:
         if chosen.plan is None:
             return []
         import_extra("skimage.measure")
-        key = (str(chosen), chosen.plan.stat().st_mtime_ns)
+        from vislam2tag.walkable.correction import floor_mask
+
+        key = str(chosen), plan_stamp(chosen)
         if key not in self._found:
-            self._found[key] = _rings(walkable_space(floor_plan(chosen), workspace.settings.walkable))
+            space = walkable_space(floor_plan(chosen), workspace.settings.walkable, floor_mask(chosen))
+            self._found[key] = rings_of(space)
         outer, *holes = self._found[key]
         return [Feature(id=f"{self.name}:{floor}", shape="area", floor=floor, coordinates=outer, holes=holes)]
 
 
-def _rings(space: WalkableSpace) -> list[list[Point]]:
+def rings_of(space: WalkableSpace) -> list[list[Point]]:
     """Closed lines about the region and its holes, the outer one, which encloses most, first."""
     ends = np.flatnonzero((space.walls[:-1, 1] != space.walls[1:, 0]).any(axis=1)) + 1
     rings = [part[:, 0] for part in np.split(space.walls, ends)]

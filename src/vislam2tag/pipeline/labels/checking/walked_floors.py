@@ -79,8 +79,9 @@ def floor_areas(floor: Floor, names: Sequence[RoomName], settings: WalkableSetti
     Raises SurveyError where there is no plan that can be walked, ModuleNotFoundError where an extra lacks.
     """
     from vislam2tag.survey.plans.load import floor_plan  # packages of extras
+    from vislam2tag.walkable.correction import floor_mask
     from vislam2tag.walkable.graph import corridor_graph
 
     plan, settings = floor_plan(floor), settings or WalkableSettings()
-    space = walkable_space(plan, settings)
+    space = walkable_space(plan, settings, floor_mask(floor))
     return areas_of(space, corridor_graph(space, settings.graph)).with_names([*names, *names_on_plan(plan)])

@@ -107,7 +107,9 @@ def _walkable_floors(survey: Survey) -> dict[int, Inside]:
     for floor in survey.site.floors:
         if floor.plan is not None:
             with suppress(SurveyError, MissingExtraError):
-                found[floor.number] = walkable_space(floor_plan(floor)).inside
+                from vislam2tag.walkable.correction import floor_mask  # a package of an extra
+
+                found[floor.number] = walkable_space(floor_plan(floor), mask=floor_mask(floor)).inside
     return found
 
 

@@ -1,0 +1,109 @@
+// Planned landmarks, which can be dragged: the map of the error to expect follows, of several changes the latest counts.
+import type Feature from 'ol/Feature';
+import * as api from '../api/client';
+import type { PlanChange, Planned as View } from '../api/model';
+import { plannedFeature } from '../map/marks';
+import { pictureOf } from '../map/raster';
+import { choice } from './choice.svelte';
+import { type Place, overlay } from './overlay.svelte';
+
+type Held = View['landmarks'];
+
+class Planned {
+  view = $state.raw<View | null>(null);
+  /** What was expected when the plan was made. */
+  first = $state.raw<View | null>(null);
+  past = $state.raw<Held[]>([]);
+  chosen = $state<string | null>(null);
+  dragging = $state(false);
+
+  /** Sigmas of the two ends of the colours (m). */
+  ends = $derived<[number, number]>([0, Math.max(0.2, Math.ceil(Math.max(...(this.first?.sigma_cm ?? [])) / 10) / 10)]);
+}
+
+export const planned = new Planned();
+
+let next: PlanChange | null = null;
+let asking: Promise<void> | null = null;
+
+/** Ask for a change; while one is computed only the latest of the others waits. */
+function ask(change: PlanChange): Promise<void> {
+  next = change;
+  asking ??= askAll().finally(() => ([asking, next] = [null, null]));
+  return asking;
+}
+
+async function askAll(): Promise<void> {
+  while (next) {
+    const asked: PlanChange = next;
+    next = null;
+    const view = await api.changePlan(asked);
+    if (planned.view?.plan === asked.plan) planned.view = view;
+  }
+}
+
+const held = (landmarks: Held) => landmarks.map(({ id, place }) => ({ id, place }));
+
+export async function plan(spacing: number, rooms: boolean, sheets: string[], number: number | null): Promise<void> {
+  const view = await api.plan({ floor: choice.floor, spacing_m: spacing, rooms, sheets, number });
+  [planned.view, planned.first, planned.past, planned.chosen] = [view, view, [], null];
+}
+
+function begin(): Held {
+  const { landmarks } = planned.view!;
+  planned.past = [...planned.past, landmarks];
+  return landmarks;
+}
+
+/** Move a landmark to the place nearest to a point; null: add one there. */
+export async function moveTo(moved: string | null, to: Place): Promise<void> {
+  await ask({ plan: planned.view!.plan, landmarks: held(begin()), moved, to });
+  planned.chosen = moved ?? planned.view!.landmarks.at(-1)!.id;
+}
+
+export async function takeAway(id: string): Promise<void> {
+  const left = begin().filter((landmark) => landmark.id !== id);
+  planned.chosen = null;
+  await ask({ plan: planned.view!.plan, landmarks: held(left), moved: null, to: null });
+}
+
+export async function takeBack(): Promise<void> {
+  const before = planned.past.at(-1);
+  if (!before) return;
+  planned.past = planned.past.slice(0, -1);
+  await ask({ plan: planned.view!.plan, landmarks: held(before), moved: null, to: null });
+}
+
+/** Add the landmarks to the survey; returns how many. */
+export async function write(): Promise<number> {
+  const { plan: number, landmarks } = planned.view!;
+  const { count } = await api.writePlan({ plan: number, landmarks: held(landmarks), moved: null, to: null });
+  forgetPlan();
+  return count;
+}
+
+export function forgetPlan(): void {
+  [planned.view, planned.first, planned.past] = [null, null, []];
+  overlay.clear();
+}
+
+/** Show the plan on the map; to be called in an effect. `failed` hears of what goes wrong while one is dragged. */
+export function showPlan(dark: boolean, attempt: (work: () => Promise<void>) => Promise<unknown>): void {
+  const { view, ends, chosen } = planned;
+  if (!view || view.floor !== choice.floor) return overlay.clear();
+  const cells = Float32Array.from(view.sigma_cm, (value) => (value < 0 ? NaN : value / 100));
+  overlay.pictures = [pictureOf({ floor: view.floor, extent: view.extent_m, rows: view.rows, columns: view.columns, cells }, ends, null)];
+  if (planned.dragging) return; // the feature that is being dragged must stay
+  overlay.features = view.landmarks.map((landmark): Feature => {
+    const feature = plannedFeature(landmark, landmark.id === chosen, dark);
+    let before: Held | null = null;
+    feature.set('press', () => (planned.chosen = landmark.id));
+    feature.set('drag', (to: Place, ended: boolean) => {
+      if (!before) planned.past = [...planned.past, (before = view.landmarks)];
+      planned.dragging = true;
+      const asked = attempt(() => ask({ plan: view.plan, landmarks: held(view.landmarks), moved: landmark.id, to: [to[0], to[1]] }));
+      if (ended) void asked.then(() => ([planned.dragging, planned.chosen] = [false, landmark.id]));
+    });
+    return feature;
+  });
+}
