@@ -22,6 +22,7 @@ import pytest
 
 from tests.azurite import SERVER
 from vislam2tag.common.files.store import Store
+from vislam2tag.common.files.store_connection import connection_to
 from vislam2tag.pipeline.run.output_store import LOGS
 
 HOST = "127.0.0.1"
@@ -141,12 +142,14 @@ def _running(
             patch.delenv(name)
         for name, value in environment.items():
             patch.setenv(name, value)
+        connection_to.cache_clear()
         try:
             wait_for(host, port, process)
             yield
         finally:
             process.kill()
             process.wait()
+            connection_to.cache_clear()
 
 
 def _signed(url: str) -> Request:

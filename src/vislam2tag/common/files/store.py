@@ -1,7 +1,6 @@
 """Folders in object storage (``s3://``, ``az://``, ``gs://``; ``memory://`` in one process): a thin adapter to obstore.
 
-Credentials, endpoint and region come from where each service's own tools look for them (environment, instance, web
-identity); none is ever part of an address, a message or a result.
+Credentials are never part of an address, a message or a result (:mod:`vislam2tag.common.files.store_connection`).
 """
 
 from __future__ import annotations
@@ -11,58 +10,22 @@ import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from datetime import timedelta
 from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
-from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
+from vislam2tag.common.files.store_connection import SCHEMES, cause_of, connection_to, obstore, store_errors
 
-_SCHEMES = {"s3": "S3", "gs": "Google Cloud Storage", "az": "Azure Blob Storage", "memory": "memory"}
-_ADDRESS = re.compile(rf"({'|'.join(_SCHEMES)}):(?:/+(.*))?")
-_ENDPOINTS = {
-    "s3": ("AWS_ENDPOINT_URL", "AWS_ENDPOINT"),
-    "gs": ("GOOGLE_BASE_URL",),
-    "az": ("AZURE_STORAGE_ENDPOINT", "AZURE_ENDPOINT"),
-}
-"""Variables that name a server of one's own."""
-AT_ONCE = 6
+_ADDRESS = re.compile(rf"({'|'.join(SCHEMES)}):(?:/+(.*))?")
+_AT_ONCE = 6
 """Requests of one process that a store is asked at the same time."""
 PROBE = ".vislam2tag-probe-"
 """How the names of objects begin that tell whether a store has conditional writes; they last as long as that takes."""
-_TIMEOUT_S = 60
-"""Of one request; what is torn, refused for being too frequent (429, 503) or met a server's error is tried again."""
-_RETRIES = {
-    "max_retries": 8,
-    "backoff": {"init_backoff": timedelta(milliseconds=100), "max_backoff": timedelta(seconds=10), "base": 2},
-    "retry_timeout": timedelta(seconds=120),
-}
-_CAUSES = (
-    ("NoSuchBucket|ContainerNotFound|bucket does not exist", "there is no such bucket: make it, or correct its name"),
-    ("RequestTimeTooSkewed|clock", "this machine's clock is wrong, which the store refuses: set it"),
-    (
-        "PermanentRedirect|HeaderMalformed|LocationConstraint|configured region",
-        "the bucket lies in another region: set AWS_REGION to its own",
-    ),
-    ("QuotaExceeded|InsufficientStorage|507 ", "the store has no space left for you: free some or ask for more"),
-    (
-        "InvalidAccessKeyId|SignatureDoesNotMatch|InvalidAuthenticationInfo|failed to authenticate",
-        "the credentials are wrong: check them",
-    ),
-    ("SlowDown|TooManyRequests|429 |503 ", "the store is too busy, in all tries: run again later, with fewer workers"),
-    (
-        r"169\.254\.|/latest/|metadata\.google|credential",
-        "no credentials were found: set them as for the service's own tools",
-    ),
-    ("401 |Unauthenticated", "no credentials that the store knows: set them as for the service's own tools"),
-    ("403 |AccessDenied|PermissionDenied", "permission is denied: the credentials must allow to list, read and write"),
-)
-"""By what the store answers: what it means and what to do; the first that matches counts."""
 
 
 def address_of(path: Path | str) -> str | None:
@@ -134,18 +97,26 @@ _Asked = TypeVar("_Asked")
 _Answer = TypeVar("_Answer")
 
 
+@cache
+def asking() -> ThreadPoolExecutor:
+    """The threads in which this process asks stores; what they do must not wait for another of them."""
+    return ThreadPoolExecutor(_AT_ONCE, thread_name_prefix="store")
+
+
 def at_once(ask: Callable[[_Asked], _Answer], about: Iterable[_Asked]) -> Iterator[_Answer]:
     """Ask a store about several things, a few at a time, as each answer takes a while; yield answers in their order.
 
-    No more than a few answers wait to be taken. Raises what asking raises.
+    No more than a few answers wait to be taken. Raises what asking raises; nothing is asked any more then.
     """
-    rest = iter(about)
-    with ThreadPoolExecutor(AT_ONCE) as pool:
-        waiting = deque(pool.submit(ask, each) for each in islice(rest, AT_ONCE))
+    rest, pool = iter(about), asking()
+    waiting = deque(pool.submit(ask, each) for each in islice(rest, _AT_ONCE))
+    try:
         while waiting:
             answer = waiting.popleft().result()
             waiting.extend(pool.submit(ask, each) for each in islice(rest, 1))
             yield answer
+    finally:
+        wait([future for future in waiting if not future.cancel()])
 
 
 @dataclass(frozen=True)
@@ -157,29 +128,42 @@ class Store:
 
     address: str
 
+    @property
+    def _bucket(self) -> Any:
+        return connection_to(_split(self.address)[0])
+
+    def _path(self, name: str) -> str:
+        """Where an object stands in the bucket."""
+        return "/".join(part for part in (_split(self.address)[1], name) if part)
+
+    def _name(self, path: str) -> str:
+        """What an object of the bucket is called below the folder."""
+        prefix = _split(self.address)[1]
+        return path[len(prefix) + 1 :] if prefix else path
+
     def get(self, name: str) -> Stored | None:
         """Read an object whole; None where there is none."""
         try:
-            found = _obstore().get(_connection(self.address), name)
+            found = obstore().get(self._bucket, self._path(name))
             data = bytes(found.bytes())
         except FileNotFoundError as error:
             self._raise_without_bucket(error)
             return None
-        except _errors() as error:
+        except store_errors() as error:
             raise self._error(name, "read", error) from None
         return Stored(data, _version(found.meta), {str(key): str(value) for key, value in found.attributes.items()})
 
     def fetch(self, name: str, target: Path) -> Version | None:
         """Stream an object into a file; None, and no file, where there is none."""
         try:
-            found = _obstore().get(_connection(self.address), name)
+            found = obstore().get(self._bucket, self._path(name))
             with target.open("wb") as file:
                 for chunk in found.stream():
                     file.write(chunk)
         except FileNotFoundError as error:
             self._raise_without_bucket(error)
             return None
-        except _errors() as error:
+        except store_errors() as error:
             raise self._error(name, "read", error) from None
         return _version(found.meta)
 
@@ -187,17 +171,17 @@ class Store:
     def opened(self, name: str) -> Iterator[IO[bytes]]:
         """Yield an object as a file, of which only what is read is fetched."""
         try:
-            yield _obstore().open_reader(_connection(self.address), name)
-        except _errors() as error:
+            yield obstore().open_reader(self._bucket, self._path(name))
+        except store_errors() as error:
             raise self._error(name, "read", error) from None
 
     def version(self, name: str) -> Version | None:
         """Version of an object that is there; None where there is none."""
         try:
-            return _version(_obstore().head(_connection(self.address), name))
+            return _version(obstore().head(self._bucket, self._path(name)))
         except FileNotFoundError:
             return None
-        except _errors() as error:
+        except store_errors() as error:
             raise self._error(name, "read", error) from None
 
     def put(self, name: str, content: bytes | Path, notes: Mapping[str, str] | None = None) -> Version:
@@ -232,10 +216,9 @@ class Store:
     def _put(self, name: str, content: bytes | Path, notes: Mapping[str, str] | None, mode: Any) -> Version:
         options = {} if mode is None else {"mode": mode, "use_multipart": False}
         try:
-            return _version(
-                _obstore().put(_connection(self.address), name, content, attributes=dict(notes or {}), **options)
-            )
-        except _errors() as error:
+            path = self._path(name)
+            return _version(obstore().put(self._bucket, path, content, attributes=dict(notes or {}), **options))
+        except store_errors() as error:
             if type(error).__name__ in ("AlreadyExistsError", "PreconditionError"):
                 raise StoreConflictError(f"{self.address}/{name}: another program has written it meanwhile") from None
             raise self._error(name, "written", error) from None
@@ -243,29 +226,29 @@ class Store:
     def list(self, folder: str = "") -> Iterator[Listed]:
         """List all objects below a folder, a page at a time."""
         try:
-            for page in _obstore().list(_connection(self.address), folder or None):
+            for page in obstore().list(self._bucket, self._path(folder) or None):
                 for each in page:
-                    yield Listed(each["path"], each["size"], _version(each))
-        except _errors() as error:
+                    yield Listed(self._name(each["path"]), each["size"], _version(each))
+        except store_errors() as error:
             raise self._error(folder, "listed", error) from None
 
     def folders(self) -> tuple[str, ...]:
         """Names of the folders right below, sorted; hidden ones are left out."""
         try:
-            found = _obstore().list_with_delimiter(_connection(self.address))["common_prefixes"]
-        except _errors() as error:
+            found = obstore().list_with_delimiter(self._bucket, self._path("") or None)["common_prefixes"]
+        except store_errors() as error:
             raise self._error("", "listed", error) from None
-        return tuple(sorted(name for name in map(str, found) if not name.startswith(".")))
+        return tuple(sorted(name for name in map(self._name, found) if not name.startswith(".")))
 
     def delete(self, names: Iterable[str]) -> None:
         """Remove objects; one that is not there is no fault."""
         wanted = list(names)
         try:
             if wanted:
-                _obstore().delete(_connection(self.address), wanted)
+                obstore().delete(self._bucket, [self._path(name) for name in wanted])
         except FileNotFoundError:
             return
-        except _errors() as error:
+        except store_errors() as error:
             raise self._error(wanted[0], "removed", error) from None
 
     def refuse_without_conditional_writes(self) -> None:
@@ -287,7 +270,7 @@ class Store:
 
     def _error(self, name: str, what: str, error: Exception) -> StoreError:
         kind = _UnansweredError if _UNANSWERED.search(str(error)) else StoreError
-        return kind(f"{f'{self.address}/{name}'.rstrip('/')}: cannot be {what}: {_cause(error)}")
+        return kind(f"{f'{self.address}/{name}'.rstrip('/')}: cannot be {what}: {cause_of(error)}")
 
     def _raise_without_bucket(self, error: Exception) -> None:
         if "NoSuchBucket" in str(error) or "ContainerNotFound" in str(error):
@@ -300,42 +283,12 @@ def store_at(path: Path) -> Store | None:
     return None if address is None else Store(address)
 
 
-def _cause(error: Exception) -> str:
-    """Say why, and what to do; addresses of requests, which may hold a signature, are left out."""
-    text = str(error)
-    for pattern, meaning in _CAUSES:
-        if re.search(pattern, text.split("Debug source")[0], re.IGNORECASE):
-            return meaning
-    if "kind: Timeout" in text:
-        return "the store does not answer in time, in all tries: check the network and the store's endpoint"
-    line = re.sub(r"https?://\S+", "the store", first_line(error))
-    return f"{line}; check the network, the address and the store's endpoint"
+def _split(address: str) -> tuple[str, str]:
+    """The address of the bucket, and the folder's path in it."""
+    scheme, _, rest = address.partition("://")
+    bucket, _, prefix = rest.partition("/")
+    return f"{scheme}://{bucket}", prefix.strip("/")
 
 
 def _version(meta: Mapping[str, Any]) -> Version:
     return Version(meta.get("e_tag"), meta.get("version"))
-
-
-def _obstore() -> Any:
-    return import_extra("obstore")
-
-
-@cache
-def _errors() -> tuple[type[Exception], ...]:
-    return (import_extra("obstore.exceptions").BaseError, OSError, ValueError)
-
-
-@cache
-def _connection(address: str) -> Any:
-    """Connect to a store once a process."""
-    scheme = address.partition(":")[0]
-    stores = import_extra("obstore.store")
-    if scheme == "memory":
-        return stores.MemoryStore()
-    options: dict[str, Any] = {"timeout": timedelta(seconds=_TIMEOUT_S)}
-    if any(os.environ.get(name, "").startswith("http://") for name in _ENDPOINTS[scheme]):
-        options["allow_http"] = True  # whoever names such an endpoint wants it
-    try:
-        return stores.from_url(address, client_options=options, retry_config=_RETRIES)
-    except _errors() as error:
-        raise StoreError(f"{address}: cannot be opened as {_SCHEMES[scheme]}: {_cause(error)}") from None

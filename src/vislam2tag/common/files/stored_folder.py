@@ -12,6 +12,7 @@ import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
@@ -22,7 +23,8 @@ from vislam2tag.common.files.store import Listed, Store, Version, store_at
 MARK = ".vislam2tag.json"
 """In a folder that was put into a store as a whole: the SHA-256 of each of its files, once all of them stand there."""
 _STOOD_FOR: dict[str, str] = {}
-"""By folder of this machine, the address that it stood for since this process began."""
+"""By folder of this machine, the address that it stands for, or did: of the last :data:`_REMEMBERED`."""
+_REMEMBERED = 1000
 
 
 def with_addresses(text: str) -> str:
@@ -146,6 +148,8 @@ def place_for(store: Store) -> Iterator[Path]:
     with TemporaryDirectory(prefix="vislam2tag-") as scratch:
         here = Path(scratch).resolve() / PurePosixPath(store.address).name
         _STOOD_FOR[str(here)] = store.address
+        for old in list(islice(_STOOD_FOR, max(len(_STOOD_FOR) - _REMEMBERED, 0))):
+            _STOOD_FOR.pop(old, None)
         try:
             yield here
         except Vislam2tagError as error:

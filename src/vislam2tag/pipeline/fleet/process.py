@@ -32,9 +32,10 @@ from vislam2tag.pipeline.fleet.reduction import (
 from vislam2tag.pipeline.fleet.report import write_fleet_report
 from vislam2tag.pipeline.labels.process import LabelRun, jobs_of, label_run
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up_session, run_session
+from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up_session, session_steps
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.keys import key_of
+from vislam2tag.pipeline.run.steps import InSteps, Steps
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
@@ -79,11 +80,15 @@ FleetJob: TypeAlias = SessionJob | SurveyJob
 FleetOutcome: TypeAlias = SessionOutcome | SurveyOutcome
 
 
-def work_at(job: FleetJob) -> FleetOutcome:
-    """Process a session or reduce a survey: what every executor runs."""
+def _steps(job: FleetJob) -> Steps[FleetOutcome]:
     if isinstance(job, SurveyJob):
+        yield
         return reduce_survey(job)
-    return SessionOutcome(job.survey, run_session(job.job))
+    return SessionOutcome(job.survey, (yield from session_steps(job.job)))
+
+
+work_at = InSteps(_steps)
+"""Processes a session or reduces a survey: what every executor runs."""
 
 
 def code_of_job(job: FleetJob) -> str:

@@ -10,8 +10,8 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from concurrent.futures import Future, wait
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from functools import cache, partial
@@ -21,7 +21,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.store import AT_ONCE, Version
+from vislam2tag.common.files.store import Version, asking
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.labeling.settings import ProcessSettings
@@ -42,6 +42,7 @@ from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.failures import LOG, recorded
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.output_store import LOGS, Mark, OutputStore, short, table_name
+from vislam2tag.pipeline.run.steps import InSteps, Steps
 from vislam2tag.pipeline.run.store import PARTIAL, OutputFolder
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
@@ -74,13 +75,21 @@ def job_for(task: SessionTask, settings: ProcessSettings, out: Output, code: str
     return StoredJob(task, settings, out, code) if isinstance(out, OutputStore) else Job(task, settings, out, code)
 
 
-def run_session(job: AnyJob) -> Outcome:
-    """Process a session, wherever its outputs go: what every executor runs. One whose mark holds is not repeated.
+def session_steps(job: AnyJob) -> Steps[Outcome]:
+    """Process a session, wherever its outputs go: fetch it, compute, put. One whose mark holds is not repeated.
 
     Into a store go its tables, its log and, last, its mark. Raises OutputError or StoreError where what it needs cannot
     be read or written: then nothing is marked as done.
     """
-    return _into_store(job, process_session) if isinstance(job, StoredJob) else process_session(job)
+    if isinstance(job, StoredJob):
+        return (yield from _into_store(job, process_session, at_hand(job.task.ref, TRUTH_FILE)))
+    with at_hand(job.task.ref, TRUTH_FILE) as ref:
+        yield
+        return process_session(replace(job, task=replace(job.task, ref=ref)))
+
+
+run_session = InSteps(session_steps)
+"""What every executor runs."""
 
 
 def give_up(job: AnyJob | ReduceJob, error: str) -> Outcome | ReducedSession:
@@ -91,7 +100,9 @@ def give_up(job: AnyJob | ReduceJob, error: str) -> Outcome | ReducedSession:
 def give_up_session(job: AnyJob, error: str) -> Outcome:
     """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
     work = partial(fail_session, error=error)
-    return _into_store(job, work) if isinstance(job, StoredJob) else work(job)
+    if not isinstance(job, StoredJob):
+        return work(job)
+    return InSteps(lambda stored: _into_store(stored, work, nullcontext(stored.task.ref)))(job)
 
 
 def code_here(job: AnyJob | ReduceJob) -> str:
@@ -104,23 +115,28 @@ def _code_of(format_name: str, settings: str) -> str:
     return code_of(format_name, ProcessSettings.model_validate_json(settings))
 
 
-def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
-    started, since = datetime.now(UTC), time.monotonic()
+def _into_store(
+    stored: StoredJob, work: Callable[[Job], Outcome], fetched: AbstractContextManager[SessionRef]
+) -> Steps[Outcome]:
     before, version = stored.out.mark(stored.slug)
     mark = before if before is not None and stored.out.holds(stored.slug, before) else None
     inputs = _inputs(stored.task.ref)
-    with _scratch_job(stored) as job, ThreadPoolExecutor(AT_ONCE) as pool:
+    with _scratch_job(stored) as job:
         if mark is not None and mark.inputs == inputs != "" and not _reasons_by_listing(job, mark):
             return outcome_of(mark.result, repeated=False)
         if mark is not None:
             _lay_out(job, mark)
-        tables = _SentTables(job.out.root, stored.out, pool)
-        outcome, records = recorded(work, replace(job, out=tables))
-        if outcome.repeated:
+        tables = _SentTables(job.out.root, stored.out)
+        with fetched as ref:
+            yield
+            started, since = datetime.now(UTC), time.monotonic()
+            outcome, records = recorded(work, replace(job, task=replace(job.task, ref=ref), out=tables))
             log = _log(outcome, records, started, time.monotonic() - since)
+            for record in records:
+                LOG.handle(record)
+            yield
+        if outcome.repeated:
             tables.finish(job.slug, before, version, inputs, "".join(f"{json.dumps(line)}\n" for line in log))
-    for record in records:
-        LOG.handle(record)
     return outcome
 
 
@@ -129,7 +145,6 @@ class _SentTables(OutputFolder):
     """Scratch space of one session whose tables go to a store as soon as they are written, while more is made."""
 
     to: OutputStore
-    pool: ThreadPoolExecutor
     sent: dict[str, Future[Version]] = field(default_factory=dict)
     """By table."""
 
@@ -138,12 +153,8 @@ class _SentTables(OutputFolder):
         super().write(relative, fill)
         table, _, file = relative.partition("/")
         if file.endswith(".parquet"):
-            self.sent[table] = self.pool.submit(self._put, relative, self.sent.get(table))
-
-    def _put(self, relative: str, earlier: Future[Version] | None) -> Version:
-        if earlier is not None:
-            wait([earlier])
-        return self.to.store.put(relative, self.root / relative)
+            wait([self.sent[table]] if table in self.sent else [])
+            self.sent[table] = asking().submit(self.to.store.put, relative, self.root / relative)
 
     def finish(self, slug: str, before: Mark | None, version: Version | None, inputs: str, log: str) -> None:
         """Mark the session as done once all its tables stand there; tables of before that it has no more go.
@@ -151,10 +162,10 @@ class _SentTables(OutputFolder):
         Raises StoreError where that cannot be.
         """
         others = {*OPTIONAL, *(before.tables if before else ())} - self.sent.keys()
-        gone = self.pool.submit(self.to.store.delete, [table_name(name, slug) for name in sorted(others)])
+        gone = asking().submit(self.to.store.delete, [table_name(name, slug) for name in sorted(others)])
         versions = {name: future.result() for name, future in self.sent.items()}
         gone.result()
-        logged = self.pool.submit(self.to.write_text, f"{LOGS}/{slug}.jsonl", log)
+        logged = asking().submit(self.to.write_text, f"{LOGS}/{slug}.jsonl", log)
         self.to.put_mark(slug, read_bytes(self.root / RESULTS / f"{slug}.json"), version, inputs, versions)
         logged.result()
 

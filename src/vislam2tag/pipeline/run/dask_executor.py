@@ -8,7 +8,7 @@ from __future__ import annotations
 import secrets
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from logging import LogRecord
 from queue import Empty, SimpleQueue
@@ -19,7 +19,8 @@ from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.extras import import_extra
-from vislam2tag.pipeline.run.failures import LogInOrder, recorded
+from vislam2tag.pipeline.run.failures import LogInOrder
+from vislam2tag.pipeline.run.steps import worked
 from vislam2tag.pipeline.run.workers import Report, Supply
 
 AHEAD = 4
@@ -27,7 +28,7 @@ AHEAD = 4
 _LOOK_S = 2.0
 """How often to look whether the scheduler is still there, seconds."""
 _ONE_AT_A_TIME = Lock()
-"""A worker of several threads still works at one session: log and linear algebra belong to the whole process."""
+"""A worker of several threads still computes one session: log and linear algebra belong to the whole process."""
 
 
 class _Coded(Protocol):
@@ -193,9 +194,15 @@ class _Run(Generic[_Job, _Outcome]):
 def _on_worker(
     work: Callable[[_Job], _Outcome], code_here: Callable[[_Job], str], job: _Job
 ) -> tuple[_Outcome, list[LogRecord]]:
-    """Work at a session, in one thread: how many add up a sum shows in its last digits."""
+    """Work at a session; of a worker's threads one computes while another one waits for a store."""
+    if code_here(job) != job.code:
+        worker = import_extra("distributed").get_worker()
+        raise OtherCodeError(worker.address, str(worker.name))
+    return worked(work, job, _alone)
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Compute in one thread: how many add up a sum shows in its last digits."""
     with _ONE_AT_A_TIME, threadpool_limits(limits=1):
-        if code_here(job) != job.code:
-            worker = import_extra("distributed").get_worker()
-            raise OtherCodeError(worker.address, str(worker.name))
-        return recorded(work, job)
+        yield

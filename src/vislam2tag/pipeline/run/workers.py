@@ -20,7 +20,8 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.pipeline.run.failures import LOG, LogInOrder, recorded
+from vislam2tag.pipeline.run.failures import LOG, LogInOrder
+from vislam2tag.pipeline.run.steps import InSteps, overlapped, worked
 
 _Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
@@ -86,7 +87,11 @@ def process_all(
     supply = Supply(chain(first, rest))
     try:
         with threadpool_limits(limits=1):
-            for number, (outcome, records) in _outcomes(partial(recorded, work), supply, len(first) - 1):
+            if isinstance(work, InSteps) and len(first) < 2:
+                outcomes = overlapped(work, supply.take)
+            else:
+                outcomes = _outcomes(partial(worked, work), supply, len(first) - 1)
+            for number, (outcome, records) in outcomes:
                 log.add(number, records)
                 supply.follow(report(outcome))
     finally:
@@ -135,7 +140,7 @@ def done_in(
     What it logs is logged here. Once ``stopped`` says so, jobs that have not begun are left out. Raises OutputError
     where a worker is ended from outside; the pool is of no use then.
     """
-    waiting = {pool.submit(recorded, work, job) for job in todo}
+    waiting = {pool.submit(worked, work, job) for job in todo}
     try:
         while waiting:
             ended, waiting = futures.wait(waiting, timeout=STOP_S, return_when=FIRST_COMPLETED)
