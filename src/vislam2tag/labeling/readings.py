@@ -47,7 +47,7 @@ def label_readings(
     status[excluded] = Status.INVALID
     status[repeated] = Status.DUPLICATE
     floor = [pl.Series("floor", labels.floor, dtype=pl.Int32)] if len(labels.floor) else []
-    return table.drop("repeated").with_columns(
+    return table[[name for name in table.columns if name != "repeated"]].with_columns(
         *floor,
         *(pl.Series(name, values, nan_to_null=True) for name, values in zip("xyz", position.T, strict=True)),
         pl.Series("sigma", labels.sigma_m, nan_to_null=True),
@@ -89,7 +89,7 @@ def mark_uncertain(trajectory: Trajectory, max_sigma_m: float) -> Trajectory:
 
 def status_text(status: StatusArray) -> pl.Series:
     """Turn status codes (n,) into the text column ``status``."""
-    return _LABELS.gather(status).rename("status")
+    return _LABELS[status].rename("status")
 
 
 def _within(time_ns: IntArray, spans_ns: Sequence[tuple[int, int]]) -> BoolArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,9 +21,11 @@ PINNED_M, PINNED_RAD = 1e-4, 1e-5
 """The start of a map in its own frame: small beside what a pass tells, great beside what numbers lose."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Weights:
     """What the observations are worth: the noise, and by which factor each one's variance exceeds it (Student's t).
+
+    Compared by identity.
 
     ``stretch`` (p + 1,) for each source, ``sighting`` (p,), ``sheet`` (p,), ``landmark`` (m,).
     """
@@ -50,9 +53,16 @@ def stretch_scale(weights: Weights) -> FloatArray:
     return np.stack([weights.noise.level(source) ** 2 * weights.stretch[source] for source in DriftSource])
 
 
+@lru_cache(maxsize=1)
 def stretch_drift(model: Model, weights: Weights) -> FloatArray:
-    """Covariances (p + 1, 4, 4) of all drift between neighbouring nodes."""
+    """Covariances (p + 1, 4, 4) of all drift between neighbouring nodes; the latest weights' are kept."""
     return np.asarray(np.einsum("sk,skij->kij", stretch_scale(weights), model.units) + LEAST_DRIFT)
+
+
+@lru_cache(maxsize=1)
+def stretch_precision(model: Model, weights: Weights) -> FloatArray:
+    """Precisions (p + 1, 4, 4) of :func:`stretch_drift`; the latest weights' are kept."""
+    return np.asarray(np.linalg.inv(stretch_drift(model, weights)))
 
 
 def sighting_variance(model: Model, noise: NoiseLevels) -> FloatArray:
@@ -112,7 +122,7 @@ def normal_equations(model: Model, priors: LandmarkPriors, weights: Weights, *, 
 
     The border holds the landmarks' errors: x, y of each, then their headings.
     """
-    drift = np.linalg.inv(stretch_drift(model, weights))
+    drift = stretch_precision(model, weights)
     count, marks = len(model.observations.nodes), len(priors.position)
     diagonal = np.zeros((count, STATES, STATES))
     diagonal[0] = start_precision(model, pinned=pinned)

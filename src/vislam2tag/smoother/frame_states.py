@@ -13,7 +13,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.smoother.chain import Solution
 from vislam2tag.smoother.drift import transitions
-from vislam2tag.smoother.equations import Weights, stretch_drift
+from vislam2tag.smoother.equations import Weights, stretch_drift, stretch_precision
 from vislam2tag.smoother.model import LEAST_DRIFT, Model
 from vislam2tag.smoother.noise import DriftSource
 
@@ -71,7 +71,7 @@ def states_between_nodes(model: Model, weights: Weights, solution: Solution) -> 
     drift = _drift(model, weights, stretch, first, at)
     whole = stretch_drift(model, weights)
     onward = transitions(model.path, at, last)
-    gain = drift @ onward.transpose(0, 2, 1) @ np.linalg.inv(whole)[stretch]
+    gain = drift @ onward.transpose(0, 2, 1) @ stretch_precision(model, weights)[stretch]
     rest = transitions(model.path, first, at) - gain @ model.carry[stretch]
     after = solution.state[1:] + model.stretches_drifted
     state = np.einsum("kij,kj->ki", rest, solution.state[stretch]) - model.drifted(first, at)

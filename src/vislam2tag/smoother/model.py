@@ -38,9 +38,12 @@ NEGLIGIBLE = 1e-6
 """An eigenvalue below this share of the trace is none: its direction does not drift."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
-    """A walk linearised about ``path`` (n,), complex metres in the BCS; ``turn`` (n,) is ``bcs_R_continuous``."""
+    """A walk linearised about ``path`` (n,), complex metres in the BCS; ``turn`` (n,) is ``bcs_R_continuous``.
+
+    Compared by identity.
+    """
 
     observations: WalkObservations
     path: ComplexArray

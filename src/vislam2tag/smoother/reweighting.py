@@ -22,6 +22,7 @@ from vislam2tag.smoother.equations import (
     position_residual,
     sighting_variance,
     stretch_drift,
+    stretch_precision,
     stretch_scale,
 )
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
@@ -79,7 +80,7 @@ def expected_squares(model: Model, priors: LandmarkPriors, weights: Weights, sol
 def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[DriftSource, ExpectedSquares]:
     scale = stretch_scale(weights)
     total = stretch_drift(model, weights)
-    worth = np.linalg.inv(total)
+    worth = stretch_precision(model, weights)
     state, covariance = solution.state, solution.covariance
     miss = state[1:] - np.einsum("kij,kj->ki", model.carry, state[:-1])
     miss = miss + model.stretches_drifted

@@ -118,12 +118,10 @@ def _rounded(points: FloatArray) -> Polyline:
 
 def _scan_positions(wifi: pl.DataFrame) -> dict[int, Polyline]:
     """Mean labelled position of each scan, by the floor on which it began."""
-    labelled = (
-        wifi.select("scan", "x", "y", "floor")
-        .drop_nulls("x")
-        .group_by("scan")
-        .agg(pl.col("x", "y").mean(), pl.col("floor").first())
-    )
-    means = labelled.sort("scan")[:: max(1, len(labelled) // MAX_POINTS)]
-    floors = means["floor"].unique().to_list()
-    return {floor: _rounded(means.filter(floor=floor).select("x", "y").to_numpy()) for floor in floors}
+    positions = wifi.select("x", "y").to_numpy()
+    labelled = np.isfinite(positions[:, 0])
+    _, first, scan = np.unique(wifi["scan"].to_numpy()[labelled], return_index=True, return_inverse=True)
+    sums = np.column_stack([np.bincount(scan, values) for values in positions[labelled].T])
+    drawn = slice(None, None, max(1, len(first) // MAX_POINTS))
+    means, floor = (sums / np.bincount(scan)[:, None])[drawn], wifi["floor"].to_numpy()[labelled][first][drawn]
+    return {number: _rounded(means[floor == number]) for number in np.unique(floor).tolist()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -166,7 +167,9 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     others = set(multiprocessing.active_children())
     try:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker) as pool:
+        with ProcessPoolExecutor(
+            workers, mp_context=context, initializer=_start_worker, initargs=(gc.get_threshold(),)
+        ) as pool:
             try:
                 yield pool
             except BaseException:
@@ -203,9 +206,13 @@ def _interrupts_held_back() -> Iterator[None]:
         handler(came[0], None)
 
 
-def _start_worker() -> None:
-    """Calculate in one thread, leave interrupts to the main process, and end at once when that dies."""
+def _start_worker(cycles_threshold: tuple[int, int, int]) -> None:
+    """Calculate in one thread, leave interrupts to the main process, and end at once when that dies.
+
+    Garbage is looked for as often as there.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.set_threshold(*cycles_threshold)
     threadpool_limits(limits=1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -14,7 +15,7 @@ from vislam2tag.common.findings import Finding
 SEPARATOR = ";"
 
 _EXTRA = "_extra"
-_PLAIN = r"^[^\x00-\x1f\x7f\x{FFFD}]+$"
+_PLAIN = re.compile("[^\\x00-\\x1f\\x7f\\ufffd]+")
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,8 @@ def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[
         decimal_comma=b"," in data,
     )
     text = [name for name, kind in schema.items() if kind == pl.String]
-    table = table.with_columns(pl.col(text).str.strip_chars()).with_row_index("row", offset=1)
-    table = table.with_columns(pl.col("row").cast(pl.Int64))
+    row = pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row")
+    table = table.select(row, *(pl.col(name).str.strip_chars() if name in text else name for name in schema), _EXTRA)
     parts = [pl.col(name).is_not_null() for name in schema] + [pl.col(_EXTRA).is_null()]
     parts += [_is_plain(table[name]) for name in text]
     if "time_ns" in schema:
@@ -70,9 +71,9 @@ def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[
 
 def _is_plain(column: pl.Series) -> pl.Expr:
     """Rows whose text is a word: not blank, no control characters, no undecodable bytes."""
-    different = column.unique().drop_nulls()
-    plain = different.filter(different.str.contains(_PLAIN))
-    return pl.lit(value=True) if len(plain) == len(different) else pl.col(column.name).is_in(plain.to_list())
+    different = column.unique().drop_nulls().to_list()
+    plain = [text for text in different if _PLAIN.fullmatch(text)]
+    return pl.lit(value=True) if len(plain) == len(different) else pl.col(column.name).is_in(plain)
 
 
 def parsed_rows(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
@@ -88,7 +89,7 @@ def separate(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> 
     """
     good = table.select(readable.fill_null(value=False)).to_series()
     rows = table.filter(good) if not good.all() else table
-    rows = rows.select(pl.exclude(_EXTRA))
+    rows = rows[[name for name in rows.columns if name != _EXTRA]]
     unreadable = tuple(table["row"].filter(~good).to_list())
     last = int(table["row"][-1]) if table.height else 0
     return RawTable(file, table.height, rows, unreadable, tuple(_unreadable_findings(data, file, last, unreadable)))

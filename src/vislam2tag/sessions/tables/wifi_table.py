@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 from dataclasses import replace
 
+import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
@@ -82,6 +83,8 @@ def median_scan_interval_s(rows: pl.DataFrame) -> float | None:
 
     A scan starts with its earliest fresh reading.
     """
-    starts = rows.filter(~pl.col("repeated")).group_by("scan").agg(pl.col("time_ns").min())["time_ns"].sort()
-    median = starts.diff().drop_nulls().median()
-    return None if median is None else float(median) / 1e9  # type: ignore[arg-type]
+    fresh = ~rows["repeated"].to_numpy()
+    scan, time_ns = rows["scan"].to_numpy()[fresh], rows["time_ns"].to_numpy()[fresh]
+    order = np.argsort(time_ns, kind="stable")
+    starts_ns = np.sort(time_ns[order[np.unique(scan[order], return_index=True)[1]]])
+    return float(np.median(np.diff(starts_ns))) / 1e9 if len(starts_ns) > 1 else None
