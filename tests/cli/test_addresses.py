@@ -98,6 +98,18 @@ def test_evaluate_and_label(folders: Folders, tmp_path: Path) -> None:
     assert answers[0] == answers[1]
 
 
+def test_run_goes_on_with_what_is_stored(folders: Folders, tmp_path: Path) -> None:
+    command = ("run", f"{BUCKET}/survey", "--out", f"{BUCKET}/run", "--jobs", "1")
+    with undrawn():
+        first, again = vislam2tag(*command), vislam2tag(*command)
+    assert (first.returncode, again.returncode) == (0, 0), first.stderr + again.stderr
+    assert f"page: {BUCKET}/run/index.html" in first.stdout
+    assert "unchanged and kept: diagnosis, check, dataset" in again.stdout
+    there = stored(folders, "run/labels", tmp_path / "labels")
+    assert there == bytes_of(folders.labels)
+    assert vislam2tag("verify", f"{BUCKET}/run/dataset", f"{BUCKET}/run/dataset").returncode == 0
+
+
 def test_corrections_change_in_the_bucket(folders: Folders, tmp_path: Path) -> None:
     store = folders.s3.store("cli/survey")
     mine = b"# mine\n"
@@ -164,7 +176,10 @@ def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("run", f"{BUCKET}/survey", "--out", f"{BUCKET}/x"), "`vislam2tag run` takes no address there; copy it to"),
+        (
+            ("run", f"{BUCKET}/survey", "--out", "x", "--landmarks", f"{BUCKET}/x"),
+            "run` takes no address there; copy it to",
+        ),
         (("site", "show", f"{BUCKET}/survey"), "`vislam2tag site show` takes no address there"),
         (
             ("dataset", f"{BUCKET}/labels", "--out", "out", "--labels", f"{BUCKET}/x"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -50,7 +50,7 @@ _FOLDERS: Mapping[str, Mapping[str, _Opener]] = {
     "diagnose": {"survey": _survey_to_correct},
     "check": {"survey": _survey, "out": _added_to},
     "evaluate": {"survey": _whole, "truth": _whole, "out": _filled},
-    "run": {"survey": _survey},
+    "run": {"survey": _survey, "out": partial(folder_to_fill, unfinished=True)},
     "label": {"table": _whole, "labels": _whole, "survey": _whole},
     "dataset": {"sources": _labels_or_survey, "survey": _survey, "out": _filled},
     "split": {"dataset": _filled},

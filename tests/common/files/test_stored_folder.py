@@ -8,6 +8,7 @@ import pytest
 
 from tests.stores import Bucket, Fault
 from vislam2tag.common.errors import OutputError, StoreConflictError, StoreError, UsageError
+from vislam2tag.common.files import stored_folder as module
 from vislam2tag.common.files.store import Store
 from vislam2tag.common.files.stored_folder import (
     MARK,
@@ -15,6 +16,7 @@ from vislam2tag.common.files.stored_folder import (
     folder_to_add_to,
     folder_to_fill,
     is_safe_name,
+    place_for,
     with_addresses,
 )
 
@@ -64,6 +66,28 @@ def test_after_an_exception_nothing_is_stored_and_its_message_names_the_address(
         give_up_on(here)
     assert content(store) == {"a": "1"}
     assert with_addresses(f"see {here / 'a'}") == f"see {store.address}/a"
+
+
+def test_after_an_exception_what_is_unfinished_is_stored_where_it_is_of_use(store: Store) -> None:
+    def be_interrupted(here: Path) -> None:
+        here.mkdir()
+        (here / "a").write_text("1")
+        (here / ".lock").touch()
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), folder_to_fill(Path(store.address), unfinished=True) as here:
+        be_interrupted(here)
+    assert content(store) == {"a": "1"}, "nothing that is hidden"
+
+
+def test_of_many_folders_only_the_last_are_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_REMEMBERED", 3)
+    places = []
+    for number in range(6):
+        with place_for(Store(f"s3://bucket/{number}")) as here:
+            places.append(here)
+    said = [with_addresses(str(place)) for place in places]
+    assert said == [*map(str, places[:3]), *(f"s3://bucket/{number}" for number in (3, 4, 5))]
 
 
 def test_one_that_is_half_written_is_not_read_and_is_made_again(s3: Bucket, store: Store) -> None:

@@ -59,12 +59,13 @@ def folder_at_hand(folder: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def folder_to_fill(folder: Path) -> Iterator[Path]:
+def folder_to_fill(folder: Path, *, unfinished: bool = False) -> Iterator[Path]:
     """Yield a folder for one by address, with what is stored there; what the block makes of it is stored when it ends.
 
-    After an exception nothing is. A folder of this machine is yielded as it is. One that another program was still
-    writing, or died over, is yielded empty. Raises StoreError where the store cannot be read or written or has no
-    conditional writes, StoreConflictError where another program writes there at the same time.
+    After an exception nothing is, unless what is ``unfinished`` is of use, too: the same command goes on with it.
+    A folder of this machine is yielded as it is. One that another program was still writing, or died over, is yielded
+    empty. Raises StoreError where the store cannot be read or written or has no conditional writes, StoreConflictError
+    where another program writes there at the same time.
     """
     store = store_at(folder)
     if store is None:
@@ -74,10 +75,14 @@ def folder_to_fill(folder: Path) -> Iterator[Path]:
     mark = store.get(MARK)
     with place_for(store) as here:
         before = {} if mark is not None and _is_being_written(mark.data) else _fetch(store, here)
-        yield here
-        after = {path.relative_to(here).as_posix(): _sha256(path) for path in here.rglob("*") if path.is_file()}
-        if after != before:
-            _put_whole(store, here, before, after, None if mark is None else mark.version)
+        whole = False
+        try:
+            yield here
+            whole = True
+        finally:
+            after = _sums(here) if whole or unfinished else before
+            if after != before:
+                _put_whole(store, here, before, after, None if mark is None else mark.version)
 
 
 @contextmanager
@@ -209,6 +214,12 @@ def _holds(mark: bytes, sums: Mapping[str, str]) -> bool:
         return bool(json.loads(mark)["files"].items() <= sums.items())
     except (ValueError, KeyError, TypeError, AttributeError):
         return False
+
+
+def _sums(here: Path) -> dict[str, str]:
+    """The SHA-256 of each file of a folder but for hidden ones, which are not stored."""
+    files = ((path.relative_to(here).as_posix(), path) for path in here.rglob("*") if path.is_file())
+    return {name: _sha256(path) for name, path in files if is_safe_name(name)}
 
 
 def _sha256(path: Path) -> str:
