@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import importlib
 import signal
 import sys
@@ -18,6 +17,7 @@ from vislam2tag.cli.native_output import native_output_last
 from vislam2tag.cli.terminal import hide_progress, say
 from vislam2tag.common.errors import Vislam2tagError, first_line
 from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.garbage import search_seldom
 
 COMMANDS = {
     "Prepare": {
@@ -183,15 +183,12 @@ def _options(
     """Take what may stand before a command."""
 
 
-CYCLES_THRESHOLD = 50_000
-"""New objects before garbage in cycles is looked for: what is imported stays, and looking through it each 700 objects,
-Python's default, takes a tenth of a start."""
 _DAMAGED_TABLE = "a table that this reads is damaged; make it again, or copy it again"
 
 
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
-    gc.set_threshold(CYCLES_THRESHOLD)
+    search_seldom()
     with native_output_last():
         _run()
 

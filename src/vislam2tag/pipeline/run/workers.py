@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import multiprocessing
 import os
 import signal
@@ -21,6 +20,7 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.garbage import search_seldom
 from vislam2tag.pipeline.run.failures import LOG, LogInOrder
 from vislam2tag.pipeline.run.steps import InSteps, overlapped, worked
 
@@ -167,9 +167,7 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     others = set(multiprocessing.active_children())
     try:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(
-            workers, mp_context=context, initializer=_start_worker, initargs=(gc.get_threshold(),)
-        ) as pool:
+        with ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker) as pool:
             try:
                 yield pool
             except BaseException:
@@ -206,13 +204,10 @@ def _interrupts_held_back() -> Iterator[None]:
         handler(came[0], None)
 
 
-def _start_worker(cycles_threshold: tuple[int, int, int]) -> None:
-    """Calculate in one thread, leave interrupts to the main process, and end at once when that dies.
-
-    Garbage is looked for as often as there.
-    """
+def _start_worker() -> None:
+    """Calculate in one thread, leave interrupts to the main process, and end at once when that dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    gc.set_threshold(*cycles_threshold)
+    search_seldom()
     threadpool_limits(limits=1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
