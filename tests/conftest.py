@@ -16,6 +16,10 @@ from hypothesis import HealthCheck, settings
 from tests.campaign import pytest_addoption, pytest_collection_modifyitems, pytest_configure
 from tests.stores import Bucket, azure_container, bucket
 from tests.undrawn import undrawn
+from vislam2tag.cli import options
+
+options.ALL_CORES = 1
+"""Tests of several processes ask for them by ``--jobs``: each imports all that it needs anew."""
 
 __all__ = ["pytest_addoption", "pytest_collection_modifyitems", "pytest_configure"]
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"

@@ -41,7 +41,8 @@ def wall_segments(area: WalkableArea) -> FloatArray:
 _Value = TypeVar("_Value", np.bool_, np.float64)
 _OFF_WALL_CELLS = 1.5
 """Ends of a line of sight that lie in a wall's surface, as sheets do, are seen from so many cells off it."""
-_DIRECTIONS = 16
+_DIRECTIONS = np.arange(16) * 2 * np.pi / 16
+_AROUND = np.column_stack((np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)))
 
 
 @dataclass(frozen=True)
@@ -93,14 +94,14 @@ class WalkableSpace:
         """The ends (n, 2) of lines, those in a wall's surface moved off it, to the side of the other ends."""
         moved = np.array(ends, dtype=np.float64)
         near = np.flatnonzero(self.clearance_at(moved) < self.area.cell_m)
+        if not len(near):
+            return moved
         towards = others[near] - moved[near]
-        best = np.zeros(len(near))
-        for angle in np.arange(_DIRECTIONS) * 2 * np.pi / _DIRECTIONS:
-            step = np.array((np.cos(angle), np.sin(angle)))
-            aside = ends[near] + _OFF_WALL_CELLS * self.area.cell_m * step
-            clearance = np.where(towards @ step > 0, self.clearance_at(aside), 0.0)
-            better = clearance > best
-            moved[near[better]], best[better] = aside[better], clearance[better]
+        aside = moved[near, None] + _OFF_WALL_CELLS * self.area.cell_m * _AROUND  # (near, directions, 2)
+        clearance = np.where(towards @ _AROUND.T > 0, self.clearance_at(aside).reshape(len(near), -1), 0.0)
+        best = np.argmax(clearance, axis=1)
+        found = clearance[np.arange(len(near)), best] > 0
+        moved[near[found]] = aside[found, best[found]]
         return moved
 
     def _at(self, points_m: FloatArray, field: npt.NDArray[_Value]) -> npt.NDArray[_Value]:

@@ -72,13 +72,14 @@ class WalkingDistances:
     def off_walls(self, way: FloatArray) -> FloatArray:
         """Move corners of a way (k, 2) off walls, by :data:`_ASIDE_M` along each axis at most; its legs stay clear."""
         moved = way.copy()
-        for k in range(len(way)):
+        clearance_m = self.space.clearance_at(way)
+        for k in np.flatnonzero(clearance_m < _ASIDE_M):
             around = way[k] + _AROUND
             room_m = np.minimum(self.space.clearance_at(around), _ASIDE_M)
             for neighbour in (*moved[k - 1 : k], *way[k + 1 : k + 2]):
                 room_m[~self.space.clear_line(neighbour, around)] = 0
             best = int(np.argmax(room_m))  # the nearest of equals
-            if room_m[best] > self.space.clearance_at(way[k])[0]:
+            if room_m[best] > clearance_m[k]:
                 moved[k] = around[best]
         return moved
 
