@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.campaign import pytest_addoption, pytest_collection_modifyitems, pytest_configure
-from tests.stores import Bucket, azure_container, bucket
+from tests.stores import Bucket, azure_container, bucket, google_bucket
 from tests.undrawn import undrawn
 from vislam2tag.cli import options
 
@@ -65,6 +65,13 @@ def s3() -> Iterator[Bucket]:
 def azure() -> Iterator[Bucket]:
     """Azure's object store, as :func:`s3`."""
     with azure_container() as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def google() -> Iterator[Bucket]:
+    """Google's object store, as :func:`s3`."""
+    with google_bucket() as made:
         yield made
 
 

@@ -21,6 +21,7 @@ from urllib.request import Request, urlopen
 import pytest
 
 from tests.azurite import SERVER
+from tests.gcs_server import command as gcs_server
 from vislam2tag.common.files.store import Store
 from vislam2tag.common.files.store_connection import connection_to
 from vislam2tag.pipeline.run.output_store import LOGS
@@ -130,6 +131,26 @@ def azure_container() -> Iterator[Bucket]:
     with _running(process, HOST, port, "AZURE_", environment):
         urlopen(_signed(f"{made.endpoint}/container?restype=container")).close()
         yield made
+
+
+@contextmanager
+def google_bucket() -> Iterator[Bucket]:
+    """Start fake-gcs-server, point the environment at it, make the bucket; skips where it is not installed."""
+    port, behind = free_port(), free_port()
+    server = subprocess.Popen(gcs_server(behind), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        wait_for(HOST, behind, server)
+        command = [sys.executable, "-m", "tests.gcs_server", str(port), str(behind)]
+        made = Bucket(f"http://{HOST}:{port}", subprocess.Popen(command, cwd=ROOT), "gs://bucket")
+        nobody = dict.fromkeys(("client_email", "private_key", "private_key_id"), "")
+        account = json.dumps({"gcs_base_url": made.endpoint, "disable_oauth": True} | nobody)
+        environment = {"GOOGLE_BASE_URL": made.endpoint, "GOOGLE_SERVICE_ACCOUNT_KEY": account}
+        with _running(made.process, HOST, port, "GOOGLE_", environment):
+            made._request("POST", "/storage/v1/b?project=none", b'{"name": "bucket"}')
+            yield made
+    finally:
+        server.kill()
+        server.wait()
 
 
 @contextmanager

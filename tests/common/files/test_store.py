@@ -21,7 +21,7 @@ def folder(s3: Bucket, request: pytest.FixtureRequest) -> Iterator[Store]:
     s3.fail()
 
 
-@pytest.fixture(params=["s3", "azure"])
+@pytest.fixture(params=["s3", "azure", "google"])
 def any_folder(request: pytest.FixtureRequest) -> Store:
     bucket: Bucket = request.getfixturevalue(request.param)
     return bucket.store(f"folder/{request.node.name}")

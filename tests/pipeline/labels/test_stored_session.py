@@ -89,10 +89,14 @@ def test_from_bucket_to_bucket_is_as_from_disk_to_disk(survey: Both, tmp_path: P
     assert events[0]["time"] <= events[-1]["time"]
 
 
-def test_in_azure_it_is_as_on_disk(survey: Both, azure: Bucket, tmp_path: Path) -> None:
-    both = survey._replace(s3=azure, stored=azure.upload(survey.local, "group/survey"))
+@pytest.mark.parametrize("kind", ["azure", "google"])
+def test_in_other_stores_it_is_as_on_disk(
+    survey: Both, kind: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    other: Bucket = request.getfixturevalue(kind)
+    both = survey._replace(s3=other, stored=other.upload(survey.local, "group/survey"))
     assert list(both.process("first").values()) == [True, True]
-    assert bytes_of(azure.download("first", tmp_path / "there")) == bytes_of(survey.labels)
+    assert bytes_of(other.download("first", tmp_path / "there")) == bytes_of(survey.labels)
     assert set(both.process("first").values()) == {False}
 
 
