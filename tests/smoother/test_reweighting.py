@@ -74,6 +74,7 @@ def test_without_tails_no_round_makes_the_observations_less_likely(
     monkeypatch.setattr(reweighting, "TAIL", dict.fromkeys(DriftSource, 1e12))
     for name in ("SIGHTING_TAIL", "SHEET_TAIL", "LANDMARK_TAIL"):
         monkeypatch.setattr(reweighting, name, 1e12)
+    monkeypatch.setattr(reweighting, "_times_usual", lambda _: 1.0)  # a prior that stays where it is
     walk = loops(1, truth, marks=8, laps=2, survey_m=0.02)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
@@ -107,6 +108,22 @@ def test_noise_levels_of_a_session_are_found() -> None:
     np.testing.assert_allclose(octaves[:, 0], 0, atol=1.5)  # of the drift, heavy tails and the heading take a part
     np.testing.assert_allclose(octaves[:, 1], 0, atol=1.5)
     np.testing.assert_allclose(octaves[:, 2], 0, atol=2.0)  # hardly seen beside the scale that the walk starts with
+
+
+def test_what_nothing_tells_follows_what_all_else_tells() -> None:
+    walk = loops(3, TYPICAL, marks=8, laps=1, survey_m=0.02)
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
+    model = linearised(walk)
+    weights = Weights.even(USUAL, len(model.observations.passes.at), 8)
+    solution = solve(normal_equations(model, priors, weights, pinned=False))
+    squares = expected_squares(model, priors, weights, solution)
+    position = squares.stretch[DriftSource.POSITION]
+    drifting = replace(position, missed=100 * position.missed)
+    worse = replace(squares, stretch={**squares.stretch, DriftSource.POSITION: drifting})
+    usual, found = (reweighted(model, weights, each).noise for each in (squares, worse))
+    assert found.position_m > 2 * usual.position_m
+    assert found.heading_rad > 1.3 * usual.heading_rad
+    assert found.sighting_m == usual.sighting_m
 
 
 def test_weights_never_trust_more_than_the_tails_allow() -> None:

@@ -163,8 +163,8 @@ def _levels(model: Model, weights: Weights, squares: NoiseSquares) -> NoiseLevel
         )
         for source in ESTIMATED
     }
-    # As far as nothing tells, a tracker that sees worse than usual drifts more, too, and the other way round.
-    kinship = sighting_m / USUAL.sighting_m
+    # As far as nothing tells of one source, a tracker that does worse than usual in others does so there, too.
+    kinship = _times_usual({USUAL.sighting_m: sighting, **{USUAL.level(source): drift[source] for source in ESTIMATED}})
     levels = {source: found.level(USUAL.level(source) * kinship) for source, found in drift.items()}
     return NoiseLevels(
         position_m=levels[DriftSource.POSITION],
@@ -189,6 +189,13 @@ class _Determined:
         The same fixed point as the mean of the expected squares, reached in fewer rounds (MacKay 1992).
         """
         return float(np.sqrt((PRIOR_WEIGHT * usual**2 + self.squares) / (PRIOR_WEIGHT + self.numbers)))
+
+
+def _times_usual(determined: dict[float, _Determined]) -> float:
+    """By how much noises, by their usual levels, exceed these together; 1 as far as nothing is determined of any."""
+    squares = sum(found.squares / usual**2 for usual, found in determined.items())
+    numbers = sum(found.numbers for found in determined.values())
+    return float(np.sqrt((PRIOR_WEIGHT + squares) / (PRIOR_WEIGHT + numbers)))
 
 
 def _determined(present: float, numbers: npt.NDArray[Any], square: ExpectedSquares, worth: FloatArray) -> _Determined:
