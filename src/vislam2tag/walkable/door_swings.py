@@ -97,6 +97,8 @@ def _windows(line: FloatArray, radii: tuple[float, float]) -> IntArray:
     windows = [np.empty((0, 2), dtype=np.int64)]
     for radius in np.geomspace(*radii, _RADII).tolist():
         length = np.pi / 2 * _STAIRS * radius
+        if along[-1] < length:
+            break
         start = np.arange(0, np.searchsorted(along, along[-1] - length, side="right"), max(1, round(0.05 * radius)))
         stop = np.searchsorted(along, along[start] + length).clip(max=len(line) - 1)
         chord = np.linalg.norm(line[stop] - line[start], axis=1) / length
