@@ -45,10 +45,10 @@ def vislam2tag(*arguments: str) -> None:
         raise subprocess.CalledProcessError(done.returncode, command, done.stdout, done.stderr)
 
 
-def process(survey: Path, out: Path, jobs: int = 2) -> None:
+def process(survey: Path, out: Path, jobs: int = 2, strategy: str = "smoother") -> None:
     """Process a survey into a new folder."""
     shutil.rmtree(out, ignore_errors=True)
-    vislam2tag("process", str(survey), "--out", str(out), "--jobs", str(jobs))
+    vislam2tag("process", str(survey), "--out", str(out), "--jobs", str(jobs), "--strategy", strategy)
 
 
 def seconds(work: Callable[_Arguments, None], *args: _Arguments.args, **kwargs: _Arguments.kwargs) -> float:

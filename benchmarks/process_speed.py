@@ -36,7 +36,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         survey = Path(folder) / "survey"
         vislam2tag("simulate", str(survey), *_simulation(options.floors, 4, options.sessions, 3.0))
-        _compare(survey, Path(folder), options.repeats)
+        for strategy in options.strategy or ["smoother"]:
+            _compare(survey, Path(folder), strategy, options.repeats)
         if options.long:
             _long_session(Path(folder), options.repeats)
 
@@ -46,6 +47,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--floors", type=int, default=5)
     parser.add_argument("--sessions", type=int, default=4)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--strategy", action="append", help="of process, repeatable (default: smoother)")
     parser.add_argument("--long", action="store_true", help="also one session of 15 minutes against five of 3")
     return parser.parse_args()
 
@@ -73,17 +75,17 @@ def convert(survey: str, out: str) -> None:
         )
 
 
-def _compare(survey: Path, folder: Path, repeats: int) -> None:
+def _compare(survey: Path, folder: Path, strategy: str, repeats: int) -> None:
     def convert() -> None:
         _duckdb(survey, folder / "duckdb")
 
     def label() -> None:
-        process(survey, folder / "labels")
+        process(survey, folder / "labels", strategy=strategy)
 
     ratio = _ratio(label, convert, repeats)
     memory = watched(label)
     print(f"survey: {sum(1 for _ in survey.glob('floor_*/*/*/poses.csv'))} sessions, {_megabytes(survey):.0f} MB raw")
-    print(f"  process / DuckDB = {ratio}; peak memory of all processes {memory.resident_mb:.0f} MB")
+    print(f"  process ({strategy}) / DuckDB = {ratio}; peak memory of all processes {memory.resident_mb:.0f} MB")
 
 
 def _long_session(folder: Path, repeats: int) -> None:

@@ -34,7 +34,7 @@ def estimate_pose_lag(
     if len(middle_s) < MIN_SAMPLES or not speed.std() > 0:
         return None
     lags = np.arange(-MAX_LAG_S, MAX_LAG_S + STEP_S / 2, STEP_S)
-    shifted = np.array([np.interp(middle_s - lag, gyro_s, gyro_speed) for lag in lags])
+    shifted = np.interp(middle_s - lags[:, None], gyro_s, gyro_speed)
     return peak_of(lags, correlation_of_rows(shifted, speed), STEP_S, MIN_CORRELATION)
 
 
