@@ -114,7 +114,8 @@ def _rather(log_rms: FloatArray, limit: float) -> FloatArray:
 
 def _spectrum(windows: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Steps a second (m,) of tapered windows (m, w), and (m, 3) shares of power: their peak, harmonic, slow part."""
-    power = np.abs(np.fft.rfft(windows, SPECTRUM, axis=1)) ** 2
+    spectrum = np.fft.rfft(windows, SPECTRUM, axis=1)
+    power = spectrum.real**2 + spectrum.imag**2
     frequency = np.fft.rfftfreq(SPECTRUM, 1 / RATE_HZ)
     band = np.flatnonzero((frequency > CADENCE_HZ[0]) & (frequency < CADENCE_HZ[1]))
     best = power[:, band].argmax(axis=1)

@@ -89,7 +89,7 @@ def _averaged(time_s: FloatArray, time_ns: IntArray, values: FloatArray, start_n
     at = (time_ns - start_ns) * 1e-9
     edges = np.append(time_s, time_s[-1] + 1 / RATE_HZ) - 0.5 / RATE_HZ
     # The integral of what is linear is quadratic: it is followed exactly by adding the edges to the readings.
-    both = np.union1d(at, edges)
+    both = np.sort(np.concatenate((at, edges)), kind="stable")  # which merges what is sorted
     level = np.stack([np.interp(both, at, column) for column in values.T], axis=1)
     parts = (level[1:] + level[:-1]) / 2 * np.diff(both)[:, None]
     integral = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(parts, axis=0)))
