@@ -42,7 +42,7 @@ class DaskProcesses:
             "distributed.cli.dask_worker",
             self.address,
             "--nthreads",
-            "1",
+            "2",
             "--no-dashboard",
         ]
         self.workers.append(_started(command, environment))

@@ -45,7 +45,7 @@ def test_a_file_that_cannot_be_used_is_told_by_entry(tmp_path: Path, text: str, 
             'kind = "slurm"\nworkers = 40\n[options]\nqueue = "long"\nmemory = "4GB"\nwalltime = "04:00:00"',
             "dask_jobqueue",
             "SLURMCluster",
-            {"cores": 1, "processes": 1, "queue": "long", "memory": "4GB", "walltime": "04:00:00"},
+            {"cores": 2, "processes": 1, "job_cpu": 1, "queue": "long", "memory": "4GB", "walltime": "04:00:00"},
             {"jobs": 40},
         ),
         (
@@ -57,7 +57,7 @@ def test_a_file_that_cannot_be_used_is_told_by_entry(tmp_path: Path, text: str, 
                 "n_workers": 10,
                 "name": "walks",
                 "image": "registry/vislam2tag:1",
-                "worker_command": ["dask-worker", "--nthreads", "1"],
+                "worker_command": ["dask-worker", "--nthreads", "2"],
                 "env": {
                     "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "2",
                     "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
@@ -111,7 +111,7 @@ def test_slurm_is_handed_scripts_that_start_a_worker_each(tmp_path: Path, monkey
     for script in scripts:
         assert {f"#SBATCH {option}" for option in asked} <= set(script)
         assert f"-m distributed.cli.dask_worker {address} " in script[-1]
-        assert "--nthreads 1 --memory-limit 3.73GiB --nanny" in script[-1]
+        assert "--nthreads 2 --memory-limit 3.73GiB --nanny" in script[-1]
 
 
 def test_a_package_that_lacks_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

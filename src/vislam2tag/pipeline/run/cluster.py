@@ -20,8 +20,10 @@ _CONFIG = {
     "distributed.scheduler.worker-saturation": 1.0,  # none dies with sessions that it has not begun
     "distributed.nanny.pre-spawn-environ.POLARS_MAX_THREADS": 1,
 }
+_THREADS = 2
+"""Of a worker, of one core: while one maps a session, the other fetches the next one or puts the one before."""
 _KUBERNETES: dict[str, Any] = {
-    "worker_command": ["dask-worker", "--nthreads", "1"],
+    "worker_command": ["dask-worker", "--nthreads", str(_THREADS)],
     "env": {
         "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "2",
         "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
@@ -39,7 +41,7 @@ class ClusterSettings(FiniteRecord):
     kind: Literal["local", "ssh", "slurm", "kubernetes"]
     """Processes of this machine, of others by SSH, or those that Slurm or Kubernetes gives."""
     workers: int = Field(default=1, ge=1)
-    """Worker processes, each with one thread."""
+    """Worker processes, each of which maps one session at a time."""
     options: dict[str, Any] = {}
     """Further arguments of Dask's class, by name: ``hosts`` of SSHCluster, ``queue`` and ``memory`` of SLURMCluster,
     ``name`` and ``image`` of KubeCluster."""
@@ -102,16 +104,16 @@ def cluster_of(settings: ClusterSettings) -> Any:
     """Make a cluster. Raises ModuleNotFoundError where the package for its kind lacks, and what that package raises."""
     workers, options = settings.workers, settings.options
     if settings.kind == "local":
-        local = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"} | options
+        local = {"n_workers": workers, "threads_per_worker": _THREADS, "dashboard_address": ":0"} | options
         return import_extra("distributed").LocalCluster(**local)
     if settings.kind == "ssh":
         importlib.import_module("asyncssh")
         hosts = options.get("hosts", ["localhost"])  # the scheduler's first
-        made = {"worker_options": {"nthreads": 1, "n_workers": workers}} | options | {"hosts": hosts}
+        made = {"worker_options": {"nthreads": _THREADS, "n_workers": workers}} | options | {"hosts": hosts}
         return import_extra("distributed").SSHCluster(**made)
     if settings.kind == "slurm":
         jobs = importlib.import_module("dask_jobqueue")
-        cluster = jobs.SLURMCluster(**{"cores": 1, "processes": 1} | options)
+        cluster = jobs.SLURMCluster(**{"cores": _THREADS, "processes": 1, "job_cpu": 1} | options)
         cluster.scale(jobs=workers)
         return cluster
     pods = {"n_workers": workers} | _KUBERNETES | options

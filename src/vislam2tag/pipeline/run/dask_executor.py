@@ -29,6 +29,8 @@ _LOOK_S = 2.0
 """How often to look whether the scheduler is still there, seconds."""
 _ONE_AT_A_TIME = Lock()
 """A worker of several threads still computes one session: log and linear algebra belong to the whole process."""
+_ONE_LOOKS = Lock()
+"""The key of the source is computed in one thread at a time: Python 3.11 cannot parse in two."""
 
 
 class _Coded(Protocol):
@@ -195,7 +197,9 @@ def _on_worker(
     work: Callable[[_Job], _Outcome], code_here: Callable[[_Job], str], job: _Job
 ) -> tuple[_Outcome, list[LogRecord]]:
     """Work at a session; of a worker's threads one computes while another one waits for a store."""
-    if code_here(job) != job.code:
+    with _ONE_LOOKS:
+        code = code_here(job)
+    if code != job.code:
         worker = import_extra("distributed").get_worker()
         raise OtherCodeError(worker.address, str(worker.name))
     return worked(work, job, _alone)
