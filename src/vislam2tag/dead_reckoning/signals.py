@@ -80,7 +80,7 @@ def _butterworth(cutoff_hz: float, order: int) -> tuple[FloatArray, float]:
     By the bilinear transform; the inputs' coefficients are the gain times those of ``(1 + x) ** order``.
     """
     poles = np.tan(np.pi * cutoff_hz / RATE_HZ) * np.exp(0.5j * np.pi * (1 + (2 * np.arange(order) + 1) / order))
-    feedback = np.poly((1 + poles) / (1 - poles)).real
+    feedback: FloatArray = np.asarray(np.poly((1 + poles) / (1 - poles)).real, dtype=np.float64)
     return feedback, float(feedback.sum()) / 2**order
 
 

@@ -195,4 +195,4 @@ def test_real_walks_pass_their_taps_and_make_a_data_set(real_site: Path, tmp_pat
     scans = pl.read_parquet(dataset / "fingerprints.parquet")
     assert set(scans["technology"]) == {"ble", "wifi"}
     assert set(scans["status"]) <= {"ok", "uncertain", "outside_frames"}
-    assert scans["x"].is_not_null().mean() > 0.9
+    assert np.isfinite(scans["x"].to_numpy()).mean() > 0.9

@@ -102,7 +102,8 @@ def give_up_session(job: AnyJob, error: str) -> Outcome:
     work = partial(fail_session, error=error)
     if not isinstance(job, StoredJob):
         return work(job)
-    return InSteps(lambda stored: _into_store(stored, work, nullcontext(stored.task.ref)))(job)
+    steps = InSteps[StoredJob, Outcome](lambda stored: _into_store(stored, work, nullcontext(stored.task.ref)))
+    return steps(job)
 
 
 def code_here(job: AnyJob | ReduceJob) -> str:

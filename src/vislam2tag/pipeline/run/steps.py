@@ -111,7 +111,7 @@ class _Begun(Generic[_Outcome]):
 
     def compute(self) -> None:
         """Do the next step, and keep what it logs."""
-        _, records = recorded(_Begun.step, self)
+        _, records = recorded(lambda begun: begun.step(), self)
         self.records += records
 
     def result(self) -> Worked[_Outcome]:

@@ -31,7 +31,7 @@ class _Plan:
         """Plan the floor of a survey; raises SurveyError or UsageError as ``vislam2tag plan`` does."""
         site, _ = read_site(root)
         self.floor: Floor = site.floor(wish.floor)
-        asked = {"spacing_m": wish.spacing_m, "rooms": wish.rooms, "further": 0}
+        asked: dict[str, object] = {"spacing_m": wish.spacing_m, "rooms": wish.rooms, "further": 0}
         asked |= {"sheets": tuple(sheet_size(name).name for name in wish.sheets)}
         self.settings = PlanSettings.model_validate(settings.plan.model_dump() | asked)
         given = constraints_of(site, self.floor)
@@ -68,7 +68,7 @@ class _Plan:
             rows=grid.rows,
             columns=grid.columns,
             sigma_cm=cm.ravel().tolist(),
-            notes=[one.message for one in (*self.record.findings, *self.record.unmet)],
+            notes=[*(one.message for one in self.record.findings), *(one.message for one in self.record.unmet)],
         )
 
     def written(self, held: list[HeldLandmark]) -> PlanSummary:
