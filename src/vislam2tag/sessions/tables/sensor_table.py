@@ -80,10 +80,11 @@ def readings_of(sensors: pl.DataFrame, sensor: str, values: Sequence[str]) -> tu
 
     Repeated readings are left out.
     """
-    rows = sensors.select("time_ns", *values).filter((sensors["sensor"] == sensor) & ~sensors["repeated"])
-    if not rows["time_ns"].is_sorted():
-        rows = rows.sort("time_ns")
-    return rows["time_ns"].to_numpy(), rows.select(values).to_numpy()
+    rows = np.flatnonzero(((sensors["sensor"] == sensor) & ~sensors["repeated"]).to_numpy())
+    all_ns = sensors["time_ns"].to_numpy()
+    if np.any(np.diff(all_ns[rows]) < 0):
+        rows = rows[np.argsort(all_ns[rows], kind="stable")]
+    return all_ns[rows], np.column_stack([sensors[name].to_numpy()[rows] for name in values])
 
 
 PRESSURE = "PRESSURE"
