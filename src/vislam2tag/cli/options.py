@@ -37,7 +37,7 @@ Replace: TypeAlias = Annotated[
 ]
 DryRun: TypeAlias = Annotated[bool, typer.Option("--dry-run", help="Say what would run, and why, and write nothing.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
-Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
+Jobs: TypeAlias = Annotated[int, typer.Option(min=1, show_default="all cores", help="Processes to run at once.")]
 
 
 def format_help(otherwise: str = "") -> str:
