@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -184,8 +185,9 @@ def test_the_limit_of_sigma_marks_but_moves_nothing() -> None:
 
 def test_a_map_update_is_reported_and_costs_nothing() -> None:
     walk = loops(12, TYPICAL, marks=8, laps=1, rate_hz=30.0, survey_m=0.02)
-    camera, log = walk.logged()
-    plain = mapped(camera, log, walk.landmarks())
+    logged = walk.logged()
+    plain = mapped(*logged, walk.landmarks())
+    camera, log = deepcopy(logged)
     shifted(camera, log, 1000, (40.0, 0.0, -25.0))
     trajectory = mapped(camera, log, walk.landmarks())
     assert [(event.kind, event.frame) for event in trajectory.events] == [(EventKind.MAP_UPDATE, 1000)]
