@@ -7,9 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-some_or_many = pytest.mark.parametrize(
-    "files", [250, pytest.param(2000, marks=pytest.mark.slow), pytest.param(20_000, marks=pytest.mark.campaign)]
-)
+some_or_many = pytest.mark.parametrize("files", [500, pytest.param(20_000, marks=pytest.mark.campaign)])
 """How many damaged files a test reads."""
 
 NASTY = [

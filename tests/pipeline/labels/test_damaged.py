@@ -18,9 +18,7 @@ from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 
-some_or_many = pytest.mark.parametrize(
-    "rounds", [4, pytest.param(15, marks=pytest.mark.slow), pytest.param(100, marks=pytest.mark.campaign)]
-)
+some_or_many = pytest.mark.parametrize("rounds", [5, pytest.param(100, marks=pytest.mark.campaign)])
 FILES = ("poses.csv", "initPoses.csv", "wifi.csv", "sensors.csv")
 UNREADABLE = ("malformed_lines", "partial_last_line")
 
