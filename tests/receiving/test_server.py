@@ -10,12 +10,14 @@ from typing import Any, BinaryIO
 
 import httpx
 import pytest
+from PIL import Image
 
-from tests.receiving.signing import signed
+from tests.receiving.signing import signed, signed_path
 from tests.receiving.zips import SESSION, digest, session_zip
+from vislam2tag.receiving.connections import REPORTED_A_MINUTE
 from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE
-from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, REPORTED_A_MINUTE, Listener, Receiver
+from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, Listener, Receiver
 from vislam2tag.receiving.token import WRONG_ALLOWED, Guard, answer_mac
 from vislam2tag.receiving.uploads import Uploads
 
@@ -137,6 +139,24 @@ def test_answers_prove_who_answers(phone: Phone) -> None:
         answer = phone.ask("PATCH", f"/v2/uploads/{NAME}", headers=headers, content=data)
         nonce = headers["Authorization"].split()[1]
         assert answer.headers[ANSWER_MAC] == answer_mac(TOKEN, nonce, answer.status_code, answer.content)
+
+
+def test_who_knows_the_token_is_told_the_survey_s_floors_and_plans(phone: Phone, tmp_path: Path) -> None:
+    assert phone.ask("GET", "/v2/survey").status_code == 401
+    assert phone.ask("GET", "/v2/plans/-1").status_code == 401
+    answer = phone.ask("GET", "/v2/survey", headers=signed_path(TOKEN, "GET", "/v2/survey"))
+    assert answer.json() == {"name": tmp_path.name, "floors": []}
+    (tmp_path / "floor_-1").mkdir()
+    Image.new("L", (300, 200), 255).save(tmp_path / "floor_-1" / "floorplan.png")
+    (tmp_path / "floor_dimensions.csv").write_text("level;name;x;y\n-1;basement;30.0;20.0\n", encoding="utf-8")
+    told = phone.ask("GET", "/v2/survey", headers=signed_path(TOKEN, "GET", "/v2/survey")).json()
+    assert [floor["number"] for floor in told["floors"]] == [-1]
+    headers = signed_path(TOKEN, "GET", "/v2/plans/-1")
+    plan = phone.ask("GET", "/v2/plans/-1", headers=headers)
+    nonce = headers["Authorization"].split()[1]
+    assert plan.headers[ANSWER_MAC] == answer_mac(TOKEN, nonce, 200, plan.content)
+    for unknown in ("/v2/plans/7", "/v2/plans/cellar"):
+        assert phone.ask("GET", unknown, headers=signed_path(TOKEN, "GET", unknown)).status_code == 404
 
 
 def test_an_app_that_would_send_the_token_is_told_to_be_updated(phone: Phone) -> None:

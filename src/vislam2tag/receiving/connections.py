@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import signal
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from ipaddress import IPv6Address, ip_address
 from typing import Literal
 
@@ -23,12 +25,34 @@ MOST_CONNECTIONS = 200
 """At once; half of what the system lets a program open, where that is less. One more ends that which waits longest."""
 MOST_OF_AN_ADDRESS = 20
 """At once; one more is closed. A browser opens six."""
+MINUTE_S, REPORTED_A_MINUTE = 60.0, 10
+"""Of requests without the token so many are told a minute."""
 GRACE_S = 2
 """Requests still running when the server is ended have so long; what they brought is kept anyway."""
 _WAITING = 512
 """The system keeps so many connections waiting to be taken."""
 _ACCEPTED_AT_ONCE = 32
 """asyncio takes so many connections before it looks at the first: each needs a file handle meanwhile."""
+
+
+@dataclass
+class RefusalLog:
+    """Reports requests without a token, but not of each: of some in a minute, then how many more there were."""
+
+    report: Callable[[str, str], None]
+    clock: Callable[[], float]
+    _since_s: float = -math.inf
+    _count: int = 0
+
+    def refused(self, address: str, message: str) -> None:
+        """Tell of a refusal, or count it only."""
+        if self.clock() - self._since_s >= MINUTE_S:
+            if self._count > REPORTED_A_MINUTE:
+                self.report("", f"{self._count - REPORTED_A_MINUTE} more requests without the token in a minute")
+            self._since_s, self._count = self.clock(), 0
+        self._count += 1
+        if self._count <= REPORTED_A_MINUTE:
+            self.report(address, message)
 
 
 def open_file_limit() -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import hashlib
-import math
+import re
 from collections.abc import AsyncIterator, Callable
 from dataclasses import asdict, dataclass
 from typing import BinaryIO
@@ -20,10 +20,11 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from vislam2tag.receiving.connections import network_of
+from vislam2tag.receiving.connections import RefusalLog, network_of
 from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE, PAGE_HEADERS
 from vislam2tag.receiving.session_zip import RefusedZipError
+from vislam2tag.receiving.survey_facts import plan_jpeg, survey_facts
 from vislam2tag.receiving.token import SCHEME, Guard, SignedRequest, answer_mac, authorization_mac
 from vislam2tag.receiving.uploads import (
     UPLOAD_NAME,
@@ -39,11 +40,12 @@ MOST_PER_REQUEST = 8 << 20
 """Bytes of a zip that one request may bring."""
 SILENT_S = 10.0
 """A request that brings nothing for so long is broken off: the phone may have left the network without a word."""
-MINUTE_S, REPORTED_A_MINUTE = 60.0, 10
 BUSY_S = 3
 """So long a client waits that finds its upload being written by a connection that may be dead."""
 BODY_SHA256, ANSWER_MAC = "Upload-Body-SHA256", "Upload-Answer-MAC"
 UPLOADS = "/v2/uploads"
+SURVEY, PLANS = "/v2/survey", "/v2/plans"
+_FLOOR = re.compile(r"-?[0-9]{1,4}")
 _FORMER = "/v1/uploads/{name}"
 """Where apps before version 2 of the upload ask, which send the token itself."""
 _HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "Connection": "close"}
@@ -57,26 +59,6 @@ class Listener:
     received: Callable[[str, int, int], None] = lambda _name, _received, _length: None
     filed: Callable[[str, FiledSession], None] = lambda _name, _filed: None
     refused: Callable[[str, str], None] = lambda _address, _message: None
-
-
-@dataclass
-class RefusalLog:
-    """Reports requests without a token, but not of each: of some in a minute, then how many more there were."""
-
-    report: Callable[[str, str], None]
-    clock: Callable[[], float]
-    _since_s: float = -math.inf
-    _count: int = 0
-
-    def refused(self, address: str, message: str) -> None:
-        """Tell of a refusal, or count it only."""
-        if self.clock() - self._since_s >= MINUTE_S:
-            if self._count > REPORTED_A_MINUTE:
-                self.report("", f"{self._count - REPORTED_A_MINUTE} more requests without the token in a minute")
-            self._since_s, self._count = self.clock(), 0
-        self._count += 1
-        if self._count <= REPORTED_A_MINUTE:
-            self.report(address, message)
 
 
 class RefusalError(Exception):
@@ -102,6 +84,8 @@ class Receiver:
             Route("/", self._page, methods=["GET"]),
             Route(f"{UPLOADS}/{{name}}", self._state, methods=["GET"]),
             Route(f"{UPLOADS}/{{name}}", self._append, methods=["PATCH"]),
+            Route(SURVEY, self._survey, methods=["GET"]),
+            Route(f"{PLANS}/{{floor}}", self._plan, methods=["GET"]),
             Route(_FORMER, self._former, methods=["GET", "PATCH"]),
         ]
         return Starlette(routes=routes, exception_handlers={RefusalError: self._refuse, HTTPException: self._unknown})
@@ -113,6 +97,20 @@ class Receiver:
         raise RefusalError(
             410, "this app is older than the computer's program, and would send the token: update the app"
         )
+
+    async def _survey(self, request: Request) -> Response:
+        self._prove(request)
+        facts = await run_in_threadpool(survey_facts, self._uploads.survey)
+        return self._proved(request, JSONResponse(facts.model_dump(), headers=_HEADERS))
+
+    async def _plan(self, request: Request) -> Response:
+        self._prove(request)
+        floor = str(request.path_params["floor"])
+        known = _FLOOR.fullmatch(floor) is not None
+        plan = await run_in_threadpool(plan_jpeg, self._uploads.survey, int(floor)) if known else None
+        if plan is None:
+            raise RefusalError(404, "this floor has no plan that can be drawn")
+        return self._proved(request, Response(plan, media_type="image/jpeg", headers=_HEADERS))
 
     async def _state(self, request: Request) -> Response:
         name = self._admitted(request)
@@ -178,6 +176,14 @@ class Receiver:
 
     def _admitted(self, request: Request) -> str:
         """The upload's name, once the request proved that its sender knows the token."""
+        self._prove(request)
+        name = str(request.path_params["name"])
+        if not UPLOAD_NAME.fullmatch(name):
+            raise RefusalError(400, "an upload is named by its SHA-256, 64 lower-case hexadecimal digits")
+        return name
+
+    def _prove(self, request: Request) -> None:
+        """Refuse a request that does not prove that its sender knows the token."""
         address = network_of(request.client.host if request.client else "")
         wait_s = self._guard.waiting_s(address)
         if wait_s:
@@ -189,10 +195,6 @@ class Receiver:
             message = "the token is missing or wrong; scan the code again"
             raise RefusalError(401, message, {"WWW-Authenticate": SCHEME})
         request.state.nonce = shown[0]
-        name = str(request.path_params["name"])
-        if not UPLOAD_NAME.fullmatch(name):
-            raise RefusalError(400, "an upload is named by its SHA-256, 64 lower-case hexadecimal digits")
-        return name
 
     def _check_length(self, request: Request, length: int) -> None:
         if length > self._uploads.max_bytes:

@@ -73,7 +73,7 @@ class Uploads:
 
         ``place`` is where recordings of other apps go.
         """
-        self._survey, self._max_unpacked, self._place = survey, max_unpacked_bytes, place
+        self.survey, self._max_unpacked, self._place = survey, max_unpacked_bytes, place
         self.max_bytes = max_bytes
         self._folder = survey / WORK_FOLDER
         self._busy: set[str] = set()
@@ -84,8 +84,8 @@ class Uploads:
         try:
             self._folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise OutputError(f"{self._survey}: cannot be written: {error.strerror}") from error
-        refusal = f"{self._survey}: another 'vislam2tag receive' is running there; end it first"
+            raise OutputError(f"{self.survey}: cannot be written: {error.strerror}") from error
+        refusal = f"{self.survey}: another 'vislam2tag receive' is running there; end it first"
         self._held.enter_context(only_one(self._folder / "lock", refusal))
         for left in self._folder.glob(f"{UNPACKED}*"):
             shutil.rmtree(left, ignore_errors=True)
@@ -169,7 +169,7 @@ class Uploads:
             if digest != name:
                 raise RefusedZipError("the zip arrived damaged: its SHA-256 is another; send it again")
             with _called_zip(path, name) as named:
-                filed = file_zip(self._survey, named, self._max_unpacked, self._place)
+                filed = file_zip(self.survey, named, self._max_unpacked, self._place)
         except RefusedZipError:
             path.unlink(missing_ok=True)
             raise
@@ -190,7 +190,7 @@ class Uploads:
             filed = _FiledRecord.model_validate_json(read_bytes(self._folder / f"{name}.filed"))
         except (OSError, ValidationError):
             return None
-        return filed.session if is_filed(self._survey / filed.session, filed.sums_sha256) else None
+        return filed.session if is_filed(self.survey / filed.session, filed.sums_sha256) else None
 
     def _remember(self, name: str, filed: FiledSession) -> None:
         path = self._folder / f"{name}.filed"

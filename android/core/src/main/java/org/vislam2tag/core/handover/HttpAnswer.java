@@ -12,7 +12,7 @@ import java.util.Map;
 final class HttpAnswer {
   private static final int MOST_LINE = 8 << 10;
   private static final int MOST_HEADERS = 100;
-  private static final int MOST_BODY = 1 << 20;
+  private static final int MOST_BODY = 16 << 20;
 
   final int status;
   final byte[] bytes;

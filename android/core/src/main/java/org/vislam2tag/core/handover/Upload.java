@@ -16,6 +16,7 @@ public final class Upload {
   static final int CHUNK = 4 << 20;
   /** So many requests in a row may fail or bring nothing. */
   static final int TRIES = 6;
+  static final String ANSWERED_BY_ANOTHER = "the answer is not from the computer that shows this token";
   private static final int BUFFER = 1 << 16;
   private static final long RETRY_MS = 1_000;
   private static final long LONGEST_WAIT_S = 60;
@@ -129,24 +130,32 @@ public final class Upload {
       case 200:
       case 409:
         if (!request.isAnsweredBy(answer)) {
-          throw new UploadException(Cause.NOT_UNDERSTOOD, "the answer is not from the computer that shows this token");
+          throw new UploadException(Cause.NOT_UNDERSTOOD, ANSWERED_BY_ANOTHER);
         }
         return understood(answer);
-      case 404:
-        throw new UploadException(Cause.NOT_UNDERSTOOD, "the computer's program is older than this app: update it");
       case 423:
       case 429:
         return null;
-      case 401:
-        throw new UploadException(Cause.WRONG_TOKEN, UploadState.message(answer));
-      case 413:
-        throw new UploadException(Cause.TOO_LARGE, UploadState.message(answer));
-      case 422:
-        throw new UploadException(Cause.REFUSED, UploadState.message(answer));
-      case 507:
-        throw new UploadException(Cause.COMPUTER_FULL, UploadState.message(answer));
       default:
-        throw new UploadException(Cause.NOT_UNDERSTOOD, UploadState.message(answer));
+        throw refusal(answer);
+    }
+  }
+
+  /** What an answer other than 200 means that asking again does not change. */
+  static UploadException refusal(HttpAnswer answer) {
+    switch (answer.status) {
+      case 404:
+        return new UploadException(Cause.NOT_UNDERSTOOD, "the computer's program is older than this app: update it");
+      case 401:
+        return new UploadException(Cause.WRONG_TOKEN, UploadState.message(answer));
+      case 413:
+        return new UploadException(Cause.TOO_LARGE, UploadState.message(answer));
+      case 422:
+        return new UploadException(Cause.REFUSED, UploadState.message(answer));
+      case 507:
+        return new UploadException(Cause.COMPUTER_FULL, UploadState.message(answer));
+      default:
+        return new UploadException(Cause.NOT_UNDERSTOOD, UploadState.message(answer));
     }
   }
 

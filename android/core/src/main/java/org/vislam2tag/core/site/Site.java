@@ -1,0 +1,45 @@
+package org.vislam2tag.core.site;
+
+import java.io.IOException;
+import java.util.ArrayList;
+import java.util.Collections;
+import java.util.List;
+import java.util.Map;
+import org.vislam2tag.core.json.JsonReader;
+
+/** The building that is surveyed, as the computer told it. */
+public final class Site {
+  public final String name;
+  /** Lowest first. */
+  public final List<SiteFloor> floors;
+
+  private Site(String name, List<SiteFloor> floors) {
+    this.name = name;
+    this.floors = Collections.unmodifiableList(floors);
+  }
+
+  /**
+   * Of what the computer answers (docs/reference/phone-handover.md).
+   *
+   * @throws IOException if it is not understood
+   */
+  public static Site of(String answer) throws IOException {
+    Map<String, Object> json = JsonReader.readObject(answer);
+    if (!(json.get("name") instanceof String) || !(json.get("floors") instanceof List)) {
+      throw new IOException("no name and floors in it");
+    }
+    List<SiteFloor> floors = new ArrayList<>();
+    for (Object told : (List<?>) json.get("floors")) {
+      SiteFloor floor = told instanceof Map ? SiteFloor.of((Map<?, ?>) told) : null;
+      if (floor != null) {
+        floors.add(floor);
+      }
+    }
+    return new Site((String) json.get("name"), floors);
+  }
+
+  /** The floor of this number; one of which nothing is known where there is none. */
+  public SiteFloor floor(int number) {
+    return floors.stream().filter(floor -> floor.number == number).findFirst().orElse(SiteFloor.unknown(number));
+  }
+}
