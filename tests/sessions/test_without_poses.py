@@ -97,6 +97,26 @@ def test_fixes_of_a_session_with_poses_change_nothing(tmp_path: Path) -> None:
     assert (after.position_acs == before.position_acs).all()
 
 
+def test_taps_on_the_plan_are_fixes_where_no_camera_was(tmp_path: Path) -> None:
+    survey = simulated(tmp_path / "survey", SessionLayout.PHONE)
+    expected = read(survey).camera.fixes
+    assert expected is not None
+    (session_folder(survey) / "fixes.csv").unlink()
+    places = expected.position_bcs.tolist()
+    rows = [f"{t},{n},tap,{x},{y},0.6" for n, (t, (x, y)) in enumerate(zip(expected.time_ns, places, strict=True))]
+    wrong = [f"{expected.time_ns[0] + 10**9},98,tap,0,0,0.6", f"{expected.time_ns[0] + 2 * 10**9},98,undo,,,"]
+    nowhere = f"{expected.time_ns[0] + 3 * 10**9},99,tap,,,"
+    text = "\n".join(("time_ns,n,action,x_m,y_m,sigma_m", *rows, *wrong, nowhere)) + "\n"
+    (session_folder(survey) / "ControlPoint.csv").write_text(text, encoding="utf-8")
+    session = read(survey)
+    assert session.camera.fixes is not None
+    assert session.camera.fixes.time_ns.tolist() == expected.time_ns.tolist()
+    assert session.camera.fixes.position_bcs.tolist() == expected.position_bcs.tolist()
+    assert session.camera.inertial is not None
+    assert [(each.kind, each.file) for each in session.findings] == [("non_finite_values", "ControlPoint.csv")]
+    assert len(session.presses_ns) == 0
+
+
 def test_presses_are_fixes_at_the_control_points_in_order_where_no_camera_was(tmp_path: Path) -> None:
     survey, out = tmp_path / "survey", tmp_path / "out"
     walk = walk_settings(WalkStyle.CONTROL_POINTS)

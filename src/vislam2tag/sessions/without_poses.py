@@ -67,7 +67,25 @@ def with_fixes(session: Session, reading: SessionFiles) -> Session:
     if session.camera.usable.any() or not reading.has("fixes"):
         return session
     file, data = reading.load("fixes")
-    fixes, found = _fixes(reading.account("fixes", data, parse_table(data, file, _FIX_SCHEMA)), file)
+    fixes, found = _fixes(reading.account("fixes", data, parse_table(data, file, _FIX_SCHEMA)), file, "t; x; y")
+    return _without_tracker(session, reading, file, fixes, found)
+
+
+def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file: str) -> Session:
+    """Give a session without poses those fixes that its taps on the plan are: ``row``, ``time_ns``, ``x``, ``y``.
+
+    A session stays as it is that has poses or a file of fixes, or no tap.
+    """
+    if session.camera.usable.any() or reading.has("fixes") or not taps.height:
+        return session
+    fixes, found = _fixes(taps, file, "taps on the plan")
+    return _without_tracker(session, reading, file, fixes, found)
+
+
+def _without_tracker(
+    session: Session, reading: SessionFiles, file: str, fixes: FixLog, found: list[Finding]
+) -> Session:
+    """Give a session frames and inertial readings; ``found`` was found of its fixes, which stand in ``file``."""
     inertial = inertial_log(session.tables["sensors"])
     names = {name for role in _OF_TRACKERS for name in reading.names.get(role, ())}
     findings = [each for each in reading.findings if not (each.kind in _ABSENCE and each.file in names)]
@@ -110,15 +128,15 @@ def with_presses_as_fixes(session: Session, points: ControlPoints) -> Session:
     )
 
 
-def _fixes(rows: pl.DataFrame, file: str) -> tuple[FixLog, list[Finding]]:
-    """Fixes in time order, each time once, and what is wrong with the rows of their file."""
+def _fixes(rows: pl.DataFrame, file: str, what: str) -> tuple[FixLog, list[Finding]]:
+    """Fixes in time order, each time once, and what is wrong with the rows of their file; ``what`` says one there."""
     finite = pl.all_horizontal(pl.col("x", "y").is_finite())
     odd = rows.filter(~finite)["row"].to_list()
     message = "coordinates must be finite numbers, metres; these fixes are not used"
     findings = [Finding.at_lines("non_finite_values", file, odd, message)] if odd else []
     kept = rows.filter(finite).unique("time_ns", keep="first").sort("time_ns")
     if kept.height < 2:
-        findings.append(too_few_fixes(file, "t; x; y"))
+        findings.append(too_few_fixes(file, what))
     names = tuple(f"line {row}" for row in kept["row"].to_list())
     return FixLog(kept["time_ns"].to_numpy(), kept.select("x", "y").to_numpy(), names), findings
 

@@ -30,6 +30,7 @@ from vislam2tag.sessions.phone.schemas import (
     PRESSES,
     SENSORS,
     SIGHTING,
+    TAPS,
     TRACKING,
     WIFI,
     unit_poses,
@@ -46,7 +47,7 @@ from vislam2tag.sessions.tables.radio_text import without_absurd_levels
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
-from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
+from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
 from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.site_table import is_file
 
@@ -93,7 +94,7 @@ class PhoneFormat:
         ble = _ble(reading, camera)
         if len(ble):
             tables["ble"] = ble
-        presses_ns = _presses(reading, camera)
+        presses_ns, taps, taps_file = _presses(reading, camera)
         recording = _recording(reading, record)
         camera = replace(camera, anchors=anchors, pressure=pressure_log(tables["sensors"]))
         session = Session(
@@ -106,7 +107,7 @@ class PhoneFormat:
             findings=tuple(reading.findings),
             recording=recording,
         )
-        return with_fixes(session, reading)
+        return with_taps(with_fixes(session, reading), reading, taps, taps_file)
 
 
 def _has_header(path: Path) -> bool:
@@ -227,15 +228,19 @@ def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     return rows
 
 
-def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
-    """Times (k,) of the presses that were not taken back, ns."""
-    file, data, table = _table(reading, "presses", PRESSES)
-    rows = reading.account("presses", data, table)
+def _presses(reading: SessionFiles, camera: CameraTrack) -> tuple[IntArray, pl.DataFrame, str]:
+    """Times (k,) of presses of the button, ns; the taps on the plan; their file. What was taken back is left out."""
+    file, data = reading.load("presses")
+    has_places = b"x_m" in data.partition(b"\n")[0].split(b",")
+    rows = reading.account("presses", data, parse_phone_table(data, file, TAPS if has_places else PRESSES))
     undone = rows.filter(pl.col("action") == "undo")["n"]
-    kept = rows.filter((pl.col("action") == "press") & ~pl.col("n").is_in(undone.to_list()))
-    presses_ns = kept["time_ns"].to_numpy().astype(np.int64)
+    kept = rows.filter(~pl.col("n").is_in(undone.to_list()))
+    presses_ns = kept.filter(action="press")["time_ns"].to_numpy().astype(np.int64)
     reading.findings += clock_mismatch(presses_ns, file, camera)
-    return presses_ns
+    if not has_places:
+        return presses_ns, kept.clear(), file
+    places = {"x": pl.col("x_m").fill_null(np.nan), "y": pl.col("y_m").fill_null(np.nan)}
+    return presses_ns, kept.filter(action="tap").select("row", "time_ns", **places), file
 
 
 def _recording(reading: SessionFiles, record: PhoneRecord | None) -> Recording:

@@ -200,11 +200,21 @@ public final class Recorder {
     }
   }
 
-  /** The latest press does not count; nothing happens where none does. */
+  /** The plan is tapped now, where the walker is: metres in the floor's frame, with the sigma of each. */
+  public synchronized void tap(float xM, float yM, float sigmaM) {
+    if (end == null) {
+      tables.add(presses.tap(nowNs(), xM, yM, sigmaM));
+    }
+  }
+
+  /** The latest press or tap does not count; nothing happens where none does. */
   public synchronized void undoPress() {
-    Press undone = end == null ? presses.undo(nowNs()) : null;
-    if (undone != null) {
-      tables.add(undone);
+    Press latest = end == null ? presses.latest() : null;
+    if (latest == null) {
+      return;
+    }
+    tables.add(presses.undo(nowNs()));
+    if (!latest.isTap()) {
       walk.map().undoPress();
     }
   }
@@ -308,6 +318,11 @@ public final class Recorder {
     long nowNs = nowNs();
     return new RecorderStatus((nowNs - start.bootNs) / 1e9, walk.status(nowNs), frames.part(), scans, silentS(nowNs),
         tables.rows(Table.BLE), presses.counting(), clockJumpMs, end);
+  }
+
+  /** The taps on the plan that count. */
+  public synchronized List<Press> taps() {
+    return presses.taps();
   }
 
   /** The walk so far, for drawing. */

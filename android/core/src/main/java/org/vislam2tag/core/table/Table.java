@@ -10,7 +10,7 @@ public enum Table {
   WIFI("WiFi.csv", "time_ns,scan,bssid,ssid,rssi_dbm,frequency_mhz,channel_width_mhz,center_0_mhz,center_1_mhz,"
       + "received_ns,result,throttling"),
   BLE("Ble.csv", "time_ns,address,name,rssi_dbm,tx_power_dbm,uuid,major,minor"),
-  PRESSES("ControlPoint.csv", "time_ns,n,action"),
+  PRESSES("ControlPoint.csv", "time_ns,n,action,x_m,y_m,sigma_m"),
   EVENTS("Events.csv", "time_ns,event,detail");
 
   /** The file's name in the session's folder. */

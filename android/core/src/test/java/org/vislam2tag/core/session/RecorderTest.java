@@ -120,6 +120,21 @@ public class RecorderTest {
     return SessionFiles.readJson(recorder.folder());
   }
 
+  @Test public void tapsOnThePlanAreFixesAndCanBeTakenBack() throws IOException {
+    Recorder recorder = start();
+    recorder.tap(1, 2, 0.6f);
+    recorder.tap(3, 4, 0.6f);
+    recorder.undoPress();
+    recorder.press();
+    recorder.undoPress();
+    assertEquals(1, recorder.taps().size());
+    assertEquals(1, recorder.status().presses);
+    recorder.stop();
+    String at = clocks.bootNs + ",";
+    assertEquals(Arrays.asList(at + "0,tap,1.0,2.0,0.6", at + "1,tap,3.0,4.0,0.6", at + "1,undo,,,", at + "2,press,,,", at + "2,undo,,,"),
+        rows(recorder, Table.PRESSES));
+  }
+
   @Test public void scansThatStopWithTheScreenOffAreTold() throws IOException {
     Recorder recorder = start();
     recorder.scanAccepted();
@@ -276,7 +291,7 @@ public class RecorderTest {
     assertEquals(2, recorder.status().presses);
     recorder.stop();
     String now = clocks.bootNs + ",";
-    assertEquals(Arrays.asList(now + "0,press", now + "1,press", now + "1,undo", now + "2,press"), rows(recorder, Table.PRESSES));
+    assertEquals(Arrays.asList(now + "0,press,,,", now + "1,press,,,", now + "1,undo,,,", now + "2,press,,,"), rows(recorder, Table.PRESSES));
   }
 
   @Test public void itWarnsAndLogsTheWarning() throws IOException {

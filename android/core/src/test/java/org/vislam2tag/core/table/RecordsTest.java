@@ -95,8 +95,9 @@ public class RecordsTest {
   }
 
   @Test public void pressesAndEvents() {
-    assertEquals("9,0,press", line(new Press(9, 0, false)));
-    assertEquals("9,0,undo", line(new Press(9, 0, true)));
+    assertEquals("9,0,press,,,", line(Press.button(9, 0)));
+    assertEquals("9,1,tap,12.5,-3.0,0.6", line(Press.tap(9, 1, 12.5f, -3, 0.6f)));
+    assertEquals("10,1,undo,,,", line(Press.tap(9, 1, 12.5f, -3, 0.6f).undone(10)));
     assertEquals("9,camera_unavailable,\"a, b\"", line(new Event(9, "camera_unavailable", "a, b")));
     assertEquals("9,started,", line(new Event(9, "started", "")));
   }

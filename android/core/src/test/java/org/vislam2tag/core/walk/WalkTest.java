@@ -202,6 +202,7 @@ public class WalkTest {
 
   @Test public void undoTakesThePressesBackOneByOne() {
     PressCount presses = new PressCount();
+    assertNull(presses.latest());
     assertNull(presses.undo(1));
     presses.press(2);
     presses.press(3);
