@@ -6,6 +6,7 @@ import android.content.ComponentName;
 import android.content.Intent;
 import android.content.ServiceConnection;
 import android.content.pm.PackageManager;
+import android.graphics.BitmapFactory;
 import android.os.BatteryManager;
 import android.os.Bundle;
 import android.os.Handler;
@@ -20,6 +21,7 @@ import android.view.WindowManager;
 import android.widget.TextView;
 import android.widget.Toast;
 import com.google.ar.core.ArCoreApk;
+import java.io.File;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.ar.CameraView;
 import org.vislam2tag.app.recording.PhoneClocks;
@@ -27,6 +29,9 @@ import org.vislam2tag.app.recording.Recording;
 import org.vislam2tag.app.recording.RecordingService;
 import org.vislam2tag.core.session.RecorderStatus;
 import org.vislam2tag.core.session.SessionEnd;
+import org.vislam2tag.core.site.Site;
+import org.vislam2tag.core.site.SiteFloor;
+import org.vislam2tag.core.site.SiteStore;
 
 /** The screen while a session is recorded. */
 public final class RecordActivity extends Activity implements ServiceConnection {
@@ -37,6 +42,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
   private final StatusText text = new StatusText(this::getString);
   private RecordingService.Link service;
   private CameraView camera;
+  private PlanView plan;
 
   @Override protected void onCreate(Bundle saved) {
     super.onCreate(saved);
@@ -81,10 +87,36 @@ public final class RecordActivity extends Activity implements ServiceConnection 
   @Override public void onServiceConnected(ComponentName name, IBinder link) {
     service = (RecordingService.Link) link;
     Recording recording = service.recording();
-    if (recording != null && camera == null && canTrack()) {
+    if (recording == null || camera != null || plan != null) {
+      return;
+    }
+    ViewGroup picture = findViewById(R.id.camera);
+    if (service.plan().withCamera && canTrack()) {
       camera = new CameraView(this);
       camera.attach(recording, new PhoneClocks());
-      ((ViewGroup) findViewById(R.id.camera)).addView(camera);
+      picture.addView(camera);
+    } else {
+      plan = planView(service.plan().floor);
+      picture.addView(plan);
+    }
+  }
+
+  /** Without camera the plan is tapped where the collector stands. */
+  private PlanView planView(int number) {
+    SiteStore store = RecordingService.site(this);
+    Site site = store.site();
+    SiteFloor floor = site == null ? SiteFloor.unknown(number) : site.floor(number);
+    File picture = store.plan(floor);
+    return new PlanView(this, floor, picture == null ? null : BitmapFactory.decodeFile(picture.getPath()), this::tapped);
+  }
+
+  private void tapped(float xM, float yM, float sigmaM) {
+    Recording recording = recording();
+    if (recording != null) {
+      recording.recorder().tap(xM, yM, sigmaM);
+      plan.performHapticFeedback(HapticFeedbackConstants.VIRTUAL_KEY);
+      plan.playSoundEffect(SoundEffectConstants.CLICK);
+      plan.show(recording.recorder().taps());
     }
   }
 
@@ -115,8 +147,12 @@ public final class RecordActivity extends Activity implements ServiceConnection 
 
   private void undo() {
     Recording recording = recording();
-    if (recording != null) {
-      recording.recorder().undoPress();
+    if (recording == null) {
+      return;
+    }
+    recording.recorder().undoPress();
+    if (plan != null) {
+      plan.show(recording.recorder().taps());
     }
   }
 
@@ -148,7 +184,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
 
   private void show(RecorderStatus status) {
     set(R.id.walk, text.walk(status));
-    set(R.id.tracking, camera != null && camera.isPreparing() ? getString(R.string.tracking_preparing) : text.tracking(status.walk));
+    set(R.id.tracking, tracking(status));
     set(R.id.landmarks, text.landmarks(status.walk));
     set(R.id.scans, text.scans(status));
     BatteryManager battery = (BatteryManager) getSystemService(BATTERY_SERVICE);
@@ -159,6 +195,13 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     findViewById(R.id.warnings).setVisibility(warnings.isEmpty() ? View.GONE : View.VISIBLE);
     set(R.id.control_point, getString(R.string.control_point, status.presses));
     findViewById(R.id.undo).setEnabled(status.presses > 0);
+  }
+
+  private String tracking(RecorderStatus status) {
+    if (plan != null) {
+      return getString(R.string.taps_help);
+    }
+    return camera != null && camera.isPreparing() ? getString(R.string.tracking_preparing) : text.tracking(status.walk);
   }
 
   private void over(SessionEnd end) {

@@ -12,17 +12,20 @@ public final class Plan {
   /** Hz, or {@link org.vislam2tag.core.session.SensorOn#FASTEST}. */
   public final double sensorRateHz;
   public final LandmarkImages landmarks;
+  /** Not so where the collector walks without it and taps the plan. */
+  public final boolean withCamera;
   /** Names of events that say what lacks from the start. */
   public final List<String> eventsAtStart;
 
   public Plan(String site, int floor, String device, String note, double sensorRateHz, LandmarkImages landmarks,
-      List<String> eventsAtStart) {
+      boolean withCamera, List<String> eventsAtStart) {
     this.site = site;
     this.floor = floor;
     this.device = device;
     this.note = note;
     this.sensorRateHz = sensorRateHz;
     this.landmarks = landmarks;
+    this.withCamera = withCamera;
     this.eventsAtStart = eventsAtStart;
   }
 }

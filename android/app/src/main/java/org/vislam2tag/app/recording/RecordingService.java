@@ -2,9 +2,6 @@ package org.vislam2tag.app.recording;
 
 import android.Manifest;
 import android.app.Notification;
-import android.app.NotificationChannel;
-import android.app.NotificationManager;
-import android.app.PendingIntent;
 import android.app.Service;
 import android.bluetooth.BluetoothManager;
 import android.content.Context;
@@ -16,7 +13,6 @@ import android.location.LocationManager;
 import android.media.AudioManager;
 import android.media.ToneGenerator;
 import android.net.wifi.WifiManager;
-import android.net.Uri;
 import android.os.Binder;
 import android.os.Build;
 import android.os.Handler;
@@ -25,13 +21,10 @@ import android.os.Looper;
 import android.os.PowerManager;
 import android.os.VibrationEffect;
 import android.os.Vibrator;
-import android.provider.Settings;
 import java.io.File;
 import java.io.IOException;
 import java.util.Arrays;
 import java.util.List;
-import org.vislam2tag.app.R;
-import org.vislam2tag.app.record.RecordActivity;
 import org.vislam2tag.app.sensing.BleLog;
 import org.vislam2tag.app.sensing.Calls;
 import org.vislam2tag.app.sensing.Feed;
@@ -46,16 +39,12 @@ import org.vislam2tag.core.session.SessionDescription;
 import org.vislam2tag.core.session.SessionEnd;
 import org.vislam2tag.core.session.SessionStore;
 import org.vislam2tag.core.session.StoredSession;
+import org.vislam2tag.core.site.SiteStore;
 import org.vislam2tag.core.table.FileSink;
 import org.vislam2tag.core.walk.Warning;
 
 /** Keeps a recording alive while the screen is off or another app is in front. */
 public final class RecordingService extends Service implements RecorderListener {
-  private static final String CHANNEL = "recording";
-  private static final String TROUBLE = "trouble";
-  private static final int NOTIFICATION = 1;
-  /** Of what stopped; one for each radio. */
-  private static final int STOPPED = 2;
   private static final String ARCORE = "com.google.ar.core";
   private static final long WARNING_MS = 300;
   private static final long CAUGHT_MS = 60;
@@ -78,6 +67,11 @@ public final class RecordingService extends Service implements RecorderListener 
       RecordingService.this.start(plan);
     }
 
+    /** What the collector chose for the recording that runs; null where none does. */
+    public Plan plan() {
+      return recording == null ? null : plan;
+    }
+
     /** Stops it; {@link #recording} becomes null, and {@link #lastEnd} known, once all is on the disk. */
     public void stop() {
       RecordingService.this.stop();
@@ -96,6 +90,7 @@ public final class RecordingService extends Service implements RecorderListener 
   private final PhoneClocks clocks = new PhoneClocks();
   /** The one that runs. */
   volatile Recording recording;
+  private volatile Plan plan;
   private volatile SessionEnd lastEnd;
   private PowerManager.WakeLock awake;
   private boolean stopping;
@@ -106,6 +101,11 @@ public final class RecordingService extends Service implements RecorderListener 
     File folder = new File(external == null ? context.getFilesDir() : external, "sessions");
     folder.mkdirs();
     return folder;
+  }
+
+  /** Where the building that was taken from a computer is kept. */
+  public static SiteStore site(Context context) {
+    return new SiteStore(new File(context.getFilesDir(), "site"));
   }
 
   /**
@@ -153,16 +153,7 @@ public final class RecordingService extends Service implements RecorderListener 
 
   /** The screen is off: only a notice with a sound is noticed. */
   @Override public void scansStopped(Radio radio) {
-    NotificationManager notifications = (NotificationManager) getSystemService(NOTIFICATION_SERVICE);
-    notifications.createNotificationChannel(
-        new NotificationChannel(TROUBLE, getString(R.string.trouble_channel), NotificationManager.IMPORTANCE_HIGH));
-    String sentence = getString(radio == Radio.WIFI ? R.string.wifi_stopped : R.string.ble_stopped);
-    PendingIntent settings = PendingIntent.getActivity(this, 0,
-        new Intent(Settings.ACTION_APPLICATION_DETAILS_SETTINGS, Uri.fromParts("package", getPackageName(), null)),
-        PendingIntent.FLAG_IMMUTABLE);
-    notifications.notify(STOPPED + radio.ordinal(), new Notification.Builder(this, TROUBLE).setContentTitle(sentence)
-        .setContentText(getString(R.string.stopped_remedy)).setSmallIcon(R.drawable.ic_recording).setAutoCancel(true)
-        .setStyle(new Notification.BigTextStyle().bigText(getString(R.string.stopped_remedy))).setContentIntent(settings).build());
+    new Notices(this).stopped(radio);
     buzz(WARNING_MS);
   }
 
@@ -177,10 +168,11 @@ public final class RecordingService extends Service implements RecorderListener 
     new Handler(Looper.getMainLooper()).post(this::stop);
   }
 
-  private void start(Plan plan) throws IOException {
+  private void start(Plan chosen) throws IOException {
     if (recording != null) {
       return;
     }
+    plan = chosen;
     SensorLog sensors = new SensorLog((SensorManager) getSystemService(SENSOR_SERVICE), plan.sensorRateHz);
     Recorder recorder = begin(description(plan, sensors));
     CrashGuard.guard(recorder);
@@ -278,17 +270,11 @@ public final class RecordingService extends Service implements RecorderListener 
 
   private void goForeground() {
     startForegroundService(new Intent(this, RecordingService.class));
-    NotificationManager notifications = (NotificationManager) getSystemService(NOTIFICATION_SERVICE);
-    notifications.createNotificationChannel(
-        new NotificationChannel(CHANNEL, getString(R.string.recording_channel), NotificationManager.IMPORTANCE_LOW));
-    PendingIntent open = PendingIntent.getActivity(this, 0,
-        new Intent(this, RecordActivity.class).addFlags(Intent.FLAG_ACTIVITY_SINGLE_TOP), PendingIntent.FLAG_IMMUTABLE);
-    Notification notification = new Notification.Builder(this, CHANNEL).setContentTitle(getString(R.string.recording_notice))
-        .setSmallIcon(R.drawable.ic_recording).setContentIntent(open).setOngoing(true).build();
+    Notification notification = new Notices(this).recording();
     if (Build.VERSION.SDK_INT >= Build.VERSION_CODES.Q) {
-      startForeground(NOTIFICATION, notification, foregroundType(locationAllowed()));
+      startForeground(Notices.RECORDING, notification, foregroundType(locationAllowed()));
     } else {
-      startForeground(NOTIFICATION, notification);
+      startForeground(Notices.RECORDING, notification);
     }
     awake = ((PowerManager) getSystemService(POWER_SERVICE)).newWakeLock(PowerManager.PARTIAL_WAKE_LOCK, "vislam2tag:recording");
     awake.acquire(LONGEST_MS);

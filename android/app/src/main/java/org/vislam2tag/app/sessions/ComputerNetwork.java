@@ -17,13 +17,16 @@ import org.vislam2tag.core.handover.Receiver;
 import org.vislam2tag.core.handover.Subnet;
 
 /** The way to the computer. While it is open Android keeps a Wi-Fi that leads nowhere else, and does not leave it for another. */
-final class ComputerNetwork extends ConnectivityManager.NetworkCallback implements Closeable {
+public final class ComputerNetwork extends ConnectivityManager.NetworkCallback implements Closeable {
+  /** A phone joins a Wi-Fi that it knows in about so long. */
+  public static final long JOINING_MS = 3000;
+
   private final ConnectivityManager networks;
   private final long waitMs;
   private final CountDownLatch available = new CountDownLatch(1);
 
   /** Asks Android for the Wi-Fi, with internet or not; one that is being joined is waited for so long. */
-  ComputerNetwork(ConnectivityManager networks, long waitMs) {
+  public ComputerNetwork(ConnectivityManager networks, long waitMs) {
     this.networks = networks;
     this.waitMs = waitMs;
     NetworkRequest.Builder wifi = new NetworkRequest.Builder();
@@ -37,7 +40,7 @@ final class ComputerNetwork extends ConnectivityManager.NetworkCallback implemen
   }
 
   /** Where connections to the computer are made from. Waits for a Wi-Fi where the phone is on none: not for the main thread. */
-  SocketFactory sockets(Receiver receiver) throws InterruptedException {
+  public SocketFactory sockets(Receiver receiver) throws InterruptedException {
     Candidate found = receiver.wayFrom(candidates());
     if (found == null && available.await(waitMs, TimeUnit.MILLISECONDS)) {
       found = receiver.wayFrom(candidates());

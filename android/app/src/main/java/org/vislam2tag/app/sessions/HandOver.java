@@ -13,9 +13,6 @@ import org.vislam2tag.core.session.StoredSession;
 
 /** Packs sessions and sends them. Not for the main thread. */
 final class HandOver {
-  /** A phone joins a Wi-Fi that it knows in about so long. */
-  private static final long JOINING_MS = 3000;
-
   private final Context context;
 
   HandOver(Context context) {
@@ -50,7 +47,7 @@ final class HandOver {
   /** Sends a zip; returns where the computer filed it. */
   String send(File zip, Receiver to, Upload.Progress progress) throws UploadException, IOException, InterruptedException {
     ConnectivityManager networks = (ConnectivityManager) context.getSystemService(Context.CONNECTIVITY_SERVICE);
-    try (ComputerNetwork network = new ComputerNetwork(networks, JOINING_MS)) {
+    try (ComputerNetwork network = new ComputerNetwork(networks, ComputerNetwork.JOINING_MS)) {
       return new Upload(to, network.sockets(to)).send(zip, progress);
     }
   }

@@ -7,10 +7,10 @@ import org.vislam2tag.core.handover.UploadException;
 import org.vislam2tag.core.session.StoredSession;
 
 /** Sessions and their uploads in the collector's words. */
-final class SessionText {
+public final class SessionText {
   private final Words words;
 
-  SessionText(Words words) {
+  public SessionText(Words words) {
     this.words = words;
   }
 
@@ -23,7 +23,7 @@ final class SessionText {
   }
 
   /** Why an upload ended without the session filed. */
-  String of(UploadException failure) {
+  public String of(UploadException failure) {
     return words.of(sentence(failure.reason), failure.getMessage());
   }
 

@@ -49,6 +49,15 @@ final class Choices {
         .putFloat("width_m", widthM).apply();
   }
 
+  /** Does the collector walk without camera, tapping the plan? */
+  boolean withoutCamera() {
+    return kept.getBoolean("without_camera", false);
+  }
+
+  void keepWithoutCamera(boolean without) {
+    kept.edit().putBoolean("without_camera", without).apply();
+  }
+
   void keepLandmarks(String folder) {
     kept.edit().putString("landmarks", folder).apply();
   }

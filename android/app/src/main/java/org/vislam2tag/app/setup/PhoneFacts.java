@@ -42,6 +42,20 @@ public final class PhoneFacts {
     return found;
   }
 
+  /** Events that say in the session what it began with; what else lacks, who feeds the recorder tells. */
+  List<String> events(boolean withoutCamera) {
+    List<String> events = new ArrayList<>();
+    if (withoutCamera) {
+      events.add("without_camera");
+    }
+    for (Problem problem : problems()) {
+      if (problem.event != null) {
+        events.add(problem.event);
+      }
+    }
+    return events;
+  }
+
   /** The names that a problem's sentence tells. */
   String names(Problem problem) {
     switch (problem) {

@@ -15,6 +15,7 @@ import android.provider.Settings;
 import android.view.View;
 import android.widget.ArrayAdapter;
 import android.widget.Button;
+import android.widget.CheckBox;
 import android.widget.EditText;
 import android.widget.LinearLayout;
 import android.widget.Spinner;
@@ -23,8 +24,6 @@ import android.widget.Toast;
 import com.google.ar.core.ArCoreApk;
 import java.io.File;
 import java.io.IOException;
-import java.util.ArrayList;
-import java.util.List;
 import java.util.concurrent.ExecutorService;
 import java.util.concurrent.Executors;
 import org.vislam2tag.app.R;
@@ -33,6 +32,7 @@ import org.vislam2tag.app.ar.LandmarkImages;
 import org.vislam2tag.app.record.RecordActivity;
 import org.vislam2tag.app.recording.Plan;
 import org.vislam2tag.app.recording.RecordingService;
+import org.vislam2tag.app.scan.ScanActivity;
 import org.vislam2tag.app.sessions.SessionsActivity;
 import org.vislam2tag.core.session.DeviceName;
 
@@ -40,10 +40,12 @@ import org.vislam2tag.core.session.DeviceName;
 public final class SetupActivity extends Activity implements ServiceConnection {
   private static final int PICK = 1;
   private static final int ASK = 2;
+  private static final int SCAN = 3;
   private static final long LOOK_MS = 300;
 
   private final ExecutorService work = Executors.newSingleThreadExecutor();
   private Choices choices;
+  private PlaceChoice place;
   private final Handler handler = new Handler(Looper.getMainLooper());
   private LandmarkImages landmarks = LandmarkImages.none();
   private String trouble = "";
@@ -59,6 +61,9 @@ public final class SetupActivity extends Activity implements ServiceConnection {
     install = new ArCoreInstall(ArCoreApk.getInstance());
     text(R.id.site).setText(choices.site());
     text(R.id.floor).setText(choices.floor());
+    place = new PlaceChoice(this, work, this::say);
+    place.show(choices.floor());
+    ((CheckBox) findViewById(R.id.without_camera)).setChecked(choices.withoutCamera());
     text(R.id.device).setText(choices.device());
     text(R.id.width_cm).setText(Numbers.centimetres(choices.widthM()));
     Spinner rate = findViewById(R.id.rate);
@@ -67,6 +72,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
     rate.setSelection(choices.rate());
     onClick(R.id.start, this::start);
     onClick(R.id.pick, this::pick);
+    onClick(R.id.scan_site, () -> startActivityForResult(new Intent(this, ScanActivity.class), SCAN));
     onClick(R.id.sessions, () -> startActivity(new Intent(this, SessionsActivity.class)));
     onClick(R.id.about, () -> startActivity(new Intent(this, AboutActivity.class)));
     bindService(new Intent(this, RecordingService.class), this, BIND_AUTO_CREATE);
@@ -81,7 +87,8 @@ public final class SetupActivity extends Activity implements ServiceConnection {
 
   @Override protected void onPause() {
     handler.removeCallbacksAndMessages(null);
-    choices.keep(words(R.id.site), words(R.id.floor), words(R.id.device), rate(), widthM());
+    choices.keep(place.site(), place.floor(), words(R.id.device), rate(), widthM());
+    choices.keepWithoutCamera(withoutCamera());
     super.onPause();
   }
 
@@ -110,6 +117,8 @@ public final class SetupActivity extends Activity implements ServiceConnection {
       getContentResolver().takePersistableUriPermission(folder, Intent.FLAG_GRANT_READ_URI_PERMISSION);
       choices.keepLandmarks(folder.toString());
       loadLandmarks();
+    } else if (request == SCAN && result == RESULT_OK && answer != null) {
+      place.take(answer.getStringExtra(ScanActivity.TEXT));
     }
   }
 
@@ -227,7 +236,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
   private void start() {
     int floor;
     try {
-      floor = Integer.parseInt(words(R.id.floor));
+      floor = Integer.parseInt(place.floor());
     } catch (NumberFormatException e) {
       say(getString(R.string.floor_wrong));
       return;
@@ -257,7 +266,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
     PhoneFacts facts = new PhoneLook(this).facts(landmarks);
     StringBuilder sentences = new StringBuilder();
     for (Problem problem : facts.problems()) {
-      if (problem.isAskedAbout()) {
+      if (problem.isAskedAbout() && !withoutCamera()) {
         sentences.append(getString(problem.sentence, facts.names(problem))).append("\n\n");
       }
     }
@@ -266,22 +275,12 @@ public final class SetupActivity extends Activity implements ServiceConnection {
 
   private void begin(int floor) {
     try {
-      service.start(new Plan(words(R.id.site), floor, words(R.id.device), words(R.id.note), Choices.RATES_HZ[rate()], landmarks,
-          eventsAtStart()));
+      service.start(new Plan(place.site(), floor, words(R.id.device), words(R.id.note), Choices.RATES_HZ[rate()], landmarks,
+          !withoutCamera(), new PhoneLook(this).facts(landmarks).events(withoutCamera())));
       startActivity(new Intent(this, RecordActivity.class));
     } catch (IOException e) {
       say(getString(R.string.cannot_write, e.getMessage()));
     }
-  }
-
-  private List<String> eventsAtStart() {
-    List<String> events = new ArrayList<>();
-    for (Problem problem : new PhoneLook(this).facts(landmarks).problems()) {
-      if (problem.event != null) {
-        events.add(problem.event);
-      }
-    }
-    return events;
   }
 
   private void say(String sentence) {
@@ -290,6 +289,10 @@ public final class SetupActivity extends Activity implements ServiceConnection {
 
   private float widthM() {
     return Numbers.metres(words(R.id.width_cm), choices.widthM());
+  }
+
+  private boolean withoutCamera() {
+    return ((CheckBox) findViewById(R.id.without_camera)).isChecked();
   }
 
   private int rate() {

@@ -11,6 +11,13 @@ import java.util.Set;
 import org.junit.Test;
 
 public class PhoneFactsTest {
+  @Test public void aWalkWithoutCameraSaysSoFromTheStart() {
+    PhoneFacts facts = new PhoneFacts();
+    facts.cameraAllowed = false;
+    assertEquals(Arrays.asList("without_camera", "no_camera_permission"), facts.events(true));
+    assertEquals(Collections.singletonList("no_camera_permission"), facts.events(false));
+  }
+
   @Test public void aGoodPhoneHasNoProblem() {
     PhoneFacts facts = new PhoneFacts();
     facts.landmarks = 12;
