@@ -35,7 +35,7 @@ def test_a_model_learned_from_the_demonstration_answers_over_http(
 ) -> None:
     out, _ = demonstrated
     dataset = build_dataset(out / "smoother", tmp_path / "set", options=BuildOptions(surveys=(out / "survey",)))
-    made = train(tmp_path / "set", TrainPlan("local-kriging", {}), tmp_path / "demo.v2t")
+    made = train(tmp_path / "set", TrainPlan("weighted-knn", {}), tmp_path / "demo.v2t")
     learned = learning_data(dataset)
     scan = learned.scans[np.array([0])]
     names = (scan.access_points[column] for column in scan.column)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from vislam2tag.common.finding_kinds import FindingKind
@@ -72,7 +73,9 @@ def _floor(root: Path, folder: Path, part: FloorPart, earth: Georeference | None
 def mask_of(folder: Path) -> Path | None:
     """The corrections of where a floor can be walked that its folder has."""
     mask = folder / MASK_FILE
-    return mask if is_file(mask) else None
+    with suppress(PermissionError):  # a locked folder is told of where its sessions are looked for
+        return mask if is_file(mask) else None
+    return None
 
 
 def _extent(
