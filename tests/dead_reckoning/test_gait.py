@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.dead_reckoning.walks import corners, walked
 from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.dead_reckoning.carrying import on_thigh
 from vislam2tag.dead_reckoning.gait import turned_by_gait
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import speed_model
@@ -41,6 +42,17 @@ def test_gait_tells_how_a_phone_is_turned_in_a_pocket(aside_deg: float) -> None:
 def test_a_phone_in_the_hand_is_not_turned(hold: str) -> None:
     body = Rotation.from_euler("x", 80 if hold == "upright" else 10, degrees=True)
     assert turned_by(walked(ROUND, noise=0.05, hold=body)[0]) == 0
+
+
+def test_the_swing_of_a_leg_tells_ahead() -> None:
+    """Beside the same walk with the phone in the hand, which points ahead."""
+    log, _ = walked(ROUND, noise=0.05)
+    hand, thigh = SensedWalk.of(log), SensedWalk.of(on_thigh(log))
+    assert hand is not None
+    assert thigh is not None
+    off = np.exp(1j * (thigh.headings.drift_rad + thigh.headings.turned_rad))
+    off *= np.exp(-1j * (hand.headings.drift_rad + hand.headings.turned_rad))
+    assert abs(np.angle(off.mean())) < np.radians(15)
 
 
 def test_nothing_is_told_by_few_steps_or_none() -> None:

@@ -29,16 +29,15 @@ export interface Series {
   v: Float32Array;
 }
 
-export type Columns = Map<string, ArrayLike<number>>;
+type Columns = Map<string, ArrayLike<number>>;
 
 function columns(buffer: ArrayBuffer): Columns {
   const table = tableFromIPC(new Uint8Array(buffer));
   return new Map(table.names.map((name) => [String(name), table.getChild(name).toArray() as ArrayLike<number>]));
 }
 
-export const readTrack = (buffer: ArrayBuffer, stride: number): Track => trackOf(columns(buffer), stride);
-
-export function trackOf(found: Columns, stride: number): Track {
+export function readTrack(buffer: ArrayBuffer, stride: number): Track {
+  const found = columns(buffer);
   const f32 = (name: string) => Float32Array.from(found.get(name) ?? []);
   const session = Uint16Array.from(found.get('session') ?? []);
   return {
@@ -62,9 +61,8 @@ export function trackOf(found: Columns, stride: number): Track {
   };
 }
 
-export const readSeries = (buffer: ArrayBuffer): Series[] => seriesOf(columns(buffer));
-
-export function seriesOf(found: Columns): Series[] {
+export function readSeries(buffer: ArrayBuffer): Series[] {
+  const found = columns(buffer);
   const number = Uint8Array.from(found.get('series') ?? []);
   const t = Float32Array.from(found.get('t') ?? []);
   const v = Float32Array.from(found.get('v') ?? []);

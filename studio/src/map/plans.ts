@@ -1,5 +1,4 @@
 // Images of floor plans, turned to light on dark where the page is dark.
-import { planAddress } from '../api/client';
 import type { Floor } from '../api/model';
 import type { Plan } from './paint';
 
@@ -21,7 +20,7 @@ export async function loadPicture(address: string): Promise<HTMLImageElement> {
 }
 
 async function load(address: string, dark: boolean): Promise<HTMLCanvasElement> {
-  const image = await loadPicture(planAddress(address));
+  const image = await loadPicture(address);
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
   const context = canvas.getContext('2d')!;

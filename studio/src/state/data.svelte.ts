@@ -25,8 +25,6 @@ class Data {
   /** What was done last, for the status line and readers of the screen. */
   notice = $state('');
   entryNeeded = $state(false);
-  /** The server of an export gives whole files where a part is asked for. */
-  wholeFiles = $state(false);
 
   job = $derived(this.jobs.find((job) => job.state === 'running' || job.state === 'queued') ?? null);
   /** Ask for the survey and its sessions again. */
@@ -35,7 +33,6 @@ class Data {
 }
 
 export const data = new Data();
-api.reading.whole = () => (data.wholeFiles = true);
 
 /** Run a request; what goes wrong is shown. Returns whether it went well. */
 export async function attempt(work: () => Promise<void>): Promise<boolean> {
@@ -69,17 +66,16 @@ export async function loadDiagnosis(): Promise<void> {
 
 export async function start(): Promise<void> {
   await attempt(async () => {
-    if (!api.readOnly) await api.enter();
+    await api.enter();
     await loadSurvey();
     await Promise.all([loadTracks(), loadCorrections(), loadRest()]);
-    if (!api.readOnly) listen();
+    listen();
     await loadDiagnosis();
   });
 }
 
 async function loadRest(): Promise<void> {
-  data.layers = await api.layers();
-  if (!api.readOnly) [data.tables, data.collecting] = await Promise.all([api.correctionTables(), api.collecting()]);
+  [data.layers, data.tables, data.collecting] = await Promise.all([api.layers(), api.correctionTables(), api.collecting()]);
 }
 
 async function loadCorrections(): Promise<void> {
