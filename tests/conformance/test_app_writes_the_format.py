@@ -211,3 +211,25 @@ def test_a_script_that_is_wrong_is_told(core: Path, tmp_path: Path) -> None:
     done = replay(core, script, tmp_path / "out")
     assert done.returncode == 1
     assert "nonsense" in done.stderr or "2" in done.stderr
+
+
+def test_taps_on_the_app_s_plan_are_the_fixes_of_a_walk_without_camera(core: Path, tmp_path: Path) -> None:
+    lines = [
+        *HAND_MADE.split("\n")[:6],
+        "tap\t84211000000000\t3.5\t-2.25\t0.6",
+        "tap\t84212000000000\t9\t9\t0.6",
+        "undo\t84212500000000",
+        "tap\t84213000000000\t12.5\t4\t0.6",
+    ]
+    for time_ns in range(84213100000000, 84213500000000, 10_000_000):
+        lines += [f"sensor\t{time_ns}\t{name}\t{time_ns}\t3\t0.1\t9.8\t0.1" for name in ("ACC", "GYRO")]
+    lines.append("stop\t84220000000000")
+    script = tmp_path / "script.txt"
+    script.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    done = replay(core, script, tmp_path / "survey" / "floor_4" / "LG")
+    assert done.returncode == 0, done.stderr
+    (session,) = sessions_of(tmp_path / "survey").values()
+    assert session.camera.fixes is not None
+    assert session.camera.fixes.time_ns.tolist() == [84211000000000, 84213000000000]
+    assert session.camera.fixes.position_bcs.tolist() == [[3.5, -2.25], [12.5, 4.0]]
+    assert len(session.presses_ns) == 0
