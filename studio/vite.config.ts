@@ -3,7 +3,7 @@ import { defineConfig } from 'vitest/config';
 
 // Fixed names, so that a build of the same sources gives the same files (CI compares them with those in git).
 export default defineConfig(({ mode }) => ({
-  base: '/',
+  base: './',
   plugins: [svelte()],
   build: {
     outDir: '../src/vislam2tag/studio/page',

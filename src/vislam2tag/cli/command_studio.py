@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs, SurveyFolder
+from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.terminal import say, say_json
+
+if TYPE_CHECKING:
+    from vislam2tag.studio.workspace import Workspace
 
 HELP = """
 Look at a survey and its labels in the browser, find what is wrong, correct it.
@@ -19,16 +24,22 @@ Opens a page on this computer. What is changed there is a line in the survey's c
 that it touches are mapped again into the folder of --labels, as by process. Raw files are never changed. Ctrl-C ends
 it.
 
+With --export DIR nothing is opened: DIR becomes the same page on files, which only shows, for any web server or
+bucket. Names of networks, those that opted out and what people wrote beside corrections are left out, addresses of
+networks are hashed; what is told of the building and of devices, stays.
+
 The address that is shown works once, for one browser; the page gives further ones. Only this computer can open it
 unless --host says more: then use a network that you trust, what is sent can be read there.
 
-Exit code: 0 ended by Ctrl-C, 2 not a survey, or the address cannot be listened on.
+Exit code: 0 ended by Ctrl-C, or DIR is written; 2 not a survey, the address cannot be listened on, or DIR cannot be
+written.
 
 \b
 Examples:
   vislam2tag studio survey
   vislam2tag studio survey --labels out/labels --compare before
   vislam2tag studio survey --host 0.0.0.0
+  vislam2tag studio survey --export page
 """
 LOOPBACK = "127.0.0.1"
 
@@ -47,30 +58,64 @@ def _studio(
     compare: Annotated[list[Path] | None, typer.Option(help="Further labels to compare with; repeatable.")] = None,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: the whole network.")] = LOOPBACK,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8770,
+    export: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write the page as files that only show, and end; replaces an earlier one."),
+    ] = None,
+    hash_bssid: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="KEYFILE",
+            help="With --export: hash BSSIDs with the secret of at least 16 bytes in this file.  [default: a new one]",
+        ),
+    ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in this computer's browser.")] = True,
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
+    from vislam2tag.studio.workspace import Workspace
+
+    out = labels or survey.resolve().with_name(f"{survey.resolve().name}-labels")
+    workspace = Workspace(survey, out, settings_of(config, {}, survey), compare or ())
+    if export is not None:
+        _export(workspace, export, hash_bssid, json)
+    else:
+        _serve(workspace, host, port, browser, jobs, json)
+
+
+def _export(workspace: Workspace, out: Path, key: Path | None, json: bool) -> None:
+    from vislam2tag.dataset.transmitters.privacy import read_key
+    from vislam2tag.studio.sharing.export import export_survey
+
+    with closing(workspace), session_bar("steps") as bar:
+        record = export_survey(
+            workspace, out, None if key is None else read_key(key), lambda _, total: bar.advance(total, None)
+        )
+    if json:
+        say_json({"export": out, **record.model_dump()})
+        return
+    say(f"{out}: {record.sessions} sessions, {record.files} files, {record.size_bytes / 1e6:.1f} MB")
+    next_step("studio, export", out=out)
+
+
+def _serve(workspace: Workspace, host: str, port: int, browser: bool, jobs: int, json: bool) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
     import webbrowser
 
     from vislam2tag.receiving.address import code_of, listen
     from vislam2tag.studio.serving import opened_studio, serve_studio
-    from vislam2tag.studio.workspace import Workspace
 
-    out = labels or survey.resolve().with_name(f"{survey.resolve().name}-labels")
-    workspace = Workspace(survey, out, settings_of(config, {}, survey), compare or ())
     with (
         listen(host, port) as opened,
         opened_studio(workspace, host, opened, jobs) as (url, app),
     ):
         if json:
-            say_json({"url": url, "labels": out})
+            say_json({"url": url, "labels": workspace.out})
         else:
-            say(f"{'' if host == LOOPBACK else code_of(url)}\n{url}\n\nlabels: {out}\nCtrl-C ends it.")
+            say(f"{'' if host == LOOPBACK else code_of(url)}\n{url}\n\nlabels: {workspace.out}\nCtrl-C ends it.")
         if browser:
             webbrowser.open(url)
         serve_studio(app, opened)
     if not json:
-        next_step("studio", labels=out)
+        next_step("studio", labels=workspace.out)

@@ -49,6 +49,7 @@ STEPS: Mapping[str, str] = {
     "label": "vislam2tag dataset {labels} --out fingerprints",
     "label, nothing": "give --labels of the walks that the table was logged on, or set its clock right by --offset-s",
     "survey-landmarks": "vislam2tag process {survey} --out labels --landmarks {landmarks}",
+    "studio, export": "look at it: python -m http.server --directory {out}; then copy the folder to any web server",
     "studio": "vislam2tag dataset {labels} --out fingerprints",
     "diagnose": "vislam2tag run {survey} --out out",
     "diagnose, faults": "vislam2tag diagnose {survey} --apply",

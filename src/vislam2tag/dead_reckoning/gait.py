@@ -55,7 +55,9 @@ def _ahead_by_swing(tilting: ComplexArray) -> complex:
 
     What swings along where the phone points may be a hand, which then points ahead.
     """
-    power = float(np.mean(np.abs(tilting) ** 2)) if len(tilting) else 0.0
+    if not len(tilting):
+        return 0.0
+    power = float(np.mean(np.abs(tilting) ** 2))
     axis = complex(np.mean(tilting**2)) / max(power, 1e-9)
     if power < LEG_RAD_S**2 or abs(axis) < ABOUT_ONE_AXIS:
         return 0.0

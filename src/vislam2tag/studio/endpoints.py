@@ -125,11 +125,8 @@ def _overview(studio: Studio, asked: Asked) -> Binary:
     workspace, output = studio.workspace, asked.of(OfOutput).output
     chosen = workspace.outputs[output]
     version = f"{output}-{chosen.stamp()}-{workspace.refresh().sessions}-{len(workspace.before_slugs)}"
-    results = [workspace.result(id, output) for id in workspace.now.ids]
-    frames = sum(session_view.positioned_frames(result) for result in results if result)
-    found = ((i, track) for i, id in enumerate(workspace.now.ids) if (track := workspace.track(id, output)) is not None)
-    content, stride = tracks.overview(found, frames)
-    return Binary(content, tracks.ARROW, {"Studio-Stride": str(stride)}, version)
+    columns, stride = session_view.overview(workspace, output)
+    return Binary(tracks.arrow_stream(columns), tracks.ARROW, {"Studio-Stride": str(stride)}, version)
 
 
 def _window(studio: Studio, asked: Asked) -> Binary:
@@ -160,11 +157,13 @@ def _track(studio: Studio, asked: Asked) -> Binary:
 def _series(studio: Studio, asked: Asked) -> Binary:
     query = asked.of(SeriesQuery)
     found = charts.session_series(studio.workspace, asked.path["id"], query.output)
-    return Binary(charts.series_arrow(found, query.points, (query.start, query.end)), tracks.ARROW)
+    columns = charts.series_columns(found, query.points, (query.start, query.end))
+    return Binary(tracks.arrow_stream(columns), tracks.ARROW)
 
 
 def _scans(studio: Studio, asked: Asked) -> Binary:
-    return Binary(charts.scans_arrow(studio.workspace, asked.of(OfOutput).output), tracks.ARROW)
+    table = charts.scans_table(studio.workspace, asked.of(OfOutput).output)
+    return Binary(tracks.arrow_stream({name: table[name].to_numpy() for name in table.columns}), tracks.ARROW)
 
 
 def _corrections(studio: Studio, _asked: Asked) -> CorrectionsView:

@@ -14,7 +14,7 @@ from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
-from vislam2tag.studio.tracks import Track, arrow_stream
+from vislam2tag.studio.tracks import Columns, Track
 from vislam2tag.studio.workspace import Workspace
 
 Points: TypeAlias = tuple[FloatArray, FloatArray]
@@ -74,8 +74,8 @@ def session_series(workspace: Workspace, id: str, output: str) -> dict[Series, P
     }
 
 
-def scans_arrow(workspace: Workspace, output: str) -> bytes:
-    """All Wi-Fi scans with a position, of all sessions, as an Arrow stream."""
+def scans_table(workspace: Workspace, output: str) -> pl.DataFrame:
+    """All Wi-Fi scans with a position, of all sessions (:data:`SCAN_SCHEMA`)."""
     parts = []
     for index, id in enumerate(workspace.now.ids):
         result, start_ns = workspace.result(id, output), workspace.start_ns(id)
@@ -91,8 +91,7 @@ def scans_arrow(workspace: Workspace, output: str) -> bytes:
                     pl.col("status").cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.UInt8),
                 )
             )
-    table = pl.concat(parts) if parts else pl.DataFrame(schema=SCAN_SCHEMA)
-    return arrow_stream({name: table[name].to_numpy() for name in table.columns})
+    return pl.concat(parts) if parts else pl.DataFrame(schema=SCAN_SCHEMA)
 
 
 def track_series(track: Track) -> dict[Series, Points]:
@@ -154,8 +153,8 @@ def thinned(points: Points, most: int) -> Points:
     return t[kept], v[kept]
 
 
-def series_arrow(found: Mapping[Series, Points], most: int, span_s: tuple[float, float]) -> bytes:
-    """All series within a span of time as an Arrow stream: ``series`` uint8, ``t`` and ``v`` float32."""
+def series_columns(found: Mapping[Series, Points], most: int, span_s: tuple[float, float]) -> Columns:
+    """All series within a span of time, of each ``most`` points: ``series`` uint8, ``t`` and ``v`` float32."""
     parts = []
     for series, (t, v) in sorted(found.items()):
         inside = (t >= span_s[0]) & (t <= span_s[1])
@@ -163,4 +162,4 @@ def series_arrow(found: Mapping[Series, Points], most: int, span_s: tuple[float,
         parts.append((np.full(len(kept_t), series, np.uint8), kept_t.astype(np.float32), kept_v.astype(np.float32)))
     empty = np.empty(0, np.uint8), np.empty(0, np.float32), np.empty(0, np.float32)
     columns = [np.concatenate(column) for column in zip(empty, *parts, strict=True)]
-    return arrow_stream(dict(zip(("series", "t", "v"), columns, strict=True)))
+    return dict(zip(("series", "t", "v"), columns, strict=True))

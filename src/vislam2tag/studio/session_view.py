@@ -11,6 +11,7 @@ from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import Status, has_position, labelled_share
 from vislam2tag.dataset.comparing.label_comparison import mean_error_m
 from vislam2tag.labeling.results import Drawing, SessionResult
+from vislam2tag.studio import tracks
 from vislam2tag.studio.messages import (
     Box,
     ContradictionView,
@@ -23,6 +24,7 @@ from vislam2tag.studio.messages import (
     SessionView,
     VisitView,
 )
+from vislam2tag.studio.tracks import Columns
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.survey.corrections.file import session_start
 from vislam2tag.survey.model import SessionKey
@@ -158,8 +160,16 @@ def _key(key: SessionKey) -> Key:
     return Key(floor=key.floor, device=key.device, session=key.session)
 
 
-def positioned_frames(result: SessionResult) -> int:
-    """How many frames of a session have a position."""
+def overview(workspace: Workspace, output: str) -> tuple[Columns, int]:
+    """All walks of an output, thinned to be drawn at once; and the stride (:func:`tracks.overview`)."""
+    ids = workspace.now.ids
+    results = [workspace.result(id, output) for id in ids]
+    frames = sum(_positioned_frames(result) for result in results if result)
+    found = ((i, track) for i, id in enumerate(ids) if (track := workspace.track(id, output)) is not None)
+    return tracks.overview(found, frames)
+
+
+def _positioned_frames(result: SessionResult) -> int:
     return sum(count for label, count in result.frames.items() if _POSITIONED[label])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.evaluation.point_errors import walking_velocity
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 
+Columns: TypeAlias = Mapping[str, npt.NDArray[Any]]
 ARROW = "application/vnd.apache.arrow.stream"
 OVERVIEW_POINTS = 120_000
 """Of all sessions together, drawn at once by any machine with a browser."""
@@ -45,7 +46,7 @@ class Track:
     of the stretch before.
     """
 
-    columns: Mapping[str, npt.NDArray[Any]]
+    columns: Columns
     start_ns: int
     """Time of the walk's first frame on the phone's clock: ``t`` counts from there, as corrections do."""
 
@@ -97,10 +98,10 @@ def track_of(table: pl.DataFrame, start_ns: int) -> Track:
     return Track({name: columns[name].astype(kind, copy=False) for name, kind in FULL.items()}, start_ns)
 
 
-def overview(tracks: Iterable[tuple[int, Track]], frames: int) -> tuple[bytes, int]:
-    """All sessions by index, thinned so that ``frames`` positions in all become few, as Arrow; and the stride."""
+def overview(tracks: Iterable[tuple[int, Track]], frames: int) -> tuple[Columns, int]:
+    """All sessions by index, thinned so that ``frames`` positions in all become few; and the stride."""
     stride = max(1, -(-frames // OVERVIEW_POINTS))
-    return arrow([(index, track.thinned(stride)) for index, track in tracks], OVERVIEW), stride
+    return joined([(index, track.thinned(stride)) for index, track in tracks], OVERVIEW), stride
 
 
 def window(
@@ -134,7 +135,12 @@ def _within(track: Track, floor: int, box: tuple[float, float, float, float]) ->
 
 
 def arrow(tracks: Sequence[tuple[int, Track]], names: Sequence[str]) -> bytes:
-    """Tracks by the index of their session as an Arrow stream; paths are numbered on over all of them."""
+    """Tracks by the index of their session as an Arrow stream."""
+    return arrow_stream(joined(tracks, names))
+
+
+def joined(tracks: Sequence[tuple[int, Track]], names: Sequence[str]) -> Columns:
+    """Columns of tracks by the index of their session; paths are numbered on over all of them."""
     paths, first = [], 0
     for _, track in tracks:
         paths.append(track.columns["path"] + np.uint32(first))
@@ -144,10 +150,10 @@ def arrow(tracks: Sequence[tuple[int, Track]], names: Sequence[str]) -> bytes:
         **{name: _joined([track.columns[name] for _, track in tracks], FULL[name]) for name in names},
     }
     columns["path"] = _joined(paths, np.uint32)
-    return arrow_stream(columns)
+    return columns
 
 
-def arrow_stream(columns: Mapping[str, npt.NDArray[Any]]) -> bytes:
+def arrow_stream(columns: Columns) -> bytes:
     """Columns of equal length as an Arrow stream of one batch, without nulls."""
     buffer = io.BytesIO()
     pl.DataFrame(dict(columns)).rechunk().write_ipc_stream(buffer, compression="uncompressed")

@@ -29,15 +29,16 @@ export interface Series {
   v: Float32Array;
 }
 
-type Columns = Map<string, ArrayLike<number>>;
+export type Columns = Map<string, ArrayLike<number>>;
 
 function columns(buffer: ArrayBuffer): Columns {
   const table = tableFromIPC(new Uint8Array(buffer));
   return new Map(table.names.map((name) => [String(name), table.getChild(name).toArray() as ArrayLike<number>]));
 }
 
-export function readTrack(buffer: ArrayBuffer, stride: number): Track {
-  const found = columns(buffer);
+export const readTrack = (buffer: ArrayBuffer, stride: number): Track => trackOf(columns(buffer), stride);
+
+export function trackOf(found: Columns, stride: number): Track {
   const f32 = (name: string) => Float32Array.from(found.get(name) ?? []);
   const session = Uint16Array.from(found.get('session') ?? []);
   return {
@@ -61,8 +62,9 @@ export function readTrack(buffer: ArrayBuffer, stride: number): Track {
   };
 }
 
-export function readSeries(buffer: ArrayBuffer): Series[] {
-  const found = columns(buffer);
+export const readSeries = (buffer: ArrayBuffer): Series[] => seriesOf(columns(buffer));
+
+export function seriesOf(found: Columns): Series[] {
   const number = Uint8Array.from(found.get('series') ?? []);
   const t = Float32Array.from(found.get('t') ?? []);
   const v = Float32Array.from(found.get('v') ?? []);

@@ -1,4 +1,5 @@
 // Images of floor plans, turned to light on dark where the page is dark.
+import { planAddress } from '../api/client';
 import type { Floor } from '../api/model';
 import type { Plan } from './paint';
 
@@ -20,7 +21,7 @@ export async function loadPicture(address: string): Promise<HTMLImageElement> {
 }
 
 async function load(address: string, dark: boolean): Promise<HTMLCanvasElement> {
-  const image = await loadPicture(address);
+  const image = await loadPicture(planAddress(address));
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
   const context = canvas.getContext('2d')!;

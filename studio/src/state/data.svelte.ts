@@ -25,6 +25,8 @@ class Data {
   /** What was done last, for the status line and readers of the screen. */
   notice = $state('');
   entryNeeded = $state(false);
+  /** The server of an export gives whole files where a part is asked for. */
+  wholeFiles = $state(false);
 
   job = $derived(this.jobs.find((job) => job.state === 'running' || job.state === 'queued') ?? null);
   /** Ask for the survey and its sessions again. */
@@ -33,6 +35,7 @@ class Data {
 }
 
 export const data = new Data();
+api.reading.whole = () => (data.wholeFiles = true);
 
 /** Run a request; what goes wrong is shown. Returns whether it went well. */
 export async function attempt(work: () => Promise<void>): Promise<boolean> {
@@ -66,16 +69,17 @@ export async function loadDiagnosis(): Promise<void> {
 
 export async function start(): Promise<void> {
   await attempt(async () => {
-    await api.enter();
+    if (!api.readOnly) await api.enter();
     await loadSurvey();
     await Promise.all([loadTracks(), loadCorrections(), loadRest()]);
-    listen();
+    if (!api.readOnly) listen();
     await loadDiagnosis();
   });
 }
 
 async function loadRest(): Promise<void> {
-  [data.layers, data.tables, data.collecting] = await Promise.all([api.layers(), api.correctionTables(), api.collecting()]);
+  data.layers = await api.layers();
+  if (!api.readOnly) [data.tables, data.collecting] = await Promise.all([api.correctionTables(), api.collecting()]);
 }
 
 async function loadCorrections(): Promise<void> {

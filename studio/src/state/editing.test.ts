@@ -4,6 +4,7 @@ const server = vi.hoisted(() => ({ text: '', version: '0', mapped: [] as (string
 
 vi.mock('../api/client', () => ({
   Refusal: class extends Error {},
+  reading: {},
   preview: async (changes: { table: string }[]) => ({ text: `${server.text}[[${changes[0].table}]]\n`, version: server.version, lines: '', entries: [], added: [], touched: ['a'] }),
   save: async (text: string, version: string) => {
     if (server.refuse || version !== server.version) throw new Error('stale');

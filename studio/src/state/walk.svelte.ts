@@ -16,7 +16,7 @@ class Walk {
   track = $state.raw<Track | null>(null);
   series = $state.raw<Series[]>([]);
   moments = $derived(momentsOf(this.detail));
-  end = $derived(this.detail?.session.duration_s ?? 0);
+  end = $derived(choice.current?.duration_s ?? 0);
   /** Row of the frame at the chosen time. */
   row = $derived(this.track ? rowAt(this.track.t, choice.time) : -1);
 }

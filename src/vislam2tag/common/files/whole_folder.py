@@ -35,24 +35,24 @@ _CANNOT_EXCHANGE = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP}
 
 
 @contextmanager
-def whole_folder(target: Path, replaceable: Callable[[Path], bool]) -> Iterator[Path]:
-    """Yield an empty folder that becomes ``target`` when the block ends without an exception.
+def whole_folder(target: Path, replaceable: Callable[[Path], bool], option: str = "--out") -> Iterator[Path]:
+    """Yield an empty folder that becomes ``target``, named by an ``option``, when the block ends without an exception.
 
     What was at ``target`` stays until then; it must not exist, be empty, or be ``replaceable`` (made by the same
     command). What is written beside the yielded folder goes when the block ends. Raises OutputError otherwise, where
     another command writes there, and where nothing can be written.
     """
-    with exclusive_writer(target) as work:
-        _refuse_foreign(target, replaceable)
+    with exclusive_writer(target, option) as work:
+        _refuse_foreign(target, replaceable, option)
         try:
             new = work / "new"
             new.mkdir()
             yield new
-            _refuse_foreign(target, replaceable)  # another command may have put its own there meanwhile
+            _refuse_foreign(target, replaceable, option)  # another command may have put its own there meanwhile
             _put_in_place(new, target.resolve(), work / "old")
         except (OSError, pl.exceptions.PolarsError) as error:
             cause = (error.strerror if isinstance(error, OSError) else None) or first_line(error)
-            advice = "free space or choose another --out"
+            advice = f"free space or choose another {option}"
             if isinstance(error, pl.exceptions.PolarsError):
                 advice += ", or look whether what it is made of is damaged"
             raise OutputError(f"{target}: cannot be written ({cause}); {advice}") from error
@@ -75,7 +75,7 @@ def work_folder_of(target: Path) -> Path:
 
 
 @contextmanager
-def exclusive_writer(target: Path) -> Iterator[Path]:
+def exclusive_writer(target: Path, option: str = "--out") -> Iterator[Path]:
     """Hold the work folder of ``target``, tidied before and after, and remove it in the end.
 
     Raises OutputError where another command writes there, and where the parent of ``target`` cannot be written.
@@ -84,8 +84,8 @@ def exclusive_writer(target: Path) -> Iterator[Path]:
     try:
         work.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputError(f"{target}: cannot be made ({error.strerror}); choose another --out") from error
-    refusal = f"{target}: another command is writing there; wait for it or choose another --out"
+        raise OutputError(f"{target}: cannot be made ({error.strerror}); choose another {option}") from error
+    refusal = f"{target}: another command is writing there; wait for it or choose another {option}"
     try:
         with only_one(work / "lock", refusal):
             _tidy(work, target.resolve())
@@ -116,14 +116,14 @@ def _clear(work: Path, kept: set[str]) -> None:
             shutil.rmtree(path, ignore_errors=True)
 
 
-def _refuse_foreign(target: Path, replaceable: Callable[[Path], bool]) -> None:
+def _refuse_foreign(target: Path, replaceable: Callable[[Path], bool], option: str) -> None:
     if target.is_file():
-        raise OutputError(f"{target}: is a file, not a folder; choose another --out")
+        raise OutputError(f"{target}: is a file, not a folder; choose another {option}")
     if target.exists() and target.resolve() in (Path.cwd(), *Path.cwd().parents):
-        raise OutputError(f"{target}: is the folder you are in, which cannot be replaced; choose another --out")
+        raise OutputError(f"{target}: is the folder you are in, which cannot be replaced; choose another {option}")
     if target.is_dir() and any(target.iterdir()) and not replaceable(target):
         raise OutputError(
-            f"{target}: is not empty and was not made by this command; choose an empty or new folder for --out"
+            f"{target}: is not empty and was not made by this command; choose an empty or new folder for {option}"
         )
 
 

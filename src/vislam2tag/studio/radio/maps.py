@@ -17,6 +17,7 @@ from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_rec
 from vislam2tag.dataset.comparing.changes import survey_changes
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, MapLayer, radio_maps
+from vislam2tag.dataset.transmitters.privacy import Privacy
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.settings import Settings
 from vislam2tag.studio.outputs import BEFORE, LABELS
@@ -35,6 +36,8 @@ class RadioJob:
     labels: Path
     compared: Mapping[str, Path]
     settings: Settings
+    privacy: Privacy | None = None
+    """What is left out or hidden; None: nothing."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +79,10 @@ class Radio:
         )
 
 
-def radio_job(workspace: Workspace) -> RadioJob:
+def radio_job(workspace: Workspace, privacy: Privacy | None = None) -> RadioJob:
     """What is to be made of the labels as they are now."""
     compared = {name: output.root for name, output in workspace.outputs.items() if name not in (LABELS, BEFORE)}
-    return RadioJob(workspace.root, workspace.out, compared, workspace.settings)
+    return RadioJob(workspace.root, workspace.out, compared, workspace.settings, privacy)
 
 
 def made_radio(job: RadioJob) -> Radio:
@@ -96,7 +99,7 @@ def made_radio(job: RadioJob) -> Radio:
 
 
 def _dataset(job: RadioJob, labels: Path, out: Path, surveys: tuple[Path, ...]) -> Dataset:
-    return build_dataset(labels, out, job.settings.dataset, BuildOptions(surveys=surveys, privacy=None))
+    return build_dataset(labels, out, job.settings.dataset, BuildOptions(surveys=surveys, privacy=job.privacy))
 
 
 def _floor(maps: FloorMaps) -> RadioFloor:

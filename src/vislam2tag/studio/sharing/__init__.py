@@ -1,0 +1,5 @@
+"""The studio as static files that only show: what the server would answer is written ahead (docs/how-to/studio.md).
+
+``export`` writes the whole folder: page, ``answers`` as JSON and ``tables`` as Parquet, which the page reads by byte
+ranges, ``private`` of what nobody else should read.
+"""

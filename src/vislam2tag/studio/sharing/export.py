@@ -1,0 +1,119 @@
+"""Writes a survey's studio as a folder of static files, whole or not at all."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.records import Record
+from vislam2tag.studio.app import PAGE
+from vislam2tag.studio.guard import CONTENT_POLICY
+from vislam2tag.studio.radio.maps import Radio, made_radio, radio_job
+from vislam2tag.studio.sharing.answers import plan_file, shown_outputs, survey_answers, walk_answer
+from vislam2tag.studio.sharing.private import Hiding, export_privacy
+from vislam2tag.studio.sharing.tables import write_output, write_radio
+from vislam2tag.studio.survey_view import plan_png
+from vislam2tag.studio.workspace import Workspace
+
+EXPORT_FILE = "export.json"
+"""Marks a folder as ours."""
+PROGRAM = "vislam2tag studio"
+DATA = "data"
+PLAN_PIXELS = 2048
+_OUTSIDE_WALKS = 2
+"""Steps of a survey's progress besides those of its walks: what is told of all of them, and radio maps."""
+
+
+class ExportRecord(Record):
+    """What was written."""
+
+    program: str = PROGRAM
+    surveys: int
+    sessions: int
+    files: int
+    size_bytes: int
+
+
+def export_survey(
+    workspace: Workspace, out: Path, key: bytes | None = None, progress: Progress[str] = silent
+) -> ExportRecord:
+    """Write a survey's studio; addresses are hashed with ``key``, without one with a new key that nobody keeps.
+
+    Raises OutputError where the folder holds anything else, or cannot be written.
+    """
+    with new_export(out) as folder:
+        write_page(folder, DATA)
+        write_survey(workspace, folder / DATA, key, progress)
+        return recorded(folder, 1, len(workspace.now.ids))
+
+
+@contextmanager
+def new_export(out: Path) -> Iterator[Path]:
+    """Yield a folder that becomes ``out`` when the block ends well."""
+    with whole_folder(out, lambda folder: (folder / EXPORT_FILE).is_file(), "--export") as folder:
+        yield folder
+
+
+def write_page(folder: Path, data: str) -> None:
+    """Copy the page, with where its data lies and what it may load written into it."""
+    text = (PAGE / "index.html").read_text(encoding="utf-8")
+    notes = (
+        f'<meta http-equiv="Content-Security-Policy" content="{CONTENT_POLICY}" />\n'
+        f'    <meta name="vislam2tag-data" content="{data}" />'
+    )
+    text = re.sub(r'(<meta charset="[^"]*" />)', rf"\1\n    {notes}", text, count=1)
+    (folder / "index.html").write_text(text, encoding="utf-8")
+    (folder / "assets").mkdir()
+    for file in (PAGE / "assets").iterdir():
+        (folder / "assets" / file.name).write_bytes(read_bytes(file))
+
+
+def write_survey(workspace: Workspace, folder: Path, key: bytes | None, progress: Progress[str]) -> None:
+    """Write what the page shows of a survey."""
+    outputs = shown_outputs(workspace)
+    steps = len(workspace.now.ids) * (1 + len(outputs)) + _OUTSIDE_WALKS
+    hiding = Hiding(workspace)
+
+    def write(name: str, content: bytes) -> None:
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
+
+    radio = _radio(workspace, key)
+    if radio is not None:
+        write_radio(radio, folder / "radio")
+    progress("radio maps", steps)
+    for address, record in survey_answers(workspace, radio):
+        write(f"{address}.json", hiding.json(record))
+    for floor in workspace.now.survey.site.floors:
+        if floor.plan is not None and floor.extent_m is not None:
+            write(plan_file(floor.number), plan_png(floor, PLAN_PIXELS))
+    progress("survey", steps)
+    for id in workspace.now.ids:
+        address, record = walk_answer(workspace, id)
+        write(f"{address}.json", hiding.json(record))
+        progress(id, steps)
+    for output in outputs:
+        write_output(workspace, output, folder / "tracks" / output, lambda id: progress(id, steps))
+
+
+def recorded(folder: Path, surveys: int, sessions: int) -> ExportRecord:
+    """Mark the folder as whole, and tell what is in it."""
+    sizes = [file.stat().st_size for file in folder.rglob("*") if file.is_file()]
+    record = ExportRecord(surveys=surveys, sessions=sessions, files=len(sizes), size_bytes=sum(sizes))
+    (folder / EXPORT_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    return record
+
+
+def _radio(workspace: Workspace, key: bytes | None) -> Radio | None:
+    """Radio maps of the labels as they are; None where nothing is labelled or heard often enough."""
+    try:
+        return made_radio(radio_job(workspace, export_privacy(key)))
+    except DatasetError:
+        return None

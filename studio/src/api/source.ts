@@ -1,0 +1,20 @@
+// Where the page's data comes from: the studio's server, or files that an export wrote ahead.
+import type { Series, Track } from './arrow';
+
+export interface Source {
+  /** An answer by its address without `/api/`. */
+  json<T>(path: string, query?: Record<string, string | number>): Promise<T>;
+  overview(output: string): Promise<Track>;
+  /** Frames in a box [left, low, right, high] of a floor, metres: `points` at most; null where the overview has to do. */
+  frames(output: string, floor: number, box: number[], points: number): Promise<Track | null>;
+  walk(id: string, output: string): Promise<Track>;
+  scans(output: string): Promise<Track>;
+  series(id: string, output: string): Promise<Series[]>;
+  /** Cells of a layer, row by row from the lower edge. */
+  radioMap(floor: number, technology: string, layer: string, bssid: string): Promise<Float32Array>;
+}
+
+const told = document.querySelector<HTMLMetaElement>('meta[name=vislam2tag-data]');
+
+/** Folder of the data of an exported page, which only shows; null: a studio runs. */
+export const folder = told && `${told.content}/`;

@@ -1,0 +1,195 @@
+"""A studio as files: what is in them and what is not, and that a browser shows it from any file server."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from itertools import count
+from pathlib import Path
+
+import polars as pl
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, Response, expect
+from starlette.applications import Starlette
+from starlette.routing import Mount
+from starlette.staticfiles import StaticFiles
+
+from tests.cli.command import vislam2tag
+from tests.report.browser import note_problems, running_browser
+from vislam2tag.common.errors import OutputError
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.receiving.address import listen
+from vislam2tag.receiving.connections import serving
+from vislam2tag.settings import Settings
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import simulate
+from vislam2tag.studio.sharing import export
+from vislam2tag.studio.workspace import Workspace
+
+LATEST_MS = 60_000
+REASON = "Ms Miller took it down"
+KEY = b"a secret that nobody has"
+WHOLE = "This server gives whole files only"
+
+
+@pytest.fixture(scope="module")
+def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a survey of two walks and its labels."""
+    folder = tmp_path_factory.mktemp("shared")
+    survey = folder / "survey"
+    simulate(regular_survey(6, "none", (1,), ("LG",), 2, 60.0), survey)
+    text = f'# {REASON}\n[[exclude_landmark]]\nid = "3"\nfloor = 1\nreason = "{REASON}"\n'
+    (survey / "corrections.toml").write_text(text, encoding="utf-8")
+    process(survey, folder / "survey-labels")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page_folder(surveyed: Path) -> Path:
+    """That survey's export, made by the command."""
+    (surveyed / "key").write_bytes(KEY)
+    survey, out = surveyed / "survey", surveyed / "page"
+    done = vislam2tag("studio", survey, "--export", out, "--hash-bssid", surveyed / "key", "--json")
+    record = json.loads(done.stdout)
+    files = [file for file in (surveyed / "page").rglob("*") if file.is_file()]
+    assert (record["surveys"], record["sessions"], record["files"]) == (1, 2, len(files) - 1)
+    return surveyed / "page"
+
+
+def test_no_network_person_or_folder_is_told(surveyed: Path, page_folder: Path) -> None:
+    heard = pl.read_parquet(surveyed / "survey-labels" / "wifi" / "*.parquet")
+    addresses, names = heard["bssid"].unique().to_list(), heard["ssid"].drop_nulls().unique().to_list()
+    assert min(len(addresses), len(names)) > 1
+    secrets = [*addresses, str(surveyed), REASON, *(f'"{name}",' for name in names), *(f'"{name}"}}' for name in names)]
+    for file in page_folder.rglob("*"):
+        if file.is_file() and file.parent.name != "assets":
+            content = file.read_bytes()
+            assert [secret for secret in secrets if secret.encode() in content] == [], file
+    radio = json.loads((page_folder / "data" / "radio.json").read_text())
+    points = [point for floor in radio["floors"] for point in floor["access_points"]]
+    assert points
+    assert all(len(point["bssid"]) == 32 and point["ssid"] is None for point in points)
+    (entry,) = json.loads((page_folder / "data" / "corrections.json").read_text())["entries"]
+    assert entry["values"] == {"id": "3", "floor": 1}
+
+
+def test_only_an_earlier_export_is_replaced_and_nothing_is_left_half_written(
+    surveyed: Path, page_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    workspace = Workspace(surveyed / "survey", surveyed / "survey-labels", Settings())
+    monkeypatch.setattr(export, "write_output", breaks_off)
+    monkeypatch.setattr(export, "made_radio", lambda _job: export.Radio((), {}))
+    before = sorted(page_folder.rglob("*"))
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "mine.txt").touch()
+    outs = (
+        (tmp_path / "notes", "was not made by this command; choose an empty or new folder for --export"),
+        (tmp_path / "new", "cannot be written (No space left on device); free space or choose another --export"),
+        (page_folder, "cannot be written (No space left on device)"),
+    )
+    with closing(workspace):
+        for out, message in outs:
+            with pytest.raises(OutputError) as refused:
+                export.export_survey(workspace, out)
+            assert message in str(refused.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["notes"]
+    assert sorted(page_folder.rglob("*")) == before
+
+
+def breaks_off(*_: object) -> None:
+    raise OSError(28, "No space left on device")
+
+
+def test_a_link_leads_to_one_walk_at_one_moment_from_any_file_server(page_folder: Path) -> None:
+    (id, *_) = sorted(file.stem for file in (page_folder / "data" / "sessions").iterdir())
+    with running_browser() as browser:
+        with range_server(page_folder) as url, shown(browser, f"{url}#walk={id}&t=31.5", 1200) as (page, answers):
+            expect(page.locator(".time .slider")).to_have_value("31.5", timeout=LATEST_MS)
+            expect(page.locator(".values dd").first).not_to_have_text("–", timeout=LATEST_MS)
+            expect(page.get_by_text(WHOLE)).to_have_count(0)
+            only_shows(page, 3)  # the map's length, its notes, the cells
+            parts = [answer for answer in answers if answer.url.endswith("1-wifi.parquet") and answer.status == 206]
+            (size,) = {int(answer.headers["content-range"].rpartition("/")[2]) for answer in parts}
+            assert 0 < sum(int(answer.headers["content-length"]) for answer in parts) < size / 2
+            page.get_by_role("button", name="Link to this moment").click()
+            page.locator(".time .slider").fill("12")
+            page.get_by_role("button", name="Link to this moment").click()
+            assert page.url == f"{url}#walk={id}&t=12.0"
+        with plain_server(page_folder) as url, shown(browser, f"{url}#walk={id}&t=31.5", 400) as (page, answers):
+            expect(page.locator(".time .slider")).to_have_value("31.5", timeout=LATEST_MS)
+            expect(page.get_by_text(WHOLE)).to_be_visible(timeout=LATEST_MS)
+            only_shows(page, 2)
+            page.goto(f"{url}#walk=nobody")
+            expect(page.get_by_text("There is no walk nobody here.")).to_be_visible()
+
+
+def only_shows(page: Page, reads: int) -> None:
+    """Every view is there, fits and bars nobody, and none has a button for what only a running studio does.
+
+    An access point's map is read by so many requests.
+    """
+    tabs = page.get_by_role("tab")
+    assert tabs.all_inner_texts() == ["Walks", "Diagnose", "Landmarks", "Radio", "Corrections", "Covered"]
+    gone = page.get_by_role("button").get_by_text("Correct").or_(page.get_by_role("button", name="Undo"))
+    for tab in tabs.all():
+        tab.click()
+        serious = [
+            one["id"] for one in Axe().run(page).response["violations"] if one["impact"] in ("serious", "critical")
+        ]
+        assert (tab.inner_text(), serious) == (tab.inner_text(), [])
+        expect(gone.or_(page.locator("form"))).to_have_count(0)
+    expect(page.locator("li[data-floor='1']")).to_contain_text("walked")
+    tabs.nth(3).click()
+    read = count(1)
+    with page.expect_response(lambda answer: answer.url.endswith("1-wifi.parquet") and next(read) == reads):
+        page.locator(".list .row").first.click()
+    expect(page.get_by_role("status").get_by_text("100.0 % of the mapped cells are drawn.")).to_be_visible(
+        timeout=LATEST_MS
+    )
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@contextmanager
+def shown(browser: Browser, address: str, width: int) -> Iterator[tuple[Page, list[Response]]]:
+    """A page, dark where narrow, that complains of nothing and asks nobody else; and what it was answered."""
+    problems: list[str] = []
+    answers: list[Response] = []
+    scheme = "dark" if width < 800 else "light"
+    context = browser.new_context(
+        viewport={"width": width, "height": 800}, color_scheme=scheme, locale="en", reduced_motion="reduce"
+    )
+    page = context.new_page()
+    page.set_default_timeout(LATEST_MS)
+    note_problems(page, problems)
+    page.on("response", lambda answer: answers.append(answer))
+    page.goto(address)
+    yield page, answers
+    context.close()
+    own = address.partition("#")[0]
+    assert [problem for problem in problems if not problem.startswith(f"request: {own}")] == []
+
+
+@contextmanager
+def range_server(folder: Path) -> Iterator[str]:
+    """A server that gives parts of files, of the folder below a path."""
+    with listen("127.0.0.1", 0) as opened:
+        app = Starlette(routes=[Mount("/maps/ward-7", StaticFiles(directory=folder, html=True))])
+        with serving(app, opened):
+            yield f"http://127.0.0.1:{opened.getsockname()[1]}/maps/ward-7/"
+
+
+@contextmanager
+def plain_server(folder: Path) -> Iterator[str]:
+    """The server of ``python -m http.server``, which gives whole files."""
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(folder))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+        thread.join()
