@@ -28,6 +28,7 @@ from vislam2tag.receiving.connections import serving
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
+from vislam2tag.studio.radio.maps import Radio
 from vislam2tag.studio.sharing import export
 from vislam2tag.studio.workspace import Workspace
 
@@ -83,7 +84,7 @@ def test_only_an_earlier_export_is_replaced_and_nothing_is_left_half_written(
 ) -> None:
     workspace = Workspace(surveyed / "survey", surveyed / "survey-labels", Settings())
     monkeypatch.setattr(export, "write_output", breaks_off)
-    monkeypatch.setattr(export, "made_radio", lambda _job: export.Radio((), {}))
+    monkeypatch.setattr(export, "made_radio", lambda _job: Radio((), {}))
     before = sorted(page_folder.rglob("*"))
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "mine.txt").touch()
@@ -159,9 +160,11 @@ def shown(browser: Browser, address: str, width: int) -> Iterator[tuple[Page, li
     """A page, dark where narrow, that complains of nothing and asks nobody else; and what it was answered."""
     problems: list[str] = []
     answers: list[Response] = []
-    scheme = "dark" if width < 800 else "light"
     context = browser.new_context(
-        viewport={"width": width, "height": 800}, color_scheme=scheme, locale="en", reduced_motion="reduce"
+        viewport={"width": width, "height": 800},
+        color_scheme="dark" if width < 800 else "light",
+        locale="en",
+        reduced_motion="reduce",
     )
     page = context.new_page()
     page.set_default_timeout(LATEST_MS)
