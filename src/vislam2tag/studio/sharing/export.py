@@ -62,7 +62,7 @@ def new_export(out: Path) -> Iterator[Path]:
 
 def write_page(folder: Path, data: str) -> None:
     """Copy the page, with where its data lies and what it may load written into it."""
-    text = (PAGE / "index.html").read_text(encoding="utf-8")
+    text = read_bytes(PAGE / "index.html").decode()
     notes = (
         f'<meta http-equiv="Content-Security-Policy" content="{CONTENT_POLICY}" />\n'
         f'    <meta name="vislam2tag-data" content="{data}" />'
