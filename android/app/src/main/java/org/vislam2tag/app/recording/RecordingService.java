@@ -147,7 +147,10 @@ public final class RecordingService extends Service implements RecorderListener 
       tone.startTone(ToneGenerator.TONE_PROP_ACK, (int) CAUGHT_MS);
       new Handler(Looper.getMainLooper()).postDelayed(tone::release, 5 * CAUGHT_MS);
     } catch (RuntimeException e) {
-      recording.recorder().event("no_sound", ""); // as while a call holds the phone's sound
+      Recording running = recording;
+      if (running != null) {
+        running.recorder().event("no_sound", ""); // as while a call holds the phone's sound
+      }
     }
   }
 
