@@ -23,6 +23,7 @@ from tests.report.browser import running_browser
 from tests.studio.running import running_studio
 
 LATEST_MS = 120_000
+expect.set_options(timeout=LATEST_MS)
 KINDS = {"swapped", "mis_surveyed", "moved", "wrong_floor"}
 NEAR_M = 0.3
 Act = Callable[[Locator], None]
@@ -38,22 +39,31 @@ def browser() -> Iterator[Browser]:
 def studio_page(
     browser: Browser, folder: Path, tmp_path: Path, *options: str, **view: Any
 ) -> Iterator[tuple[Page, Path]]:
-    """A page on a copy of a survey and its labels; whatever the browser complains about fails the test."""
+    """A page on a copy of a survey and its labels."""
     survey, labels = tmp_path / "survey", tmp_path / "labels"
     shutil.copytree(folder / "survey", survey)
     shutil.copytree(folder / "labels", labels)
-    problems: list[str] = []
-    with running_studio(survey, "--labels", str(labels), "--jobs", "2", *options) as server:
-        context = browser.new_context(base_url=server.url, locale="en", reduced_motion="reduce", **view)
-        page = context.new_page()
-        page.set_default_timeout(LATEST_MS)
-        page.on("console", lambda message: problems.append(message.text) if complains(message) else None)
-        page.on("pageerror", lambda error: problems.append(f"page error: {error}"))
-        page.on("request", lambda request: problems.append(request.url) if foreign(request.url, server.url) else None)
-        page.goto(f"{server.url}/#{server.token}")
+    with (
+        running_studio(survey, "--labels", str(labels), "--jobs", "2", *options) as server,
+        watched_page(browser, server.url, server.token, **view) as page,
+    ):
         expect(page.get_by_role("tab", name="Walks")).to_be_visible(timeout=LATEST_MS)
         yield page, tmp_path
-        context.close()
+
+
+@contextmanager
+def watched_page(browser: Browser, url: str, token: str, **view: Any) -> Iterator[Page]:
+    """A page of a running studio; whatever the browser complains about fails the test."""
+    problems: list[str] = []
+    context = browser.new_context(base_url=url, locale="en", reduced_motion="reduce", **view)
+    page = context.new_page()
+    page.set_default_timeout(LATEST_MS)
+    page.on("console", lambda message: problems.append(message.text) if complains(message) else None)
+    page.on("pageerror", lambda error: problems.append(f"page error: {error}"))
+    page.on("request", lambda request: problems.append(request.url) if foreign(request.url, url) else None)
+    page.goto(f"{url}/#{token}")
+    yield page
+    context.close()
     assert problems == []
 
 

@@ -162,9 +162,9 @@ def test_walls_are_painted_into_the_mask_that_every_command_reads(studio: Page, 
     assert not (folder / "survey" / "floor_2" / "floorplan.mask.png").exists()
 
 
-def station_files(folder: Path, places: Mapping[str, complex]) -> tuple[Path, Path]:
+def station_files(folder: Path, places: Mapping[str, complex], corner: complex = 29 + 15j) -> tuple[Path, Path]:
     """What a station that stands somewhere measured of landmarks and four known points, and these."""
-    known = {"A": 1 + 1j, "B": 29 + 1j, "C": 29 + 15j, "D": 1 + 15j}
+    known = {"A": 1 + 1j, "B": corner.real + 1j, "C": corner, "D": 1 + corner.imag * 1j}
     lines = ["Punkt;Y;X;Höhe"]
     for name, place in (known | dict(places)).items():
         seen = (place - 20 - 10j) * np.exp(0.7j) + 1000 + 2000j

@@ -1,0 +1,209 @@
+"""A building is prepared in the browser, from an empty folder to registered landmarks."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page, expect
+from pypdfium2 import PdfDocument
+
+from tests.report.browser import running_browser
+from tests.studio.running import running_studio
+from tests.studio.test_page import watched_page
+from tests.studio.test_prepare import POINTS, station_files
+from tests.survey.plans import drawn_floor
+from vislam2tag.pipeline.site.walkable import write_walkable
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.walkable.settings import WalkableSettings
+
+WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 400, "height": 800}
+SIDE_M = 100.0
+"""A plan without a scale is drawn so large."""
+DROPPED = """([name, text]) => {
+  const dropped = new DataTransfer();
+  dropped.items.add(new File([Uint8Array.from(atob(text), (one) => one.charCodeAt(0))], name));
+  return dropped;
+}"""
+
+
+@pytest.mark.slow
+def test_a_building_is_prepared_from_its_plans_to_registered_landmarks(tmp_path: Path) -> None:
+    survey = tmp_path / "survey"
+    survey.mkdir()
+    with (
+        running_browser() as browser,
+        running_studio(survey, "--jobs", "1") as server,
+        watched_page(browser, server.url, server.token, viewport=WIDE) as page,
+    ):
+        scales_a_plan_by_two_clicks(page, drawn_floor.framed_pdf(tmp_path))
+        adds_a_plan_that_knows_its_scale(page, drawn_floor.dxf(tmp_path))
+        area_m2 = mends_a_wall(page)
+        landmarks = plans_landmarks_and_drags_one(page)
+        makes_sheets(page, len(landmarks))
+        measured = {one["id"]: complex(one["x"] + 0.03, one["y"] - 0.02) for one in landmarks}
+        registers(page, station_files(tmp_path, measured, 19 + 9j))
+
+    site, _ = read_site(survey)
+    assert [floor.number for floor in site.floors] == [1, 2]
+    for floor in site.floors:
+        assert floor_plan(floor).extent_m == pytest.approx((0, 20, 0, 10), abs=0.3)
+    (found,) = write_walkable(survey, tmp_path / "walkable", [2], WalkableSettings(), None)
+    assert found.area_m2 == pytest.approx(area_m2)
+    assert dict(zip(site.landmarks.ids, site.landmarks.position_bcs @ (1, 1j), strict=True)) == {
+        name: pytest.approx(place, abs=0.002) for name, place in measured.items()
+    }
+    assert pages(tmp_path / "survey-sheets" / "sheets.pdf") == len(measured)
+
+
+def scales_a_plan_by_two_clicks(page: Page, pdf: Path) -> None:
+    """An empty folder opens at this step."""
+    area = page.locator(".drop")
+    sound(page)
+    text = base64.b64encode(pdf.read_bytes()).decode()
+    area.dispatch_event("drop", {"dataTransfer": page.evaluate_handle(DROPPED, [pdf.name, text])})
+    expect(page.get_by_text("Click a point of the plan")).to_be_visible()
+    scale = SIDE_M / 1190.55
+    for x, y in POINTS:
+        page.mouse.click(*pixel(page, (0, SIDE_M, 0, 841.89 * scale), x * scale, y * scale))
+        page.wait_for_timeout(400)  # two quick clicks are a double click
+    page.get_by_label("Distance (m)").fill("20")
+    sound(page)
+    page.get_by_role("button", name="Add the floor").click()
+    expect(page.get_by_text("The floor was added to site.toml.")).to_be_visible()
+
+
+def adds_a_plan_that_knows_its_scale(page: Page, dxf: Path) -> None:
+    page.locator(".drop input").set_input_files(dxf)
+    expect(page.get_by_label("Its scale")).to_have_value("file")
+    assert page.get_by_label("Floor", exact=True).input_value() == "2"
+    page.get_by_role("button", name="Add the floor").click()
+    expect(page.locator(".drop")).to_be_visible()
+    expect(page.locator(".map-tools select").first).to_have_value("2")
+
+
+def mends_a_wall(page: Page) -> float:
+    """The wall from (5, 0) to (5, 6) is prolonged by the brush, and a door opened by a polygon; returns the area."""
+    step(page, "Walls and walkable space")
+    area = page.locator("[data-area]")
+    expect(area).to_contain_text("can be walked.")
+    whole = float(area.get_attribute("data-area") or "nan")
+    page.get_by_label("Tool").select_option("brush")
+    extent = extent_of(page, 2)
+    page.mouse.move(*pixel(page, extent, 5, 5.5))
+    page.mouse.down()
+    page.mouse.move(*pixel(page, extent, 5, 9.95), steps=6)
+    page.mouse.up()
+    expect(area).not_to_have_attribute("data-area", str(whole))
+    cut = float(area.get_attribute("data-area") or "nan")
+    assert cut == pytest.approx(whole - 50, abs=4)
+    page.get_by_label("Tool").select_option("polygon")
+    page.get_by_label("Paints").select_option(label="floor: can be walked")
+    sound(page)
+    for corner in ((4.5, 8), (5.5, 8), (5.5, 9.5)):
+        page.mouse.click(*pixel(page, extent, *corner))
+        page.wait_for_timeout(400)
+    page.mouse.dblclick(*pixel(page, extent, 4.5, 9.5))
+    expect(area).not_to_have_attribute("data-area", str(cut))
+    with page.expect_response("**/api/prepare/walls"):
+        page.get_by_role("button", name="Write into the survey").click()
+    expect(page.get_by_text("The corrections are kept beside the plan.")).to_be_visible()
+    kept = float(area.get_attribute("data-area") or "nan")
+    assert cut < kept < whole
+    return kept
+
+
+def plans_landmarks_and_drags_one(page: Page) -> list[dict[str, Any]]:
+    step(page, "Landmarks")
+    page.get_by_label("At most without one (m)").fill("8")
+    with page.expect_response("**/api/prepare/plans") as answer:
+        page.get_by_role("button", name="Plan the landmarks").click()
+    first = answer.value.json()["landmarks"][0]
+    told = page.locator("[data-error]")
+    expect(told).to_be_visible()
+    planned = told.get_attribute("data-error") or ""
+    sound(page)
+    extent = extent_of(page, 2)
+    page.mouse.move(*pixel(page, extent, first["x"], first["y"]))
+    page.mouse.down()
+    page.mouse.move(*pixel(page, extent, 10, 5), steps=4)
+    expect(told).not_to_have_attribute("data-error", planned)  # while it is dragged
+    page.mouse.move(*pixel(page, extent, 19, 1), steps=4)
+    page.mouse.up()
+    expect(page.locator(".row[aria-pressed=true]")).to_contain_text(first["id"])
+    sound(page)
+    page.get_by_role("button", name="Undo").last.click()
+    expect(told).to_have_attribute("data-error", planned)
+    page.get_by_role("button", name="Write into the survey").click()
+    expect(page.get_by_text("landmarks were added to the survey.")).to_be_visible()
+    landmarks: list[dict[str, Any]] = page.request.get("/api/survey").json()["landmarks"]
+    return landmarks
+
+
+def makes_sheets(page: Page, count: int) -> None:
+    step(page, "Sheets to print")
+    page.get_by_role("button", name="Make the sheets").click()
+    expect(page.get_by_text(f"{count} sheets in")).to_be_visible()
+    sound(page)
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Download the PDF").click()
+    assert pages(download.value.path()) == count
+
+
+def registers(page: Page, files: Sequence[Path]) -> None:
+    step(page, "Positions from surveyors")
+    page.locator(".drop input").set_input_files(files)
+    page.get_by_role("button", name="Adjust").click()
+    expect(page.get_by_role("region", name="Residuals").locator("tbody").first.locator("tr")).to_have_count(8)
+    expect(page.get_by_text("Arrows on the map")).to_be_visible()
+    sound(page)
+    page.get_by_label("Replace other positions").check()
+    page.get_by_role("button", name="Write into the survey").click()
+    expect(page.get_by_text("Written: floor_2/marker_dict.csv")).to_be_visible()
+    page.get_by_role("button", name="Deutsch").click()
+    expect(page.get_by_text("Positions from surveyors")).to_have_count(0)
+
+
+def step(page: Page, name: str) -> None:
+    page.locator("summary", has_text=name).click()
+
+
+def extent_of(page: Page, number: int) -> tuple[float, float, float, float]:
+    """A floor's extent, which is brought into view as a whole."""
+    page.get_by_role("button", name="Show all").click()
+    page.wait_for_timeout(500)
+    floors = page.request.get("/api/survey").json()["floors"]
+    return tuple(next(floor["extent_m"] for floor in floors if floor["number"] == number))
+
+
+def pixel(page: Page, extent: tuple[float, float, float, float], x: float, y: float) -> tuple[float, float]:
+    """Where a point of the map is on the screen while all of an extent is shown."""
+    box = page.locator(".map .canvas").bounding_box()
+    assert box is not None
+    left, right, low, high = extent
+    edge = min(40.0, 0.08 * min(box["width"], box["height"]))
+    m_px = max((right - left) / (box["width"] - 2 * edge), (high - low) / (box["height"] - 2 * edge))
+    across, up = (x - (left + right) / 2) / m_px, (y - (low + high) / 2) / m_px
+    return box["x"] + box["width"] / 2 + across, box["y"] + box["height"] / 2 - up
+
+
+def sound(page: Page) -> None:
+    """No serious violation in light and dark, and no scrolling sideways on a narrow screen."""
+    for view in (WIDE, NARROW):
+        page.set_viewport_size(view)  # type: ignore[arg-type]
+        found = Axe().run(page).response["violations"]
+        serious = [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
+        assert serious == []
+        assert page.evaluate("document.documentElement.scrollWidth") == view["width"]
+        page.locator(".tools button").last.click()
+    page.set_viewport_size(WIDE)  # type: ignore[arg-type]
+
+
+def pages(pdf: Path) -> int:
+    with PdfDocument(pdf) as document:
+        return len(document)
