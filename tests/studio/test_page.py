@@ -359,6 +359,7 @@ def time_and_span(page: Page) -> None:
     page.locator(".list .row").first.click()
     moment = page.locator(".time output")
     expect(moment).to_contain_text("/ 2:", timeout=LATEST_MS)
+    expect(page.locator(".strip .landmark").first).to_be_attached()  # keys lead to what has come
     page.get_by_role("button", name="One second on").click()
     expect(moment).to_contain_text("0:01.0")
     page.keyboard.press(".")
@@ -366,6 +367,7 @@ def time_and_span(page: Page) -> None:
     page.keyboard.press("Shift+F")  # nothing before it
     expect(moment).to_contain_text("0:02.0")
     page.keyboard.press("F")
+    expect(moment).not_to_contain_text("0:02.0")
     finding = moment.inner_text()
     page.keyboard.press("Shift+L")
     expect(moment).not_to_have_text(finding)

@@ -39,9 +39,9 @@ api.reading.whole = () => (data.wholeFiles = true);
 
 /** Run a request; what goes wrong is shown. Returns whether it went well. */
 export async function attempt(work: () => Promise<void>): Promise<boolean> {
+  data.problem = ''; // not at its end: what began before must not hide what went wrong since
   try {
     await work();
-    data.problem = '';
     return true;
   } catch (error) {
     if (error instanceof api.Refusal && error.problem.code === 'entry_needed') data.entryNeeded = true;
