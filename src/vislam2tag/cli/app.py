@@ -6,6 +6,7 @@ import importlib
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from typing import Annotated, Any, TypeAlias
 
 import typer
@@ -97,17 +98,19 @@ def _with_switches(command: Any) -> Any:
     """Give a command, or all of a group, the switches of all commands, and ``--out`` its short name."""
     for each in getattr(command, "commands", {}).values():
         _with_switches(each)
-    probe = typer.Typer(add_completion=False)
-    probe.command()(_switches)
-    command.params += typer.main.get_command(probe).params
+    command.params += _options_of(_switches)
     if any(param.name == "out" and param.param_type_name == "argument" for param in command.params):
-        for_out = typer.Typer(add_completion=False)
-        for_out.command()(_out_without_its_name)
-        command.params += typer.main.get_command(for_out).params
+        command.params += _options_of(_out_without_its_name)
     for option in command.params:
         if "--out" in option.opts:
             option.opts = ["-o", *option.opts]
     return command
+
+
+def _options_of(holder: Callable[..., None]) -> list[Any]:
+    probe = typer.Typer(add_completion=False)
+    probe.command()(holder)
+    return list(typer.main.get_command(probe).params)
 
 
 def _say_where_out_stands(ctx: typer.Context, folder: str | None) -> None:

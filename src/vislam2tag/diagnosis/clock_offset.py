@@ -12,6 +12,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.clock_alignment import LEAST_MARGIN, best_shift, comparable, resampled
 from vislam2tag.core.orientation import turns_rad
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.sessions.tables.sensor_table import readings_of
 
 LEAST_CORRELATION = 0.7
 """Below this the two do not describe the same motion: they are of one phone."""
@@ -23,15 +24,14 @@ def sensor_clock_offset_s(camera: CameraTrack, sensors: pl.DataFrame) -> float |
     """What to add to the sensors' times (a session's table), seconds; None where the turns do not tell."""
     usable = camera.usable
     time_ns, orientation = camera.time_ns[usable], camera.orientation_acs[usable]
-    gyro = sensors.filter((pl.col("sensor") == "GYRO") & ~pl.col("repeated")).sort("time_ns")
-    if len(time_ns) < FEWEST_SAMPLES or len(gyro) < FEWEST_SAMPLES:
+    gyro_ns, turning = readings_of(sensors, "GYRO", ("v1", "v2", "v3"))
+    if len(time_ns) < FEWEST_SAMPLES or len(gyro_ns) < FEWEST_SAMPLES:
         return None
-    gyro_ns = gyro["time_ns"].to_numpy()
     if not comparable(time_ns, gyro_ns):
         return None
     frame_speed = turns_rad(orientation) / np.maximum(np.diff(time_ns) * 1e-9, 1e-6)
     seen = resampled(time_ns[1:], _capped(frame_speed))
-    felt = resampled(gyro_ns, _capped(np.linalg.norm(gyro.select("v1", "v2", "v3").to_numpy(), axis=1)))
+    felt = resampled(gyro_ns, _capped(np.linalg.norm(turning, axis=1)))
     found = best_shift(seen, felt)
     if found.correlation < LEAST_CORRELATION or found.correlation - found.other < LEAST_MARGIN:
         return None

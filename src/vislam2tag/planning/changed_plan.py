@@ -11,7 +11,7 @@ from vislam2tag.planning.demands import walking_distances
 from vislam2tag.planning.floor import FloorDesign, longest_free_m, passed_landmarks
 from vislam2tag.planning.further_landmarks import further_landmarks
 from vislam2tag.planning.prediction import ExpectedLabels, PassedLandmarks, expected_along, passes_near
-from vislam2tag.planning.refine import line_deviation_m, neighbourhoods
+from vislam2tag.planning.refine import line_deviations_m
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.sigma_map import SigmaMap, distance_classes, sigma_map
 from vislam2tag.planning.tour import plan_tour
@@ -75,12 +75,11 @@ class ChangedPlan:
         landmarks = self._landmarks(place)
         station = np.concatenate((design.places.station[place], design.fixed_station[design.fixed_station >= 0]))
         distance_m = walking_distances(design.corridors, design.stations)
-        groups = neighbourhoods(station, distance_m)
         return replace(
             design,
             place=place,
             longest_m=found.longest_m,
-            line_deviations_m=np.array([line_deviation_m(landmarks.position[group]) for group in groups]),
+            line_deviations_m=line_deviations_m(landmarks.position, station, distance_m),
             expected=found.expected,
             sigma=found.sigma,
             classes=tuple(distance_classes(design.space, landmarks.position, found.expected)),

@@ -14,7 +14,7 @@ from vislam2tag.planning.corridors import Corridors, corridors_of
 from vislam2tag.planning.demands import Demands, Gap, StationSet, broken_spacing, demands_of, walking_distances
 from vislam2tag.planning.further_landmarks import FurtherPlace, further_landmarks
 from vislam2tag.planning.prediction import ExpectedLabels, PassedLandmarks, expected_on_walks
-from vislam2tag.planning.refine import choose_walls, improve_stations, line_deviation_m, neighbourhoods
+from vislam2tag.planning.refine import choose_walls, improve_stations, line_deviations_m
 from vislam2tag.planning.set_cover import Cover, cover
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.sheet_places import SheetPlaces, Stations, find_sheet_places, stations_along
@@ -112,7 +112,6 @@ def plan_floor(
     progress(STEPS[4], len(STEPS))
     place, tour = candidates.toured(place)
     landmarks = passed_landmarks(places, stations, place, constraints, candidates.fixed_station)
-    groups = neighbourhoods(candidates.with_fixed(places.station[place]), distance_m)
     progress(STEPS[5], len(STEPS))
     paths = typical_walks(graph)
     expected = tuple(expected_on_walks(paths, landmarks, settings.survey_sigma_m))
@@ -130,7 +129,9 @@ def plan_floor(
         cover=fewest,
         place=place,
         longest_m=longest_free_m(corridors, stations, chosen, settings.spacing_m),
-        line_deviations_m=np.array([line_deviation_m(landmarks.position[group]) for group in groups]),
+        line_deviations_m=line_deviations_m(
+            landmarks.position, candidates.with_fixed(places.station[place]), distance_m
+        ),
         expected=expected,
         sigma=sigma_map(space, expected),
         classes=tuple(distance_classes(space, landmarks.position, expected)),

@@ -99,6 +99,11 @@ def neighbourhoods(station: IntArray, distance_m: FloatArray) -> list[IntArray]:
     return [np.argsort(row, kind="stable")[:count] for row in between]
 
 
+def line_deviations_m(position: FloatArray, station: IntArray, distance_m: FloatArray) -> FloatArray:
+    """How far (m,) each landmark and its nearest ones lie off their best line, metres; positions (m, 2)."""
+    return np.array([line_deviation_m(position[group]) for group in neighbourhoods(station, distance_m)])
+
+
 def choose_walls(
     station: IntArray, places: SheetPlaces, held: FloatArray, held_station: IntArray, distance_m: FloatArray
 ) -> IntArray:

@@ -194,8 +194,7 @@ class _Determined:
 def _times_usual(determined: dict[float, _Determined]) -> float:
     """By how much noises, by their usual levels, exceed these together; 1 as far as nothing is determined of any."""
     squares = sum(found.squares / usual**2 for usual, found in determined.items())
-    numbers = sum(found.numbers for found in determined.values())
-    return float(np.sqrt((PRIOR_WEIGHT + squares) / (PRIOR_WEIGHT + numbers)))
+    return _Determined(sum(found.numbers for found in determined.values()), squares).level(1.0)
 
 
 def _determined(present: float, numbers: npt.NDArray[Any], square: ExpectedSquares, worth: FloatArray) -> _Determined:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.plans.drawing import Bounds
-from vislam2tag.survey.plans.load import PlanLook, look_at_plan
+from vislam2tag.survey.plans.load import PlanLook, look_at_plan, plan_called
 from vislam2tag.survey.plans.source import PlanSource
 
 _SHAPE_TOLERANCE = 0.03
@@ -23,10 +23,8 @@ def settled_source(
     of the width and height given; ``whole``: always the page. ``stretch``: whatever the shape. Raises UsageError where
     width and height fit neither, or there is no scale, SurveyError where the plan cannot be read.
     """
-    try:
+    with plan_called(path):
         look = look_at_plan(path, source)
-    except OSError as error:
-        raise SurveyError(f"{path}: the plan {error}") from error
     if not look.is_picture:
         return source, []
     notes: list[str] = []

@@ -6,9 +6,8 @@ import io
 import json
 from pathlib import Path
 
-from vislam2tag.common.errors import SurveyError
 from vislam2tag.report.page import data_uri, embedded, write_page
-from vislam2tag.survey.plans.load import look_at_plan, unplaced_picture
+from vislam2tag.survey.plans.load import look_at_plan, plan_called, unplaced_picture
 from vislam2tag.survey.plans.source import PlanSource
 
 _SIDE_PX = 2400
@@ -19,11 +18,9 @@ def write_measure_page(out_file: Path, plan: Path, source: PlanSource, command: 
 
     Raises SurveyError where the plan cannot be read, OutputError where the page cannot be written.
     """
-    try:
+    with plan_called(plan):
         look = look_at_plan(plan, source)
         picture = unplaced_picture(plan, source, _SIDE_PX)
-    except OSError as error:
-        raise SurveyError(f"{plan}: the plan {error}") from error
     buffer = io.BytesIO()
     picture.save(buffer, "PNG", optimize=True)
     image = data_uri(buffer.getvalue())

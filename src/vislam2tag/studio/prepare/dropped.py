@@ -8,12 +8,12 @@ import threading
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.site.init import NewFloor, add_floor
 from vislam2tag.pipeline.site.plan_scale import settled_source
 from vislam2tag.studio.prepare.messages import AddedFloor, DroppedFile, FloorRequest, PlanLookView
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.plans.load import look_at_plan, plan_extent, unplaced_picture
+from vislam2tag.survey.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
 from vislam2tag.survey.plans.source import PlanSource
 from vislam2tag.survey.site_file import has_site_file, read_site_file
 
@@ -64,10 +64,8 @@ class DroppedFiles:
 
 def look(path: Path, source: PlanSource, root: Path) -> PlanLookView:
     """What a plan shows before it has a scale; raises SurveyError where it cannot be read."""
-    try:
+    with plan_called(path.name):
         found = look_at_plan(path, source)
-    except OSError as error:
-        raise SurveyError(f"{path.name}: the plan {error}") from error
     return PlanLookView(
         name=path.name,
         box=found.box,
@@ -91,10 +89,8 @@ def _has_scale(path: Path, source: PlanSource, root: Path) -> bool:
 def picture_png(path: Path, source: PlanSource) -> bytes:
     """The plan between its box as PNG; raises SurveyError where it cannot be drawn."""
     buffer = io.BytesIO()
-    try:
+    with plan_called(path.name):
         unplaced_picture(path, source, _SIDE_PX).save(buffer, "png")
-    except OSError as error:
-        raise SurveyError(f"{path.name}: the plan {error}") from error
     return buffer.getvalue()
 
 

@@ -95,18 +95,20 @@ def _sheets_pdf(studio: Studio, _asked: Asked) -> Binary:
 def _register(studio: Studio, asked: Asked) -> RegistrationView:
     from vislam2tag.studio.prepare.positions import registered
 
-    workspace = studio.workspace
-    found = registered(workspace.root, studio.dropped, asked.of(RegisterRequest), workspace.settings.registration)
-    workspace.refresh()
+    request, workspace = asked.of(RegisterRequest), studio.workspace
+    found = registered(workspace.root, studio.dropped, request, workspace.settings.registration)
+    if request.write:
+        workspace.refresh()
     return found
 
 
 def _walls(studio: Studio, asked: Asked) -> WallsView:
     from vislam2tag.studio.prepare.walls import corrected_floor
 
-    workspace = studio.workspace
-    found = studio.worker.do(corrected_floor, workspace.root, asked.of(WallsRequest), workspace.settings.walkable)
-    workspace.refresh()
+    request, workspace = asked.of(WallsRequest), studio.workspace
+    found = studio.worker.do(corrected_floor, workspace.root, request, workspace.settings.walkable)
+    if request.write:
+        workspace.refresh()
     return found
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
@@ -47,17 +45,10 @@ def export_survey(
 
     Raises OutputError where the folder holds anything else, or cannot be written.
     """
-    with new_export(out) as folder:
+    with whole_folder(out, lambda folder: (folder / EXPORT_FILE).is_file(), "--export") as folder:
         write_page(folder, DATA)
         write_survey(workspace, folder / DATA, key, progress)
         return recorded(folder, 1, len(workspace.now.ids))
-
-
-@contextmanager
-def new_export(out: Path) -> Iterator[Path]:
-    """Yield a folder that becomes ``out`` when the block ends well."""
-    with whole_folder(out, lambda folder: (folder / EXPORT_FILE).is_file(), "--export") as folder:
-        yield folder
 
 
 def write_page(folder: Path, data: str) -> None:

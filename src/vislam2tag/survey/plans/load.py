@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,6 +114,15 @@ class PlanLook:
         if area is None:
             return self.box
         return min(area[::2]), max(area[::2]), min(area[1::2]), max(area[1::2])
+
+
+@contextmanager
+def plan_called(name: object) -> Iterator[None]:
+    """Raise SurveyError, which calls the plan by this name, in place of OSError about its file."""
+    try:
+        yield
+    except OSError as error:
+        raise SurveyError(f"{name}: the plan {error}") from error
 
 
 def look_at_plan(path: Path, source: PlanSource) -> PlanLook:
