@@ -42,8 +42,9 @@ def others_loaded(code: str) -> set[str]:
 
 
 def test_every_module_of_a_command_is_listed() -> None:
-    modules = [module.name for module in pkgutil.iter_modules(cli.__path__) if module.name.startswith("command_")]
-    assert sorted(NAMES) == [name.removeprefix("command_").replace("_", "-") for name in modules]
+    modules = [module.name.rpartition(".")[2] for module in pkgutil.walk_packages(cli.__path__, "vislam2tag.cli.")]
+    commands = [name.removeprefix("command_").replace("_", "-") for name in modules if name.startswith("command_")]
+    assert sorted(NAMES) == sorted(commands)
 
 
 def test_help_loads_nothing_that_only_work_needs() -> None:

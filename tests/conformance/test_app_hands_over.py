@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.test_command_receive import large_session, receiving
+from tests.cli.collect.test_command_receive import large_session, receiving
 from tests.conformance.java import upload
 from tests.receiving.zips import SESSION, digest, session_zip
 

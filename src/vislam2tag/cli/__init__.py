@@ -1,4 +1,4 @@
-"""The command line: one module per command, each a thin layer over an importable function."""
+"""The command line: one module per command, in packages as ``--help`` groups them; each calls a function of ours."""
 
 from vislam2tag.cli.app import main
 

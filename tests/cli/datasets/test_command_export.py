@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 from tests.cli.command import the_error, vislam2tag
 from tests.dataset.factory import small_dataset
 from tests.dataset.formats.round_trip import with_split
-from vislam2tag.cli import command_export
+from vislam2tag.cli.datasets import command_export
 from vislam2tag.dataset.folder import write_dataset
 
 

@@ -10,7 +10,7 @@ import typer
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
-from vislam2tag.cli.site_values import floor_part, georeference_part, plan_source
+from vislam2tag.cli.prepare.site_values import floor_part, georeference_part, plan_source
 from vislam2tag.cli.tables import print_site, site_record
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from tests.cli.command import the_error, vislam2tag
 from tests.survey.site import write_survey
 from tests.surveys import bytes_of
-from vislam2tag.cli.command_register import register
+from vislam2tag.cli.prepare.command_register import register
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.survey.discover import read_site
 

@@ -9,8 +9,8 @@ import typer
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, Replace
-from vislam2tag.cli.site_init import INIT_HELP, SITE_CODES, site_init
-from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
+from vislam2tag.cli.prepare.site_init import INIT_HELP, SITE_CODES, site_init
+from vislam2tag.cli.prepare.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import print_findings, print_site, site_record, table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError

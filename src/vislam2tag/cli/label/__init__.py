@@ -1,0 +1,1 @@
+"""Commands that map and label: from run and process to evaluate."""

@@ -1,0 +1,1 @@
+"""Commands for positioning models: train, locate, benchmark."""
