@@ -174,3 +174,12 @@ def test_no_hidden_layer_is_a_linear_model() -> None:
     for name, head in (("multi-cel", "heads"), ("regression-net", "head")):
         model = model_named(name, **{"backbone": [], head: [], "epochs": 2, "device": "cpu"})
         assert model.fit(scans, places).predict(scans).known.all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_batch_that_was_asked_for_is_kept_on_a_gpu_with_its_learning_rate(name: str) -> None:
+    gpu = torch.device("cuda")
+    chosen = model_named(name)._schedule(100_000, gpu)
+    asked_for = model_named(name, batch_size=64)._schedule(100_000, gpu)
+    assert (chosen.batch_size, chosen.learning_rate) == (512, 4e-3)
+    assert (asked_for.batch_size, asked_for.learning_rate) == (64, 1e-3)

@@ -13,6 +13,7 @@ import torch
 from vislam2tag.positioning.networks.training import (
     TrainingExamples,
     TrainingSchedule,
+    batch_for,
     repeatable,
     train,
     training_device,
@@ -62,6 +63,15 @@ def test_a_loss_that_is_no_number_ends_it() -> None:
     network = torch.nn.Linear(1, 1)
     with pytest.raises(DatasetError, match="lower the learning rate"):
         train(network, line(network), TrainingExamples(5, Scripted(network, [1, float("nan")])), TrainingSchedule())
+
+
+def test_a_gpu_gets_larger_batches_where_there_are_examples_for_them_and_a_processor_the_published_ones() -> None:
+    gpu, processor = torch.device("cuda"), torch.device("cpu")
+    assert batch_for(100_000, gpu) == (512, 4.0)  # the rate grows with the root of 16
+    size, faster = batch_for(4000, gpu)
+    assert (size, faster**2) == (100, pytest.approx(100 / 32))  # 40 steps an epoch
+    assert batch_for(500, gpu) == (32, 1.0)
+    assert batch_for(100_000, processor) == (32, 1.0)
 
 
 def test_batch_of_one_and_one_example() -> None:

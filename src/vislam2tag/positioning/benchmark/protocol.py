@@ -54,7 +54,7 @@ class ModelChoice:
 def published_choices(dataset: str | None = None) -> Iterator[ModelChoice]:
     """Choose the paper's two models as published for a data set (by public name), as for the paper's own elsewhere."""
     for name, settings in _PUBLISHED.items():
-        yield ModelChoice(name, settings.get(dataset or GIA, settings[GIA]))
+        yield ModelChoice(name, {"batch_size": 32, **settings.get(dataset or GIA, settings[GIA])})
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,7 @@ class MultiCel(NetworkPositioner):
         code_weight: float = 1.0,
         input_scale: str = "min-max",
         epochs: int = 50,
-        batch_size: int = 32,
+        batch_size: int = 0,
         learning_rate: float = 1e-3,
         weight_decay: float = 0.0,
         patience: int = 30,

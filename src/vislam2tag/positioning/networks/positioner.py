@@ -20,6 +20,7 @@ from vislam2tag.positioning.networks.training import (
     TrainingExamples,
     TrainingHistory,
     TrainingSchedule,
+    batch_for,
     repeatable,
     train,
     training_device,
@@ -31,7 +32,7 @@ from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 _RANGES = {
     "epochs": (1, math.inf),
-    "batch_size": (1, math.inf),
+    "batch_size": (0, math.inf),
     "learning_rate": (1e-9, 1.0),
     "weight_decay": (0.0, 1.0),
     "patience": (1, math.inf),
@@ -79,6 +80,7 @@ class NetworkPositioner(Positioner):
 
     epochs: int
     batch_size: int
+    """0: 32, on a GPU up to 512 with a learning rate to fit (:func:`.batch_for`)."""
     learning_rate: float
     weight_decay: float
     patience: int
@@ -115,7 +117,7 @@ class NetworkPositioner(Positioner):
                 locator.network,
                 self._examples(locator, learned, device),
                 self._examples(locator, held_out, device),
-                self._schedule(),
+                self._schedule(len(learned[0]), device),
                 self.progress,
             )
             self.locator_ = locator.cpu().double().eval()
@@ -148,10 +150,10 @@ class NetworkPositioner(Positioner):
 
         return TrainingExamples(len(scans), losses)
 
-    def _schedule(self) -> TrainingSchedule:
-        return TrainingSchedule(
-            self.epochs, self.batch_size, self.learning_rate, self.weight_decay, self.patience, self.seed
-        )
+    def _schedule(self, count: int, device: torch.device) -> TrainingSchedule:
+        size, faster = (self.batch_size, 1.0) if self.batch_size else batch_for(count, device)
+        rate = faster * self.learning_rate
+        return TrainingSchedule(self.epochs, size, rate, self.weight_decay, self.patience, self.seed)
 
     def _calibrate(self, scans: RadioScans, places: ScanPlaces) -> None:
         """Fit the radii to the errors on held-out scans.

@@ -92,7 +92,7 @@ class RegressionNet(NetworkPositioner):
         head_dropout: float = 0.25,
         input_scale: str = "min-max",
         epochs: int = 50,
-        batch_size: int = 32,
+        batch_size: int = 0,
         learning_rate: float = 1e-3,
         weight_decay: float = 0.0,
         patience: int = 30,

@@ -14,6 +14,9 @@ import torch
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.progress import Progress, silent
 
+PUBLISHED_BATCH = 32
+"""Examples a step where nothing else is asked for; learning rates are stated for it."""
+_LARGEST_BATCH, _LEAST_STEPS = 512, 40
 _CHECKED_AT_ONCE = 1024
 
 
@@ -31,7 +34,7 @@ class TrainingSchedule:
     """How long and in which steps to train."""
 
     epochs: int = 50
-    batch_size: int = 32
+    batch_size: int = PUBLISHED_BATCH
     learning_rate: float = 1e-3
     weight_decay: float = 0.0
     """Decoupled from the gradient (AdamW); 0 is Adam."""
@@ -97,6 +100,17 @@ def _mean_loss(network: torch.nn.Module, examples: TrainingExamples, device: tor
     with torch.no_grad():
         batches = torch.arange(examples.count, device=device).split(_CHECKED_AT_ONCE)
         return sum(float(examples.losses(rows).sum()) for rows in batches) / examples.count
+
+
+def batch_for(count: int, device: torch.device) -> tuple[int, float]:
+    """Return how many of ``count`` examples a step takes, and what to multiply the learning rate by.
+
+    A GPU computes a large batch as quickly as a small one, so that it gets 512, but leaves 40 steps an epoch; the rate
+    of Adam grows with the root of the batch (Malladi et al. 2022). A processor keeps to the published batches.
+    """
+    most = _LARGEST_BATCH if device.type == "cuda" else PUBLISHED_BATCH
+    size = max(PUBLISHED_BATCH, min(most, count // _LEAST_STEPS))
+    return size, math.sqrt(size / PUBLISHED_BATCH)
 
 
 def training_device(name: str) -> torch.device:
