@@ -39,7 +39,7 @@ def test_one_clock_for_all_walks_of_a_device() -> None:
         assert station_point_errors(walk.reference, truth).error_m.max() < 0.02
 
 
-@pytest.mark.parametrize("draws", [8, pytest.param(30, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("draws", [8, pytest.param(30, marks=pytest.mark.campaign)])
 def test_the_stated_sigma_of_the_clock_is_its_scatter(draws: int) -> None:
     """Of normal errors and a jackknife over four walks the ratio of squares follows F: one test in a hundred misses."""
     errors, sigmas = [], []

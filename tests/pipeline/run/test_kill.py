@@ -15,7 +15,7 @@ from tests.surveys import bytes_of, make_survey
 from vislam2tag.pipeline.labels.process import process
 
 COUNTING = f"import atexit\natexit.register(lambda: print(seen))\n{MAIN}"
-MOMENTS = 24
+MOMENTS = 10
 QUICK = (1, MOMENTS // 2, MOMENTS)
 
 
