@@ -150,6 +150,7 @@ HAND_MADE = "\n".join(
         "press\t84212000000000",
         "press\t84213000000000",
         "undo\t84214000000000",
+        "floor\t84215000000000\t-1",
     )
 )
 
@@ -172,6 +173,9 @@ def test_hard_text_presses_undone_and_kills(core: Path, ending: str, tmp_path: P
     assert session.recording.ended == ("stopped" if ending == "stop" else "killed")
     assert session.recording.scans_refused == 2  # one refused, one that failed
     assert session.recording.note == 'says \t "hi"'
+    assert session.camera.told_floors is not None
+    assert session.camera.told_floors.time_ns.tolist() == [84215000000000]
+    assert session.camera.told_floors.floor.tolist() == [-1]
     kinds = {finding.kind for finding in session.findings}
     assert ("recording_ended" in kinds) == (ending == "kill")
     assert "malformed_lines" not in kinds

@@ -9,7 +9,7 @@ import pytest
 
 from tests.walks import camera_on, landmarks_at, log_of
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.core.context import PressureLog, Storeys
+from vislam2tag.core.context import PressureLog, Storeys, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
 from vislam2tag.heights.settings import HeightSettings
@@ -94,6 +94,28 @@ def test_a_jump_of_the_camera_alone_is_no_climb() -> None:
     heights = estimate_heights(camera, log.select([0, 1]), landmarks)
     assert np.abs(np.diff(heights.z_m)).max() < 0.05
     assert set(heights.floor.tolist()) == {0}
+
+
+def test_a_floor_that_the_walker_told_counts_where_no_landmark_of_it_is_seen() -> None:
+    camera, log, landmarks = walk_of(STAIRS, STAIRS)
+    below = log.select([log.ids.index(name) for name in "ab"])
+    told = replace(camera, told_floors=ToldFloors(camera.time_ns[[1400]], np.array([1])))
+    heights = estimate_heights(told, below, landmarks)
+    (change,) = np.flatnonzero(np.diff(heights.floor))
+    assert abs(change - 1000) < 60
+    assert np.abs(heights.z_m - (1.4 + STAIRS)).max() < 0.5
+
+
+def test_a_lift_ride_is_found_by_the_floor_that_the_walker_told_after_it() -> None:
+    rise, camera, log, landmarks = _ride()
+    camera, log = _standing(camera, log, 1000, 1300)
+    below = log.select([log.ids.index(name) for name in "ab"])
+    assert set(estimate_heights(camera, below, landmarks).floor.tolist()) == {0}
+    told = replace(camera, told_floors=ToldFloors(camera.time_ns[[1400]], np.array([1])))
+    heights = estimate_heights(told, below, landmarks)
+    assert heights.floor[1000] == 0
+    assert heights.floor[1400] == 1
+    assert np.abs(heights.z_m[1400:] - (1.4 + rise[1400:])).max() < 0.5
 
 
 def _ride() -> tuple[FloatArray, CameraTrack, LandmarkLog, Landmarks]:

@@ -11,6 +11,7 @@ from tests.walks import camera_on, landmarks_at, log_of
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.context import ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.sessions.prepared import landmarks_without_position
 from vislam2tag.sessions.session_landmarks import (
@@ -99,6 +100,17 @@ def test_a_landmark_that_corrections_put_on_another_floor_needs_no_climb() -> No
     camera, log = walked(FLAT, "bc")
     considered = candidate_landmarks(site_of(TWO_FLOORS), KEY.floor, log.ids)
     assert landmarks_of_session(considered, KEY, camera, log, ["c"]).unused == ()
+
+
+def test_a_floor_that_the_walker_told_needs_neither_landmark_nor_climb() -> None:
+    camera, log = walked(FLAT, "ab")
+    told = replace(camera, told_floors=ToldFloors(camera.time_ns[[100]], np.array([2])))
+    considered = candidate_landmarks(site_of(TWO_FLOORS), KEY.floor, log.ids, [2])
+    chosen = landmarks_of_session(considered, KEY, told, log)
+    assert sorted(chosen.landmarks.ids) == ["a", "b", "c", "d"]
+    assert place_of(chosen.landmarks, "a") == (1, [1, 1])  # told when which floor was: no clash
+    assert chosen.landmarks.storeys is not None
+    assert chosen.landmarks.storeys.number.tolist() == [1, 2]
 
 
 def test_a_landmark_of_another_floor_is_a_finding_of_its_own() -> None:

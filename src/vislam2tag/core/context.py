@@ -84,6 +84,16 @@ class InertialLog:
 
 
 @dataclass(frozen=True)
+class ToldFloors:
+    """Moments at which the walker said to be on another floor now: ``time_ns`` (k,) boot clock, in time order;
+    ``floor`` (k,) int, its number.
+    """
+
+    time_ns: IntArray
+    floor: IntArray
+
+
+@dataclass(frozen=True)
 class FixLog:
     """Moments at which the walker's position was known: ``time_ns`` (k,) increasing strictly, ``position_bcs`` (k, 2)
     metres; ``name`` (k,) is what each is called.

@@ -14,7 +14,16 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray, of_landmarks
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.context import AnchorLog, FixLog, InertialLog, PressureLog, Storeys, TrackerState, WalkedWays
+from vislam2tag.core.context import (
+    AnchorLog,
+    FixLog,
+    InertialLog,
+    PressureLog,
+    Storeys,
+    ToldFloors,
+    TrackerState,
+    WalkedWays,
+)
 from vislam2tag.core.faults import Contradiction, TrackerEvent
 from vislam2tag.core.notebook import Drawable, Summarised
 from vislam2tag.core.status import Status
@@ -51,6 +60,8 @@ class CameraTrack:
     """What the tracker said of itself; None where the log does not tell."""
     anchors: AnchorLog | None = None
     """Points that the tracker held fixed in its map; None where none were logged."""
+    told_floors: ToldFloors | None = None
+    """Where the walker said to have come to another floor; None where nobody said so."""
     inertial: InertialLog | None = None
     """Inertial readings on the same clock; None where none were logged."""
     fixes: FixLog | None = None

@@ -52,11 +52,21 @@ class Heights:
 
 
 @dataclass(frozen=True)
+class _Marks:
+    """What tells of a floor: the session's landmarks, then where its walker said to be, ``m`` in all."""
+
+    floor: IntArray
+    """(m,) number."""
+    z_m: FloatArray
+    """(m,) above the floor, metres; NaN where nobody measured it: about as high as a phone is carried."""
+
+
+@dataclass(frozen=True)
 class _Sightings:
-    """What was seen of landmarks of known floor, one entry for each landmark and block of time, in time order."""
+    """What was seen of marks, one entry for each mark and block of time, in time order."""
 
     landmark: IntArray
-    """Index into the session's landmarks."""
+    """Index into the marks."""
     rank: IntArray
     """Usable rank of the frame."""
     height_m: FloatArray
@@ -74,9 +84,10 @@ def estimate_heights(
 
     ``odometry`` is the session's, where it is known already; a session without a step has none, and no heights.
 
-    Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m`` and ``camera.pressure``. A session starts on its
-    own floor. Where several floors are possible and none has an elevation, floors follow from the landmarks' floors and
-    the vertical change between them.
+    Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m``, ``camera.pressure``, ``camera.told_floors``.
+    A session starts on its own floor; where its walker told another one, that is a mark as high as the phone. Where
+    several floors are possible and none has an elevation, floors follow from the landmarks' floors and the vertical
+    change between them.
     """
     settings = settings or HeightSettings()
     n, storeys = len(camera.time_ns), landmarks.storeys
@@ -89,10 +100,13 @@ def estimate_heights(
         return Heights(z, floor)
     odometry = odometry or continuous_odometry(camera, log)
     track = _track(camera, log, odometry)
-    seen = _sightings(camera, log, landmarks, odometry, track)
-    track, rise = _with_rides(track, seen, landmarks, storeys, settings)
+    told_rank, told_floor = _told(camera, storeys)
+    unmeasured = np.full(len(told_floor), np.nan)
+    marks = _Marks(np.append(landmarks.floor, told_floor), np.append(landmarks.z_m, unmeasured))
+    seen = _sightings(camera, log, landmarks, odometry, track, told_rank)
+    track, rise = _with_rides(track, seen, marks, storeys, settings)
     seen = _Sightings(seen.landmark, seen.rank, seen.height_m + rise[seen.rank])
-    height, elevation, converged = _solve(track, seen, landmarks, storeys, settings)
+    height, elevation, converged = _solve(track, seen, marks, storeys, settings)
     own = int(_index(storeys, np.array([storeys.own]))[0])
     place = floor_of_heights(height, elevation, _carried(height, elevation, settings), own)
     floor[track.frame] = storeys.number[place]
@@ -140,9 +154,17 @@ def _index(storeys: Storeys, floor: IntArray) -> IntArray:
 
 
 def _sightings(
-    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, odometry: Odometry, track: VerticalTrack
+    camera: CameraTrack,
+    log: LandmarkLog,
+    landmarks: Landmarks,
+    odometry: Odometry,
+    track: VerticalTrack,
+    told: IntArray,
 ) -> _Sightings:
-    """Sightings of landmarks of known floor from nearby, reduced to one for each block of time."""
+    """Sightings of landmarks of known floor from nearby, and the ranks (t,) at which a floor was told.
+
+    Reduced to one of each for each block of time.
+    """
     index = np.array([landmarks.index.get(name, -1) for name in log.ids], dtype=np.int64)
     rank = usable_rank(camera)
     rows = seen_rows(log, odometry.rewritten[rank[log.frame]])
@@ -150,7 +172,21 @@ def _sightings(
     rows = rows[(away < SIGHTING_REACH_M) & (index[log.landmark[rows]] >= 0)]
     rank = rank[log.frame[rows]]
     height = log.position_acs[rows, 1] + track.shift_m[rank]
-    return _in_blocks(index[log.landmark[rows]], rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
+    rank = np.append(rank, told)
+    height = np.append(height, track.height_m[told])
+    mark = np.append(index[log.landmark[rows]], len(landmarks.ids) + np.arange(len(told)))
+    return _in_blocks(mark, rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
+
+
+def _told(camera: CameraTrack, storeys: Storeys) -> tuple[IntArray, IntArray]:
+    """Usable ranks (t,) at which the walker told a floor, and its number (t,); first the first frame and the own."""
+    told = camera.told_floors
+    if told is None:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    known = np.isin(told.floor, storeys.number)
+    usable_ns = camera.time_ns[camera.usable]
+    at = np.searchsorted(usable_ns, told.time_ns[known]).clip(max=len(usable_ns) - 1)
+    return np.append(0, at).astype(np.int64), np.append(storeys.own, told.floor[known]).astype(np.int64)
 
 
 def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: IntArray) -> _Sightings:
@@ -165,11 +201,11 @@ def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: In
 
 
 def _with_rides(
-    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys, settings: HeightSettings
+    track: VerticalTrack, seen: _Sightings, marks: _Marks, storeys: Storeys, settings: HeightSettings
 ) -> tuple[VerticalTrack, FloatArray]:
     """Add the rides that the tracker missed; also returns what they add (f,) to the track's height."""
-    storey = _index(storeys, landmarks.floor[seen.landmark])
-    level = _usual_elevations(storeys, settings)[storey] + _usual_height(landmarks, settings)[seen.landmark]
+    storey = _index(storeys, marks.floor[seen.landmark])
+    level = _usual_elevations(storeys, settings)[storey] + _usual_height(marks, settings)[seen.landmark]
     changes = np.flatnonzero(np.diff(storey) != 0)
     ties = [
         FloorChangeSighting(
@@ -185,9 +221,9 @@ def _with_rides(
     return ridden, ridden.height_m - track.height_m
 
 
-def _usual_height(landmarks: Landmarks, settings: HeightSettings) -> FloatArray:
-    """Height (m,) of each landmark above its floor, metres: as surveyed, else the usual one."""
-    return np.where(np.isfinite(landmarks.z_m), landmarks.z_m, settings.carried_m)
+def _usual_height(marks: _Marks, settings: HeightSettings) -> FloatArray:
+    """Height (m,) of each mark above its floor, metres: as surveyed, else the usual one."""
+    return np.where(np.isfinite(marks.z_m), marks.z_m, settings.carried_m)
 
 
 def _usual_elevations(storeys: Storeys, settings: HeightSettings) -> FloatArray:
@@ -203,12 +239,12 @@ def _usual_elevations(storeys: Storeys, settings: HeightSettings) -> FloatArray:
 
 
 def _solve(
-    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys, settings: HeightSettings
+    track: VerticalTrack, seen: _Sightings, marks: _Marks, storeys: Storeys, settings: HeightSettings
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Height (f,) of the camera and elevation (s,) of each storey, metres, and whether re-weighting converged.
 
     The unknowns are, in this order: the vertical axis's offset at the k moments at which something is seen, the heights
-    of the m landmarks seen, the s elevations.
+    of the m marks seen, the s elevations.
     """
     knots, at = np.unique(np.concatenate(([0], seen.rank)), return_inverse=True)
     used, which = np.unique(seen.landmark, return_inverse=True)
@@ -216,14 +252,14 @@ def _solve(
     elevation = _usual_elevations(storeys, settings)
     own = _index(storeys, np.array([storeys.own]))
     start = elevation[own] + settings.carried_m - track.height_m[0]
-    measured = np.isfinite(landmarks.z_m[used])
+    measured = np.isfinite(marks.z_m[used])
     drift = np.sqrt(np.diff(track.variance_m2[knots]))
     hung = np.where(measured, settings.surveyed_sigma_m, CARRIED_SIGMA_M)
-    storey = _index(storeys, landmarks.floor[used])
+    storey = _index(storeys, marks.floor[used])
     equations = [
         Differences(np.arange(1, k), np.arange(k - 1), np.zeros(k - 1), drift),
         Differences(k + which, at[1:], seen.height_m, np.full(len(which), SIGHTING_SIGMA_M)),
-        Differences(k + np.arange(m), k + m + storey, _usual_height(landmarks, settings)[used], hung),
+        Differences(k + np.arange(m), k + m + storey, _usual_height(marks, settings)[used], hung),
         Differences(np.zeros(1, np.int64), k + m + own, start - elevation[own], np.array([START_SIGMA_M]), False),
         *_elevation_equations(storeys, elevation, k + m, settings.storey_m),
     ]

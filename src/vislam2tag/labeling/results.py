@@ -248,6 +248,8 @@ class SessionResult(Record):
     """For each table the number of rows by status."""
     visits: list[VisitMark] = []
     landmarks_logged: list[str] = []
+    floors_told: list[int] = []
+    """Floors that the walker said to be on."""
     scans: ScanStatistics | None = None
     recording: RecordingRecord | None = None
     """None where the recorder says nothing of itself."""

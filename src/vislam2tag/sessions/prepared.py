@@ -19,6 +19,7 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.sessions.told_floors import floors_told, with_told_floors
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import inertial_log, with_presses_as_fixes
 from vislam2tag.smoother.observations import FEWEST_FRAMES
@@ -54,14 +55,15 @@ class SessionTask:
         """From the BCS that the session is mapped in to that of each floor; none where all share one."""
         return changes_from(self.site, self.ref.key.floor)
 
-    def candidate_landmarks(self, logged: Sequence[str]) -> tuple[Landmarks, tuple[str, ...]]:
-        """All landmarks that matter to the session if it logged these ids, and one sentence for each correction used.
+    def candidate_landmarks(self, logged: Sequence[str], told: Sequence[int] = ()) -> tuple[Landmarks, tuple[str, ...]]:
+        """All landmarks that matter to the session if it logged these ids and the walker told these floors, and one
+        sentence for each correction used.
 
         They are corrected, and in the BCS of the session's floor.
         """
         own = self.ref.key.floor
         named = named_by_floor(self.site.landmarks, self.corrections, self.ref.key)
-        considered, uses = self._corrected(candidate_landmarks(replace(self.site, landmarks=named), own, logged))
+        considered, uses = self._corrected(candidate_landmarks(replace(self.site, landmarks=named), own, logged, told))
         return in_frame_of(considered, self.site, own), uses
 
     def landmarks_of_all_floors(self) -> Landmarks:
@@ -115,9 +117,11 @@ class PreparedSession:
 
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
-    session, session_uses = read_corrected(task)
+    read = _read(task)
+    task = _with_told_floors(task, read)
+    session, session_uses = corrected_session(read, task.corrections)
     session = _with_readings(_on_its_floor(session, task.floor, task.ways))
-    considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
+    considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids, floors_told(session))
     named = [entry.name for entry in task.corrections.for_session(session.key).set_landmark_floor]
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
     landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
@@ -126,9 +130,17 @@ def prepared_session(task: SessionTask) -> PreparedSession:
 
 def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
     """A session with its corrections applied, and one sentence for each use; raises SessionError as reading it does."""
+    read = _read(task)
+    return corrected_session(read, _with_told_floors(task, read).corrections)
+
+
+def _read(task: SessionTask) -> Session:
     with at_hand(task.ref) as ref:
-        read = with_companions(read_session(ref, task.finding_settings), ref.own)
-    return corrected_session(read, task.corrections)
+        return with_companions(read_session(ref, task.finding_settings), ref.own)
+
+
+def _with_told_floors(task: SessionTask, read: Session) -> SessionTask:
+    return replace(task, corrections=with_told_floors(task.corrections, read, task.site.landmarks))
 
 
 def _on_its_floor(session: Session, floor: Floor, ways: WalkedWays | None) -> Session:

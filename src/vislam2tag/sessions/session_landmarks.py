@@ -46,14 +46,16 @@ def ids_of_other_floors(landmarks: Landmarks, own: int, logged: Sequence[str]) -
     return tuple(name for name in logged if name not in here and name in landmarks.index) if here else ()
 
 
-def candidate_landmarks(site: Site, own: int, logged: Sequence[str]) -> Landmarks:
+def candidate_landmarks(site: Site, own: int, logged: Sequence[str], told: Sequence[int] = ()) -> Landmarks:
     """All landmarks that matter to a session that logged these ids: its own floor's, or those of all floors.
+
+    ``told`` are floors that the walker said to be on.
 
     Ids may repeat from floor to floor. ``storeys`` are filled accordingly.
     """
     landmarks = site.landmarks
-    if ids_of_other_floors(landmarks, own, logged):
-        numbers = np.unique(np.concatenate((landmarks.floor, [own, *(floor.number for floor in site.floors)])))
+    if ids_of_other_floors(landmarks, own, logged) or set(told) - {own}:
+        numbers = np.unique(np.concatenate((landmarks.floor, [own, *told, *(floor.number for floor in site.floors)])))
         return replace(landmarks, storeys=_storeys(site, own, numbers.astype(np.int64)))
     return replace(landmarks.on_floor(own), storeys=_storeys(site, own, np.array([own], dtype=np.int64)))
 
@@ -69,15 +71,18 @@ def landmarks_of_session(
 ) -> SessionLandmarks:
     """Choose among the considered landmarks (see :func:`candidate_landmarks`) those that the session may use.
 
-    It went to other floors if it logged two landmarks that only they have, or one and it went up or down by
-    :data:`CLIMB_M`, or if its corrections say so (``named``: what they call sheets of other floors). Raises
-    AmbiguousLandmarksError where it did and a logged id then lies in two places.
+    It went to other floors if the walker said so (``camera.told_floors``), if it logged two landmarks that only they
+    have, or one and it went up or down by :data:`CLIMB_M`, or if its corrections say so (``named``: what they call
+    sheets of other floors). Raises AmbiguousLandmarksError where it did and a logged id then lies in two places.
     """
     elsewhere = ids_of_other_floors(considered, key.floor, log.ids)
-    sure = len(elsewhere) > 1 or not set(elsewhere).isdisjoint(named)
+    told = camera.told_floors is not None and bool((camera.told_floors.floor != key.floor).any())
+    sure = told or len(elsewhere) > 1 or not set(elsewhere).isdisjoint(named)
     if not sure and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
         return SessionLandmarks(_own_floor(considered, key.floor), elsewhere)
-    _refuse_clashes(considered, key, log.ids, elsewhere)
+    own = set(considered.on_floor(key.floor).ids)
+    # Where the walker told when which floor was, an id that the own floor has was seen there: with_told_floors.
+    _refuse_clashes(considered, key, [name for name in log.ids if not (told and name in own)], elsewhere)
     # Of an id with one place on several floors the own floor's entry counts, then the lowest floor's.
     order = np.lexsort((considered.floor, considered.floor != key.floor))
     first = {considered.ids[i]: i for i in reversed(order.tolist())}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,7 +21,7 @@ from vislam2tag.mapping.registry import STRATEGIES, strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import Climb, SiteColumn
+from vislam2tag.simulation.choices import Climb, SessionLayout, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
@@ -138,3 +139,27 @@ def test_an_id_in_two_places_fails_the_sessions_that_saw_it(survey: Path, tmp_pa
     correction = f"[[exclude_landmark]]\nid = {own}\nfloor = 2\nreason = 'typed twice'\n"
     (tmp_path / "survey/corrections.toml").write_text(correction)
     assert run(tmp_path / "survey", tmp_path / "out")[0].error is None
+
+
+def test_ids_that_repeat_on_every_floor_are_told_apart_by_the_floors_that_the_walker_tells(tmp_path: Path) -> None:
+    scenario = regular_survey(4, "mild", (0, 1, 2), ("LG",), 1, 120.0, climb=Climb.STAIRS)
+    options = WritingOptions(columns=ELEVATED, layout=SessionLayout.PHONE)
+    simulate(replace(scenario, sessions=scenario.sessions[:1]), tmp_path / "survey", options)
+    for path in (*tmp_path.glob("survey/floor_*/marker_dict.csv"), *tmp_path.rglob("LandmarkPose.csv")):
+        path.write_text(re.sub(r"(?m)^(\d{15},)?[12](\d\d),", r"\1\2,", path.read_text()))
+        path.write_text(re.sub(r"(?m)^(\d{15},)?0?(\d),", r"\1\2,", path.read_text()))
+    (events,) = tmp_path.rglob("Events.csv")
+    truth = pl.read_csv(events.with_name("truth.csv")).sort("time_ns")
+    arrivals = truth.filter(pl.col("floor") != pl.col("floor").shift(1))
+    with events.open("a") as file:
+        for time_ns, floor in arrivals.select("time_ns", "floor").iter_rows():
+            file.write(f"{time_ns},floor,{floor}\n")
+    (result,) = run(tmp_path / "survey", tmp_path / "out")
+    assert result.error is None
+    assert result.floors_told == sorted(set(arrivals["floor"].to_list()))
+    assert any("(floor 1)" in name for name in result.landmarks_logged)
+    rows = pl.read_parquet(tmp_path / "out" / "wifi" / f"{result.slug}.parquet").drop_nulls("x").sort("time_ns")
+    rows = rows.join_asof(truth, on="time_ns", strategy="nearest", suffix="_true")
+    assert len(set(rows["floor_true"])) > 1
+    assert (rows["floor"] == rows["floor_true"]).mean() > 0.95
+    assert run(tmp_path / "survey", tmp_path / "out") == [result]  # kept

@@ -32,6 +32,7 @@ from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
+from vislam2tag.sessions.told_floors import floors_told
 
 _JOINING = f"{__package__}.together"
 
@@ -126,7 +127,8 @@ def _process(job: Job) -> SessionResult:
     walk = LabelledWalk.of(session, mapped, settings.labels)
     _write_tables(job, walk.tables(job.task.frames))
     hashes = {record.name: record.sha256 for record in session.files}
-    result = session_result(prepared, walk, settings, strategy.needs, _fingerprint(job, hashes, session.landmarks.ids))
+    fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
+    result = session_result(prepared, walk, settings, strategy.needs, fingerprint)
     return result.model_copy(update={"parts": _parts(job)})
 
 
@@ -162,7 +164,8 @@ def still_holds(job: Job, done: SessionResult, hashes: dict[str, str] | None = N
     if hashes is None and not _has_tables(job, done):
         return False
     try:
-        return done.fingerprint == _fingerprint(job, hashes or hash_inputs(job.task.ref), done.landmarks_logged)
+        known = hashes or hash_inputs(job.task.ref)
+        return done.fingerprint == _fingerprint(job, known, done.landmarks_logged, done.floors_told)
     except SessionError:
         return False
 
@@ -196,10 +199,12 @@ def _parts(job: Job) -> dict[str, str]:
     return {"code": job.code, "settings": key_of(job.settings.of_labels())}
 
 
-def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str:
-    """SHA-256 over everything that the session's outputs follow from; ``logged``: the ids of its landmarks."""
+def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str], told: Sequence[int]) -> str:
+    """SHA-256 over everything that the session's outputs follow from; ``logged``: the ids of its landmarks; ``told``:
+    the floors that its walker said to be on.
+    """
     task = job.task
-    marks, _ = task.candidate_landmarks(logged)
+    marks, _ = task.candidate_landmarks(logged, told)
     storeys = marks.storeys
     ambiguous = ambiguous_landmarks(task.landmarks_of_all_floors(), task.ref.key.floor, logged)
     parts = {

@@ -19,6 +19,7 @@ from vislam2tag.pipeline.labels.kept_passes import passes_record
 from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
+from vislam2tag.sessions.told_floors import floors_told
 
 
 def session_result(
@@ -46,6 +47,7 @@ def session_result(
         readings={name: statistics.status_counts(table) for name, table in walk.readings.items()},
         visits=visit_marks(trajectory, own),
         landmarks_logged=list(session.landmarks.ids),
+        floors_told=list(floors_told(session)),
         scans=statistics.scan_statistics(session.tables["wifi"]),
         recording=statistics.recording_record(session),
         events=event_marks(trajectory, own),

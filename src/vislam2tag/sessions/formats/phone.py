@@ -14,7 +14,7 @@ import polars as pl
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.context import AnchorLog
+from vislam2tag.core.context import AnchorLog, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Recording, Session
@@ -95,8 +95,8 @@ class PhoneFormat:
         if len(ble):
             tables["ble"] = ble
         presses_ns, taps, taps_file = _presses(reading, camera)
-        recording = _recording(reading, record)
-        camera = replace(camera, anchors=anchors, pressure=pressure_log(tables["sensors"]))
+        recording, told_floors = _recording(reading, record)
+        camera = replace(camera, anchors=anchors, told_floors=told_floors, pressure=pressure_log(tables["sensors"]))
         session = Session(
             key=ref.key,
             camera=replace(camera, pose_lag_s=pose_lag_of(camera, tables["sensors"])),
@@ -243,7 +243,8 @@ def _presses(reading: SessionFiles, camera: CameraTrack) -> tuple[IntArray, pl.D
     return presses_ns, kept.filter(action="tap").select("row", "time_ns", **places), file
 
 
-def _recording(reading: SessionFiles, record: PhoneRecord | None) -> Recording:
+def _recording(reading: SessionFiles, record: PhoneRecord | None) -> tuple[Recording, ToldFloors | None]:
+    """What the recorder says of itself, and where the walker said to have come to another floor."""
     file, data, table = _table(reading, "events", EVENTS)
     rows = reading.account("events", data, table)
     counts = dict(rows["event"].value_counts().sort("event").iter_rows())
@@ -269,7 +270,15 @@ def _recording(reading: SessionFiles, record: PhoneRecord | None) -> Recording:
     if dropped:
         message = "rows came faster than the phone could write them, and are missing; log at a lower rate"
         reading.findings.append(Finding(kind="rows_dropped", file=file, count=dropped, message=message))
-    return recording
+    return recording, _told_floors(rows)
+
+
+def _told_floors(events: pl.DataFrame) -> ToldFloors | None:
+    told = events.filter(event="floor").select(
+        "time_ns", floor=pl.col("detail").cast(pl.Int32, strict=False).cast(pl.Int64)
+    )
+    told = told.drop_nulls().sort("time_ns", maintain_order=True)
+    return ToldFloors(told["time_ns"].to_numpy(), told["floor"].to_numpy()) if told.height else None
 
 
 register(PhoneFormat())

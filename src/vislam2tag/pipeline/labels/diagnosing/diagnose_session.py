@@ -27,6 +27,7 @@ from vislam2tag.self_check.record import DoubtfulFix
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session, read_corrected
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
+from vislam2tag.sessions.told_floors import floors_told
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.smoother.odometry import Odometry
@@ -128,7 +129,7 @@ def _floors_of_landmarks(settings: ProcessSettings, task: SessionTask) -> tuple[
     camera, log = longest_section(session.camera, session.landmarks)
     if camera.usable.sum() < FEWEST_FRAMES:
         return ()
-    considered, _ = task.candidate_landmarks(log.ids)
+    considered, _ = task.candidate_landmarks(log.ids, floors_told(session))
     doubtful = {name for name, _, _ in clashes(considered, log.ids)}
     places: dict[str, complex] = {}
     sheets: dict[str, dict[int, complex]] = defaultdict(dict)

@@ -84,6 +84,7 @@ final class ScriptPlayer {
     calls.put("ble", this::ble);
     calls.put("press", line -> at(line).press());
     calls.put("tap", line -> at(line).tap(line.number(), line.number(), line.number()));
+    calls.put("floor", line -> at(line).floor((int) line.integer()));
     calls.put("undo", line -> at(line).undoPress());
     calls.put("screen", line -> at(line).screen(line.either("on", "off")));
     calls.put("event", line -> at(line).event(line.text(), line.textOr("")));

@@ -22,6 +22,7 @@ import android.widget.TextView;
 import android.widget.Toast;
 import com.google.ar.core.ArCoreApk;
 import java.io.File;
+import java.util.List;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.ar.CameraView;
 import org.vislam2tag.app.recording.PhoneClocks;
@@ -51,6 +52,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     findViewById(R.id.control_point).setOnTouchListener(this::touched);
     findViewById(R.id.control_point).setOnClickListener(view -> press()); // screen readers click, and never touch
     findViewById(R.id.undo).setOnClickListener(view -> undo());
+    findViewById(R.id.other_floor).setOnClickListener(view -> askForFloor());
     findViewById(R.id.stop).setOnClickListener(view -> askToStop());
     bindService(new Intent(this, RecordingService.class), this, BIND_AUTO_CREATE);
   }
@@ -95,6 +97,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
       camera = new CameraView(this);
       camera.attach(recording, new PhoneClocks());
       picture.addView(camera);
+      findViewById(R.id.other_floor).setVisibility(View.VISIBLE);
     } else {
       plan = planView(service.plan().floor);
       picture.addView(plan);
@@ -156,6 +159,18 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     }
   }
 
+  /** Only with camera: taps on another floor's plan are a walk of their own, as nothing connects the two. */
+  private void askForFloor() {
+    Recording recording = recording();
+    if (recording == null) {
+      return;
+    }
+    List<SiteFloor> floors = Site.floorsBeside(RecordingService.site(this).site(), recording.recorder().status().floor);
+    CharSequence[] names = floors.stream().map(SiteFloor::toString).toArray(CharSequence[]::new);
+    new AlertDialog.Builder(this).setTitle(R.string.other_floor_question).setNegativeButton(android.R.string.cancel, null)
+        .setItems(names, (dialog, which) -> recording.recorder().floor(floors.get(which).number)).show();
+  }
+
   /** Stop stands beside Undo, under a thumb that walks. */
   private void askToStop() {
     Recording recording = recording();
@@ -194,6 +209,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     set(R.id.warnings, warnings);
     findViewById(R.id.warnings).setVisibility(warnings.isEmpty() ? View.GONE : View.VISIBLE);
     set(R.id.control_point, getString(R.string.control_point, status.presses));
+    set(R.id.other_floor, getString(R.string.other_floor, status.floor));
     findViewById(R.id.undo).setEnabled(status.presses > 0);
   }
 

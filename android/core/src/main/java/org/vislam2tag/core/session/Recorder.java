@@ -55,6 +55,7 @@ public final class Recorder {
   private final Map<Radio, SilenceWatch> silence = new EnumMap<>(Radio.class);
   private final PressCount presses = new PressCount();
   private long clockJumpMs;
+  private int floor;
   private SessionEnd end;
 
   private Recorder(Setup setup, SessionDescription description, File sessions) throws IOException {
@@ -69,6 +70,7 @@ public final class Recorder {
     wallClock = new WallClockWatch(start);
     storage = new LowLevel(settings.lowBytes);
     battery = new LowLevel(settings.lowBatteryPercent);
+    floor = description.floor();
     walk = new Walk(settings.warnings, start.bootNs, description.hasLandmarks());
     for (Radio radio : Radio.values()) {
       silence.put(radio, new SilenceWatch());
@@ -219,6 +221,14 @@ public final class Recorder {
     }
   }
 
+  /** The collector says that they are on another floor now; nothing happens where it is the one they are on. */
+  public synchronized void floor(int number) {
+    if (end == null && number != floor) {
+      floor = number;
+      event("floor", Integer.toString(number));
+    }
+  }
+
   /** The screen went on or off. */
   public synchronized void screen(boolean on) {
     event(on ? "screen_on" : "screen_off", "");
@@ -317,7 +327,7 @@ public final class Recorder {
   public synchronized RecorderStatus status() {
     long nowNs = nowNs();
     return new RecorderStatus((nowNs - start.bootNs) / 1e9, walk.status(nowNs), frames.part(), scans, silentS(nowNs),
-        tables.rows(Table.BLE), presses.counting(), clockJumpMs, end);
+        tables.rows(Table.BLE), presses.counting(), clockJumpMs, floor, end);
   }
 
   /** The taps on the plan that count. */

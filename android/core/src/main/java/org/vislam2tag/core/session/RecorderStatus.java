@@ -29,11 +29,13 @@ public final class RecorderStatus {
   public final int presses;
   /** By how much the wall clock jumped last, ms, with sign; 0 where it never did. */
   public final long clockJumpMs;
+  /** Where the collector said to be: chosen before the start, or since. */
+  public final int floor;
   /** Null while recording. */
   public final SessionEnd end;
 
   RecorderStatus(double elapsedS, WalkStatus walk, int part, ScanLog scans, Map<Radio, Double> silentS, long bleReadings,
-      int presses, long clockJumpMs, SessionEnd end) {
+      int presses, long clockJumpMs, int floor, SessionEnd end) {
     this.elapsedS = elapsedS;
     this.walk = walk;
     this.part = part;
@@ -46,6 +48,7 @@ public final class RecorderStatus {
     this.bleReadings = bleReadings;
     this.presses = presses;
     this.clockJumpMs = clockJumpMs;
+    this.floor = floor;
     this.end = end;
   }
 }

@@ -46,6 +46,10 @@ public final class SessionDescription {
     return json;
   }
 
+  int floor() {
+    return floor;
+  }
+
   /** Does the tracker look for any landmark? */
   boolean hasLandmarks() {
     return landmarksLoaded > 0;

@@ -9,6 +9,8 @@ import org.vislam2tag.core.json.JsonReader;
 
 /** The building that is surveyed, as the computer told it. */
 public final class Site {
+  private static final int NEAR = 3;
+
   public final String name;
   /** Lowest first. */
   public final List<SiteFloor> floors;
@@ -36,6 +38,20 @@ public final class Site {
       }
     }
     return new Site((String) json.get("name"), floors);
+  }
+
+  /** The floors that a collector may have come to from this one: the survey's; without a survey ({@code site} null) those near. */
+  public static List<SiteFloor> floorsBeside(Site site, int number) {
+    List<SiteFloor> others = new ArrayList<>();
+    if (site == null) {
+      for (int near = number - NEAR; near <= number + NEAR; near++) {
+        others.add(SiteFloor.unknown(near));
+      }
+    } else {
+      others.addAll(site.floors);
+    }
+    others.removeIf(floor -> floor.number == number);
+    return others;
   }
 
   /** The floor of this number; one of which nothing is known where there is none. */

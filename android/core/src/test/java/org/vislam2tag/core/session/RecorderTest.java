@@ -433,6 +433,19 @@ public class RecorderTest {
     assertNotNull(recorder.status().end);
   }
 
+  @Test public void anotherFloorIsAnEventAndShown() throws IOException {
+    Recorder recorder = start();
+    assertEquals(4, recorder.status().floor);
+    recorder.floor(4);
+    recorder.floor(-1);
+    recorder.floor(4);
+    assertEquals(4, recorder.status().floor);
+    recorder.stop();
+    recorder.floor(7);
+    assertEquals(4, recorder.status().floor);
+    assertEquals(Arrays.asList("started,", "floor,-1", "floor,4", "stopped,"), events(recorder));
+  }
+
   @Test public void eventsHavePlainNames() throws IOException {
     Recorder recorder = start();
     for (String name : new String[] {"", "Screen", "a b", "1a", "ü"}) {
