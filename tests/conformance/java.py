@@ -28,9 +28,9 @@ def replay(core: Path, script: Path, out: Path) -> subprocess.CompletedProcess[s
     return _run(core, REPLAY, str(script), str(out))
 
 
-def upload(core: Path, link: str, session_zip: Path) -> subprocess.CompletedProcess[str]:
-    """Hand a session's zip over with the app's own client."""
-    return _run(core, UPLOAD, link, str(session_zip))
+def upload(core: Path, link: str, outbox: Path, *zips: Path) -> subprocess.CompletedProcess[str]:
+    """Hand sessions' zips over with the app's own client, and what waits in its outbox, a file."""
+    return _run(core, UPLOAD, link, str(outbox), *map(str, zips))
 
 
 def _run(core: Path, main: str, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -13,18 +13,21 @@ import org.vislam2tag.app.record.RecordActivity;
 import org.vislam2tag.core.radio.Radio;
 
 /** What the app tells outside its own screens: that a recording runs, and that something stopped. */
-final class Notices {
+public final class Notices {
   /** The notice that a recording runs. */
   static final int RECORDING = 1;
   /** Of what stopped; one for each radio. */
   private static final int STOPPED = 2;
+  /** The notice that sessions are sent. */
+  public static final int SENDING = 8;
   private static final String RUNNING = "recording";
   private static final String TROUBLE = "trouble";
+  private static final String OUTBOX = "outbox";
 
   private final Context context;
   private final NotificationManager notifications;
 
-  Notices(Context context) {
+  public Notices(Context context) {
     this.context = context;
     notifications = (NotificationManager) context.getSystemService(Context.NOTIFICATION_SERVICE);
   }
@@ -35,6 +38,13 @@ final class Notices {
     Intent screen = new Intent(context, RecordActivity.class).addFlags(Intent.FLAG_ACTIVITY_SINGLE_TOP);
     return new Notification.Builder(context, RUNNING).setContentTitle(context.getString(R.string.recording_notice))
         .setSmallIcon(R.drawable.ic_recording).setContentIntent(opening(screen)).setOngoing(true).build();
+  }
+
+  /** That sessions are sent; a tap leads to their list. */
+  public Notification sending(Class<?> list) {
+    channel(OUTBOX, R.string.sending_channel, NotificationManager.IMPORTANCE_LOW);
+    return new Notification.Builder(context, OUTBOX).setContentTitle(context.getString(R.string.sending_notice))
+        .setSmallIcon(R.drawable.ic_recording).setContentIntent(opening(new Intent(context, list))).setOngoing(true).build();
   }
 
   /** Tells that nothing is heard any more: with a sound, as the screen is off. A tap leads to the app's page of the settings. */

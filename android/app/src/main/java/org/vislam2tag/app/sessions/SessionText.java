@@ -3,6 +3,7 @@ package org.vislam2tag.app.sessions;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.Words;
 import org.vislam2tag.app.record.EndText;
+import org.vislam2tag.core.handover.Outbox;
 import org.vislam2tag.core.handover.UploadException;
 import org.vislam2tag.core.session.StoredSession;
 
@@ -14,17 +15,27 @@ public final class SessionText {
     this.words = words;
   }
 
-  /** Two lines about a session: where and by what; how long, how large, how it ended. */
-  String of(StoredSession session) {
+  /** About a session: where and by what; how long, how large, how it ended; whether it was sent. */
+  String of(StoredSession session, Outbox outbox) {
     String where = words.of(R.string.session_where, session.site, session.floor, session.device);
     String size = words.of(R.string.session_size, minutes(session.durationS), session.bytes / 1e6);
     String end = session.end.isEmpty() ? words.of(R.string.end_unknown) : words.of(EndText.sentence(session.end), session.endDetail);
-    return where + "\n" + size + " " + end;
+    return where + "\n" + size + " " + end + sent(session.folder.getName(), outbox);
   }
 
   /** Why an upload ended without the session filed. */
   public String of(UploadException failure) {
     return words.of(sentence(failure.reason), failure.getMessage());
+  }
+
+  private String sent(String session, Outbox outbox) {
+    if (outbox.waiting().contains(session)) {
+      return "\n" + words.of(R.string.waits_to_be_sent);
+    }
+    if (outbox.filedAt(session) != null) {
+      return "\n\u2713 " + words.of(R.string.sent_to, outbox.filedAt(session));
+    }
+    return outbox.refusal(session) == null ? "" : "\n" + words.of(R.string.was_refused, outbox.refusal(session));
   }
 
   private static double minutes(double seconds) {

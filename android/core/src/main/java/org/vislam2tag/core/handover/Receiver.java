@@ -46,6 +46,11 @@ public final class Receiver {
     return of(uri("http://" + address.trim() + "/"), token);
   }
 
+  /** The link that names it ({@link #ofLink}); whoever has it may hand sessions over. */
+  String link() {
+    return "http://" + address() + "/#" + token;
+  }
+
   /** The address as people read it. */
   public String address() {
     return (host.indexOf(':') >= 0 ? "[" + host + "]" : host) + ":" + port;
