@@ -4,9 +4,10 @@
     python benchmarks/studio_page.py big             frames drawn while the map moves, first paint, size of the page
     python -m tests.studio.faulty_survey faulty && vislam2tag process faulty/survey --out faulty/labels
     python benchmarks/studio_page.py faulty --correct      from a correction to its labels (on a copy)
+    python benchmarks/studio_page.py --fleet 1000          the shared list of so many generated surveys
 
 The frames are those of the page's own trace: intervals between animation frames while the map is dragged and zoomed,
-and how many points of walks were in view at each.
+and how many points of walks were in view at each. Of a list the medians of OPENED new browser windows are told.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import argparse
 import gzip
 import shutil
+import statistics
 import sys
 import tempfile
 import time
@@ -21,18 +23,26 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tests.report.browser import running_browser  # noqa: E402
 from tests.studio.running import running_studio  # noqa: E402
+from tests.studio.sharing.file_servers import plain_server, range_server  # noqa: E402
+from tests.studio.sharing.generated_fleet import generated_rows  # noqa: E402
+
+from vislam2tag.pipeline.fleet.catalogue import Fleet  # noqa: E402
+from vislam2tag.settings import Settings  # noqa: E402
+from vislam2tag.studio.sharing.fleet import export_fleet  # noqa: E402
 
 BUNDLE = ROOT / "src" / "vislam2tag" / "studio" / "page"
 LATEST_MS = 120_000
 ZOOMS = 4
 SETTLED_MS = 1500
+OPENED = 5
+ROWS = "document.querySelectorAll('.fleet .row')"
 LEAST_POINTS = 20_000
 TAKEN = "document.querySelector('.map .canvas').trace.frames.splice(0)"
 MIDDLE = 900, 470
@@ -42,9 +52,15 @@ MIDDLE = 900, 470
 def main() -> None:
     """Open the page on a folder that holds ``survey`` and ``labels``, and print what was measured."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--correct", action="store_true", help="measure a correction instead of the map")
+    parser.add_argument("--fleet", type=int, metavar="N", help="measure the list of N surveys, without a folder")
     options = parser.parse_args()
+    if options.fleet:
+        share(options.fleet)
+        return
+    if options.folder is None:
+        parser.error("give a folder, or --fleet N")
     with tempfile.TemporaryDirectory() as copied:
         folder = options.folder
         if options.correct:
@@ -56,6 +72,42 @@ def main() -> None:
             page.goto(f"{server.url}/#{server.token}")
             page.locator(".map canvas").first.wait_for()
             correct(page) if options.correct else look(page)
+
+
+def share(number: int) -> None:
+    """Print how soon the list of a fleet is there, from servers with and without ranges, and how large it is."""
+    with tempfile.TemporaryDirectory() as made, running_browser() as browser:
+        fleet, page = Path(made) / "fleet", Path(made) / "page"
+        Fleet(fleet).change(generated_rows(number))
+        export_fleet(fleet, page, lambda _: Settings())
+        for file in sorted((page / "fleet").iterdir()):
+            print(f"{file.name} {file.stat().st_size / 1000:.0f} kB")
+        for name, serving in (("with ranges", range_server), ("python -m http.server", plain_server)):
+            with serving(page) as url:
+                opened = [list_times(browser, url, number) for _ in range(OPENED)]
+            painted, listed, found = (statistics.median(ms) for ms in zip(*(one[:3] for one in opened), strict=True))
+            print(f"{name}: first paint {painted:.0f} ms, list {listed:.0f} ms, last survey found in {found:.0f} ms")
+            print(f"{opened[0][3]} files with {opened[0][4] / 1000:.0f} kB until the list is there")
+
+
+def list_times(browser: Browser, url: str, number: int) -> tuple[float, float, float, int, int]:
+    """Open a list in a new window: milliseconds to its first paint, to its rows, and from a search to what it finds;
+    the files that were asked for before the search, and their bytes.
+    """
+    context = browser.new_context(viewport={"width": 1400, "height": 900}, locale="en", bypass_csp=True)
+    page = context.new_page()
+    page.goto(url)
+    listed = page.wait_for_function(f"{ROWS}.length && performance.now()").json_value()
+    page.wait_for_load_state("networkidle")
+    painted = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
+    sizes = page.evaluate(
+        "performance.getEntries().filter((one) => 'encodedBodySize' in one).map((one) => one.encodedBodySize)"
+    )
+    begun = page.evaluate("performance.now()")
+    page.get_by_label("Search").fill(f"survey-{number - 1:06d}")
+    found = page.wait_for_function(f"{ROWS}.length === 1 && performance.now()").json_value() - begun
+    context.close()
+    return painted, listed, found, len(sizes), sum(sizes)
 
 
 def look(page: Page) -> None:

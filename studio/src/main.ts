@@ -2,6 +2,8 @@ import 'ol/ol.css';
 import 'uplot/dist/uPlot.min.css';
 import './style.css';
 import { mount } from 'svelte';
-import App from './App.svelte';
+import { folder, list } from './api/source';
 
-mount(App, { target: document.getElementById('studio')! });
+// What draws maps is large, and a list of surveys needs none of it.
+const page = list && !folder ? import('./Fleet.svelte') : import('./App.svelte');
+void page.then(({ default: Page }) => mount(Page, { target: document.getElementById('studio')! }));

@@ -62,6 +62,7 @@ _FOLDERS: Mapping[str, Mapping[str, _Opener]] = {
     "train": {"dataset": _whole},
     "benchmark": {"folder": _whole},
     "locate": {"model": _whole, "scans": _whole, "track": _whole, "plans": _whole},
+    "studio": {"survey": _as_it_is},
     **{
         f"fleet {name}": {"store": _as_it_is, "surveys": _as_it_is}
         for name in ("add", "list", "process", "status", "report")

@@ -18,12 +18,15 @@ from vislam2tag.studio.app import ALL_ENDPOINTS
 from vislam2tag.studio.endpoints import Endpoint
 from vislam2tag.studio.messages import NewLabels, Versions
 from vislam2tag.studio.queries import NoQuery
+from vislam2tag.studio.sharing.fleet import FleetView
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 
 _REFERENCE = "#/components/schemas/{model}"
 
 
 _EVENTS: set[type[FiniteRecord]] = {NewLabels, Problem, Versions}
+_OF_EXPORTS: set[type[FiniteRecord]] = {FleetView}
+"""What only exported pages read."""
 _FURTHER: set[type[FiniteRecord]] = {EnterRequest}
 
 
@@ -32,7 +35,7 @@ def openapi() -> dict[str, Any]:
     given: set[type[FiniteRecord]] = {e.gives for e in ALL_ENDPOINTS if e.gives is not None}
     taken: set[type[FiniteRecord]] = {e.body for e in ALL_ENDPOINTS if e.body is not NoQuery}
     records = [
-        *((record, "serialization") for record in sorted(given | _EVENTS, key=_name)),
+        *((record, "serialization") for record in sorted(given | _EVENTS | _OF_EXPORTS, key=_name)),
         *((record, "validation") for record in sorted(taken | _FURTHER, key=_name)),
     ]
     references, definitions = models_json_schema(records, ref_template=_REFERENCE)  # type: ignore[arg-type]

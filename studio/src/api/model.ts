@@ -51,3 +51,4 @@ export type Registered = Schemas['RegistrationView'];
 export type WallsWish = Schemas['WallsRequest'];
 export type Walls = Schemas['WallsView'];
 export type Stroke = Schemas['Stroke'];
+export type FleetView = Schemas['FleetView'];

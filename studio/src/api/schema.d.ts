@@ -1118,6 +1118,100 @@ export interface components {
             severity: components["schemas"]["Severity"];
         };
         /**
+         * FleetRow
+         * @description A survey in the list, by what the catalogue says of it without its errors, which may name files.
+         */
+        FleetRow: {
+            /** Devices */
+            devices: string;
+            /** Failed */
+            failed: number;
+            /** First Date */
+            first_date: string;
+            /** Floors */
+            floors: number;
+            /** Labelled Share */
+            labelled_share: number | null;
+            /** Last Date */
+            last_date: string;
+            /** Page */
+            page: boolean;
+            /** Sessions */
+            sessions: number;
+            /** Site */
+            site: string;
+            /** State */
+            state: string;
+            /** Survey */
+            survey: string;
+        };
+        /**
+         * FleetTotals
+         * @description Sums over the surveys of a fleet.
+         */
+        FleetTotals: {
+            /**
+             * Distance M
+             * @default 0
+             */
+            distance_m: number;
+            /**
+             * Duration S
+             * @default 0
+             */
+            duration_s: number;
+            /**
+             * Failed
+             * @default 0
+             */
+            failed: number;
+            /**
+             * Frames
+             * @default 0
+             */
+            frames: number;
+            /**
+             * Frames Labelled
+             * @default 0
+             */
+            frames_labelled: number;
+            /**
+             * Sessions
+             * @default 0
+             */
+            sessions: number;
+            /**
+             * Sessions By State
+             * @default {}
+             */
+            sessions_by_state: {
+                [key: string]: number;
+            };
+            /**
+             * States
+             * @default {}
+             */
+            states: {
+                [key: string]: number;
+            };
+            /**
+             * Surveys
+             * @default 0
+             */
+            surveys: number;
+        };
+        /**
+         * FleetView
+         * @description What the list shows at once.
+         */
+        FleetView: {
+            /** Name */
+            name: string;
+            /** Rows */
+            rows: components["schemas"]["FleetRow"][];
+            totals: components["schemas"]["FleetTotals"];
+        };
+        /**
          * FloorPart
          * @description One floor.
          */

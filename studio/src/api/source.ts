@@ -14,7 +14,12 @@ export interface Source {
   radioMap(floor: number, technology: string, layer: string, bssid: string): Promise<Float32Array>;
 }
 
-const told = document.querySelector<HTMLMetaElement>('meta[name=vislam2tag-data]');
+const told = document.querySelector<HTMLMetaElement>('meta[name=vislam2tag-data]')?.content;
+const asked = new URLSearchParams(location.search).get('survey') ?? '';
+const named = /^[A-Za-z0-9][A-Za-z0-9._-]*$/.test(asked) && asked;
 
-/** Folder of the data of an exported page, which only shows; null: a studio runs. */
-export const folder = told && `${told.content}/`;
+/** Folder of the list of a fleet's surveys; null: the page is of one survey. */
+export const list = told === 'fleet' ? `${told}/` : null;
+
+/** Folder of the data of an exported page, which only shows; null: a studio runs, or no survey of the list is chosen. */
+export const folder = list ? (named ? `surveys/${named}/` : null) : told ? `${told}/` : null;

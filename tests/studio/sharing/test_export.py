@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
 import json
-import threading
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from itertools import count
 from pathlib import Path
 
 import polars as pl
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, Response, expect
-from starlette.applications import Starlette
-from starlette.routing import Mount
-from starlette.staticfiles import StaticFiles
+from playwright.sync_api import Page, expect
 
 from tests.cli.command import vislam2tag
-from tests.report.browser import note_problems, running_browser
+from tests.report.browser import running_browser
+from tests.studio.sharing.file_servers import LATEST_MS, barriers, plain_server, range_server, shown
 from vislam2tag.common.errors import OutputError
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.receiving.address import listen
-from vislam2tag.receiving.connections import serving
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
@@ -32,7 +23,6 @@ from vislam2tag.studio.radio.maps import Radio
 from vislam2tag.studio.sharing import export
 from vislam2tag.studio.workspace import Workspace
 
-LATEST_MS = 60_000
 REASON = "Ms Miller took it down"
 KEY = b"a secret that nobody has"
 WHOLE = "This server gives whole files only"
@@ -139,10 +129,7 @@ def only_shows(page: Page, reads: int) -> None:
     gone = page.get_by_role("button").get_by_text("Correct").or_(page.get_by_role("button", name="Undo"))
     for tab in tabs.all():
         tab.click()
-        serious = [
-            one["id"] for one in Axe().run(page).response["violations"] if one["impact"] in ("serious", "critical")
-        ]
-        assert (tab.inner_text(), serious) == (tab.inner_text(), [])
+        assert (tab.inner_text(), barriers(page)) == (tab.inner_text(), [])
         expect(gone.or_(page.locator("form"))).to_have_count(0)
     expect(page.locator("li[data-floor='1']")).to_contain_text("walked")
     tabs.nth(3).click()
@@ -153,46 +140,3 @@ def only_shows(page: Page, reads: int) -> None:
         timeout=LATEST_MS
     )
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-
-
-@contextmanager
-def shown(browser: Browser, address: str, width: int) -> Iterator[tuple[Page, list[Response]]]:
-    """A page, dark where narrow, that complains of nothing and asks nobody else; and what it was answered."""
-    problems: list[str] = []
-    answers: list[Response] = []
-    context = browser.new_context(
-        viewport={"width": width, "height": 800},
-        color_scheme="dark" if width < 800 else "light",
-        locale="en",
-        reduced_motion="reduce",
-    )
-    page = context.new_page()
-    page.set_default_timeout(LATEST_MS)
-    note_problems(page, problems)
-    page.on("response", lambda answer: answers.append(answer))
-    page.goto(address)
-    yield page, answers
-    context.close()
-    own = address.partition("#")[0]
-    assert [problem for problem in problems if not problem.startswith(f"request: {own}")] == []
-
-
-@contextmanager
-def range_server(folder: Path) -> Iterator[str]:
-    """A server that gives parts of files, of the folder below a path."""
-    with listen("127.0.0.1", 0) as opened:
-        app = Starlette(routes=[Mount("/maps/ward-7", StaticFiles(directory=folder, html=True))])
-        with serving(app, opened):
-            yield f"http://127.0.0.1:{opened.getsockname()[1]}/maps/ward-7/"
-
-
-@contextmanager
-def plain_server(folder: Path) -> Iterator[str]:
-    """The server of ``python -m http.server``, which gives whole files."""
-    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(folder))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_port}/"
-        server.shutdown()
-        thread.join()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,12 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs, SurveyFolder
+from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.store import address_of, shown
 
 if TYPE_CHECKING:
+    from vislam2tag.studio.sharing.export import ExportRecord
     from vislam2tag.studio.workspace import Workspace
 
 HELP = """
@@ -26,13 +30,14 @@ it.
 
 With --export DIR nothing is opened: DIR becomes the same page on files, which only shows, for any web server or
 bucket. Names of networks, those that opted out and what people wrote beside corrections are left out, addresses of
-networks are hashed; what is told of the building and of devices, stays.
+networks are hashed; what is told of the building and of devices, stays. Where SURVEY is a fleet, or a fleet's address,
+the page is a list of its surveys to search, and the walks of each that has labels are behind it; --survey chooses.
 
 The address that is shown works once, for one browser; the page gives further ones. Only this computer can open it
 unless --host says more: then use a network that you trust, what is sent can be read there.
 
-Exit code: 0 ended by Ctrl-C, or DIR is written; 2 not a survey, the address cannot be listened on, or DIR cannot be
-written.
+Exit code: 0 ended by Ctrl-C, or DIR is written; 2 not a survey, the address cannot be listened on, a store cannot be
+read, or DIR cannot be written.
 
 \b
 Examples:
@@ -40,6 +45,7 @@ Examples:
   vislam2tag studio survey --labels out/labels --compare before
   vislam2tag studio survey --host 0.0.0.0
   vislam2tag studio survey --export page
+  vislam2tag studio s3://walks/hospitals --export page
 """
 LOOPBACK = "127.0.0.1"
 
@@ -50,7 +56,10 @@ def register(app: typer.Typer) -> None:
 
 
 def _studio(
-    survey: SurveyFolder,
+    survey: Annotated[
+        Path,
+        typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below); with --export a fleet, too."),
+    ],
     labels: Annotated[
         Path | None,
         typer.Option(help="Labels as process makes them, existing or not.  [default: SURVEY-labels beside the survey]"),
@@ -69,33 +78,80 @@ def _studio(
             help="With --export: hash BSSIDs with the secret of at least 16 bytes in this file.  [default: a new one]",
         ),
     ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--survey", metavar="NAME", help="With --export of a fleet: only this survey; repeatable."),
+    ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in this computer's browser.")] = True,
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
-    from vislam2tag.studio.workspace import Workspace
+    from vislam2tag.pipeline.fleet.catalogue import is_fleet
 
-    out = labels or survey.resolve().with_name(f"{survey.resolve().name}-labels")
-    workspace = Workspace(survey, out, settings_of(config, {}, survey), compare or ())
+    if is_fleet(survey):
+        if export is None or labels or compare:
+            raise UsageError(
+                f"{shown(survey)}: is a fleet; give --export DIR and neither --labels nor --compare, or open one of "
+                f"its surveys: vislam2tag studio {shown(survey)}/surveys/NAME --labels {shown(survey)}/labels/NAME"
+            )
+        _export_fleet(survey, only or (), config, export, hash_bssid, json)
+        return
+    if only:
+        raise UsageError(f"--survey: {shown(survey)} is no fleet; leave the option out")
+    if address_of(survey):
+        raise UsageError(f"{shown(survey)}: is no fleet; copy the survey to this machine (docs/how-to/fleets.md)")
+    workspace = _opened(survey, labels, compare or (), config)
     if export is not None:
         _export(workspace, export, hash_bssid, json)
     else:
         _serve(workspace, host, port, browser, jobs, json)
 
 
+def _opened(survey: Path, labels: Path | None, compare: Sequence[Path], config: Path | None) -> Workspace:
+    from vislam2tag.studio.workspace import Workspace
+
+    out = labels or survey.resolve().with_name(f"{survey.resolve().name}-labels")
+    return Workspace(survey, out, settings_of(config, {}, survey), compare)
+
+
+def _export_fleet(
+    fleet: Path, only: Sequence[str], config: Path | None, out: Path, key: Path | None, json: bool
+) -> None:
+    from vislam2tag.studio.sharing.fleet import export_fleet
+
+    with session_bar("surveys") as bar:
+        record = export_fleet(
+            fleet,
+            out,
+            lambda folder: settings_of(config, {}, folder),
+            only,
+            _key(key),
+            lambda _, total: bar.advance(total, None),
+        )
+    _tell(record, out, json)
+
+
 def _export(workspace: Workspace, out: Path, key: Path | None, json: bool) -> None:
-    from vislam2tag.dataset.transmitters.privacy import read_key
     from vislam2tag.studio.sharing.export import export_survey
 
     with closing(workspace), session_bar("steps") as bar:
-        record = export_survey(
-            workspace, out, None if key is None else read_key(key), lambda _, total: bar.advance(total, None)
-        )
+        record = export_survey(workspace, out, _key(key), lambda _, total: bar.advance(total, None))
+    _tell(record, out, json)
+
+
+def _key(file: Path | None) -> bytes | None:
+    from vislam2tag.dataset.transmitters.privacy import read_key
+
+    return None if file is None else read_key(file)
+
+
+def _tell(record: ExportRecord, out: Path, json: bool) -> None:
     if json:
         say_json({"export": out, **record.model_dump()})
         return
-    say(f"{out}: {record.sessions} sessions, {record.files} files, {record.size_bytes / 1e6:.1f} MB")
+    surveys = f"{record.surveys} surveys, " if record.surveys > 1 else ""
+    say(f"{out}: {surveys}{record.sessions} sessions, {record.files} files, {record.size_bytes / 1e6:.1f} MB")
     next_step("studio, export", out=out)
 
 

@@ -23,8 +23,9 @@ from vislam2tag.pipeline.fleet.catalogue import (
     UNREADABLE,
     Fleet,
     FleetTotals,
+    is_fleet,
 )
-from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SURVEYS, survey_name
+from vislam2tag.pipeline.fleet.layout import SURVEYS, survey_name
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.model import Survey
@@ -45,7 +46,7 @@ def add_surveys(
     """
     fleet = Path(fleet)
     at = Fleet(fleet)
-    known = {row["survey"]: row for row in at.catalogue().to_dicts()} if at.store.get(FLEET_FILE) else {}
+    known = {row["survey"]: row for row in at.catalogue().to_dicts()} if is_fleet(fleet) else {}
     names = [_joined(fleet, survey) for survey in paths_of(surveys)] or _lying_in(fleet)
     if not names:
         raise UsageError(f"{shown(fleet)}: no survey lies in its folder {SURVEYS}; name one: fleet add STORE SURVEY")

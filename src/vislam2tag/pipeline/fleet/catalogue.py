@@ -175,6 +175,11 @@ class Fleet:
         return StoreError(f"{place}/{record.snapshot}: is damaged; remove {FLEET_FILE} there and run fleet add {place}")
 
 
+def is_fleet(place: Path) -> bool:
+    """Tell whether a fleet is there; raises StoreError where a store cannot be read."""
+    return any_store_at(place).get(FLEET_FILE) is not None
+
+
 def fleet_list(fleet: AnyPath) -> pl.DataFrame:
     """The catalogue of a fleet: one row for each survey, by name. Raises UsageError where there is no fleet."""
     fleet = Path(fleet)

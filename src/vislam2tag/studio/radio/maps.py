@@ -99,7 +99,8 @@ def made_radio(job: RadioJob) -> Radio:
 
 
 def _dataset(job: RadioJob, labels: Path, out: Path, surveys: tuple[Path, ...]) -> Dataset:
-    return build_dataset(labels, out, job.settings.dataset, BuildOptions(surveys=surveys, privacy=job.privacy))
+    options = BuildOptions(surveys=surveys, privacy=job.privacy, walked=())  # nobody reads what its page would tell
+    return build_dataset(labels, out, job.settings.dataset, options)
 
 
 def _floor(maps: FloorMaps) -> RadioFloor:

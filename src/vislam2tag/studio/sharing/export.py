@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
@@ -33,7 +34,9 @@ class ExportRecord(Record):
 
     program: str = PROGRAM
     surveys: int
+    """One, or those in a fleet's list."""
     sessions: int
+    """Walks that can be looked at; of a fleet those of surveys with labels."""
     files: int
     size_bytes: int
 
@@ -45,10 +48,15 @@ def export_survey(
 
     Raises OutputError where the folder holds anything else, or cannot be written.
     """
-    with whole_folder(out, lambda folder: (folder / EXPORT_FILE).is_file(), "--export") as folder:
+    with new_export(out) as folder:
         write_page(folder, DATA)
         write_survey(workspace, folder / DATA, key, progress)
         return recorded(folder, 1, len(workspace.now.ids))
+
+
+def new_export(out: Path) -> AbstractContextManager[Path]:
+    """Yield an empty folder that becomes ``out``, or raise OutputError (:func:`whole_folder`)."""
+    return whole_folder(out, lambda folder: (folder / EXPORT_FILE).is_file(), "--export")
 
 
 def write_page(folder: Path, data: str) -> None:
@@ -65,7 +73,7 @@ def write_page(folder: Path, data: str) -> None:
         (folder / "assets" / file.name).write_bytes(read_bytes(file))
 
 
-def write_survey(workspace: Workspace, folder: Path, key: bytes | None, progress: Progress[str]) -> None:
+def write_survey(workspace: Workspace, folder: Path, key: bytes | None, progress: Progress[str] = silent) -> None:
     """Write what the page shows of a survey."""
     outputs = shown_outputs(workspace)
     steps = len(workspace.now.ids) * (1 + len(outputs)) + _OUTSIDE_WALKS

@@ -6,6 +6,7 @@ import json
 import re
 import secrets
 
+from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.transmitters.privacy import Privacy
 from vislam2tag.studio.messages import OutputView, SurveyView
@@ -41,12 +42,18 @@ def without_reasons(view: CorrectionsView) -> CorrectionsView:
     return view.model_copy(update={"text": "", "version": "", "entries": entries})
 
 
+def without_addresses(text: str) -> str:
+    """A text in which nobody reads the addresses of radios."""
+    return _ADDRESS.sub("(address)", text)
+
+
 class Hiding:
     """Takes out of sentences what the tables do not tell either."""
 
     def __init__(self, workspace: Workspace) -> None:
-        """Of a survey: the folders of its files, and the reasons of its corrections."""
-        folders = {str(folder) for place in (workspace.root, workspace.out) for folder in (place, place.resolve())}
+        """Of a survey: the folders of its files, with what they stand for, and the reasons of its corrections."""
+        here = {str(folder) for place in (workspace.root, workspace.out) for folder in (place, place.resolve())}
+        folders = here | {with_addresses(folder) for folder in here}
         corrections = workspace.now.corrections
         entries = (entry for name in type(corrections).model_fields for entry in getattr(corrections, name))
         self._hidden = [
@@ -59,7 +66,7 @@ class Hiding:
         text = record.model_dump_json()
         for hidden in self._hidden:
             text = text.replace(_quoted(hidden), "")
-        return _ADDRESS.sub("(address)", text).encode()
+        return without_addresses(text).encode()
 
 
 def _quoted(text: str) -> str:

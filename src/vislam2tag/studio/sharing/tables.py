@@ -34,19 +34,19 @@ def write_output(workspace: Workspace, output: str, folder: Path, done: Callable
     """Write the walks of an output: all thinned, every frame, scans and charts; ``done`` is told of each walk."""
     folder.mkdir(parents=True)
     columns, stride = overview(workspace, output)
-    _write(pl.DataFrame(dict(columns)), folder / "overview.parquet", {STRIDE: str(stride)})
-    _write(scans_table(workspace, output), folder / "scans.parquet")
+    write_rows(pl.DataFrame(dict(columns)), folder / "overview.parquet", {STRIDE: str(stride)})
+    write_rows(scans_table(workspace, output), folder / "scans.parquet")
     with TemporaryDirectory(prefix="vislam2tag-", dir=folder) as scratch:
         for name in ("frames", "series"):
             (Path(scratch) / name).mkdir()
         for index, id in enumerate(workspace.now.ids):
-            _write(_frames(workspace, index, output), Path(scratch) / "frames" / f"{index:06d}.parquet")
-            _write(_series(workspace, index, output), Path(scratch) / "series" / f"{index:06d}.parquet")
+            write_rows(_frames(workspace, index, output), Path(scratch) / "frames" / f"{index:06d}.parquet")
+            write_rows(_series(workspace, index, output), Path(scratch) / "series" / f"{index:06d}.parquet")
             done(id)
         for name, schema in (("frames", _FRAMES), ("series", _SERIES)):
             parts = sorted((Path(scratch) / name).iterdir())
             whole = scan_parquet(parts) if parts else pl.DataFrame({k: np.empty(0, v) for k, v in schema.items()})
-            _write(whole, folder / f"{name}.parquet")
+            write_rows(whole, folder / f"{name}.parquet")
 
 
 def write_radio(radio: Radio, folder: Path) -> None:
@@ -55,9 +55,9 @@ def write_radio(radio: Radio, folder: Path) -> None:
     for maps in radio.floors:
         floor, technology = maps.place.floor, maps.place.technology
         layers = {name: radio.layer(floor, technology, name, "")[1].ravel() for name in (STRONGEST, NUMBER)}
-        _write(pl.DataFrame(layers), folder / f"{floor}-{technology}-all.parquet")
+        write_rows(pl.DataFrame(layers), folder / f"{floor}-{technology}-all.parquet")
         cells = pl.DataFrame({name: getattr(maps, name).astype(np.float32).ravel() for name in LAYERS_OF_POINT})
-        _write(cells, folder / f"{floor}-{technology}.parquet", group_rows=maps.grid.rows * maps.grid.columns)
+        write_rows(cells, folder / f"{floor}-{technology}.parquet", group_rows=maps.grid.rows * maps.grid.columns)
 
 
 def _frames(workspace: Workspace, index: int, output: str) -> pl.DataFrame:
@@ -74,7 +74,8 @@ def _series(workspace: Workspace, index: int, output: str) -> pl.DataFrame:
     return pl.DataFrame({"session": np.full(len(columns["t"]), index, np.uint16), **columns})
 
 
-def _write(
+def write_rows(
     table: pl.DataFrame | pl.LazyFrame, path: Path, notes: dict[str, str] | None = None, group_rows: int = GROUP_ROWS
 ) -> None:
+    """Write a table as the page reads it, in groups of so many rows; with ``notes`` in the file's own words."""
     write_parquet(table, path, compression="snappy", row_group_size=group_rows, statistics=True, metadata=notes)
