@@ -149,12 +149,17 @@ def correct_all(page: Page, act: Act) -> None:
 
 
 def errors_m(folder: Path) -> dict[str, float]:
+    """Those of the labels beside a survey of generated walks."""
+    return errors_of(folder / "labels", folder / "survey")
+
+
+def errors_of(labels: Path, survey: Path) -> dict[str, float]:
     """By session: the distance (m) to truth that 95 % of its labelled frames keep; infinite where none is labelled."""
     found = {}
-    for path in sorted((folder / "labels" / "trajectory").glob("*.parquet")):
+    for path in sorted((labels / "trajectory").glob("*.parquet")):
         frames = pl.read_parquet(path)
         device, session = frames.select("device", "session").row(0)
-        (truth_file,) = (folder / "survey").glob(f"*/{device}/{session.replace(':', '*')}/truth.csv")
+        (truth_file,) = survey.glob(f"*/{device}/{session.replace(':', '*')}/truth.csv")
         truth = pl.read_csv(truth_file)
         known = frames.filter(pl.col("x").is_not_null()).join(truth, on="time_ns", suffix="_true")
         off = np.hypot(known["x"] - known["x_true"], known["y"] - known["y_true"])

@@ -7,7 +7,6 @@ import json
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from functools import partial
-from pathlib import Path
 
 from pydantic import ValidationError
 from starlette.applications import Starlette
@@ -24,14 +23,13 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.studio.corrections_view import corrections_view
 from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, Studio
-from vislam2tag.studio.guard import BODIES, MOST_BODY, OwnHeaders
+from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, OwnHeaders
 from vislam2tag.studio.prepare.dropped import MOST_FILE
 from vislam2tag.studio.prepare.endpoints import PREPARE
 from vislam2tag.studio.queries import NoQuery
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
 
-PAGE = Path(__file__).parent / "page"
 ALL_ENDPOINTS = (*ENDPOINTS, *PREPARE)
 BODY_S = 30.0
 """A request's body must be whole so soon ..."""

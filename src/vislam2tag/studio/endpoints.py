@@ -37,6 +37,7 @@ from vislam2tag.studio.queries import (
     WindowQuery,
 )
 from vislam2tag.studio.radio.messages import RadioView
+from vislam2tag.studio.sharing.shared import SharedView, shared_view
 from vislam2tag.studio.work_messages import (
     ComparisonView,
     CorrectionsText,
@@ -292,5 +293,6 @@ ENDPOINTS = (
     Endpoint("POST", "/api/collecting", _collect, CollectingView),
     Endpoint("DELETE", "/api/collecting", _end_collecting, CollectingView),
     Endpoint("GET", "/api/covered", _covered, CoveredFloors),
+    Endpoint("GET", "/api/shared", lambda studio, _: shared_view(studio.workspace), SharedView),
     Endpoint("POST", "/api/invitations", _invite, Invitation),
 )

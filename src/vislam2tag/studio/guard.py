@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable, MutableMapping
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from vislam2tag.receiving.address import EVERYWHERE
@@ -20,6 +21,8 @@ BODIES = ("application/json", "application/octet-stream")
 """Kinds of bodies, which other pages may not send without being asked for leave."""
 MOST_INVITATIONS = 20
 """Tokens that nobody has used yet; the oldest goes."""
+PAGE = Path(__file__).parent / "page"
+"""What the browser loads first."""
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "font-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'none'"

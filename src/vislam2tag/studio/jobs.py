@@ -1,4 +1,6 @@
-"""Jobs, one after the other: sessions are mapped again in workers that wait ready, faults looked for, maps made."""
+"""Jobs, one after the other: sessions are mapped again in workers that wait ready, faults looked for, maps made, and
+what is given away.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,6 @@ from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
-from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession
 from vislam2tag.pipeline.labels.process import jobs_of, label_run
 from vislam2tag.pipeline.labels.stored_session import run_session
 from vislam2tag.pipeline.run.failures import unexpected
@@ -28,7 +29,8 @@ from vislam2tag.pipeline.run.workers import done_in, worker_pool
 from vislam2tag.studio.messages import NewLabels
 from vislam2tag.studio.outputs import BEFORE
 from vislam2tag.studio.radio.maps import Radio, made_radio, radio_job
-from vislam2tag.studio.work_messages import Job, JobRequest
+from vislam2tag.studio.sharing.shared import make_dataset, make_page
+from vislam2tag.studio.work_messages import Job, JobKind, JobRequest
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.model import Survey
@@ -54,7 +56,7 @@ class JobQueue:
         """Start the workers, which import what mapping needs meanwhile."""
         self._workspace, self._publish, self._workers = workspace, publish, workers
         self._jobs: dict[int, Job] = {}
-        self._requests: dict[int, Sequence[str] | None] = {}
+        self._requests: dict[int, JobRequest] = {}
         self._waiting: deque[int] = deque()
         self._changed = threading.Condition()
         self._stopping = False
@@ -62,6 +64,13 @@ class JobQueue:
         """Whether summary and report are older than the labels."""
         self.radio: tuple[Radio, str] | None = None
         """The last radio maps, and the version of the labels that they were made of."""
+        self._work_of: dict[JobKind, Callable[[int, ProcessPoolExecutor], None]] = {
+            "process": self._process,
+            "diagnose": self._diagnose,
+            "radio": self._radio,
+            "dataset": self._dataset,
+            "page": self._page,
+        }
         self._thread = threading.Thread(target=self._run, name="studio jobs")
         self._thread.start()
 
@@ -77,7 +86,7 @@ class JobQueue:
             job = Job(
                 id=number, kind=request.kind, state="queued", done=0, total=0, error=None, failed={}, seconds=None
             )
-            self._jobs[number], self._requests[number] = job, request.sessions
+            self._jobs[number], self._requests[number] = job, request
             self._waiting.append(number)
             for old in list(self._jobs)[:-KEPT]:
                 del self._jobs[old]
@@ -141,7 +150,7 @@ class JobQueue:
         began = time.monotonic()
         job = self._update(number, state="running")
         try:
-            {"process": self._process, "diagnose": self._diagnose, "radio": self._radio}[job.kind](number, pool)
+            self._work_of[job.kind](number, pool)
         except _CancelledError:
             return
         except Exception as error:  # whatever it is, the server goes on and the page is told
@@ -162,7 +171,7 @@ class JobQueue:
         now = workspace.now
         if now.problem is not None:
             raise SurveyError(now.problem)
-        requested = self._requests[number]
+        requested = self._requests[number].sessions
         failed = [id for id in now.ids if (result := workspace.result(id)) is not None and result.error is not None]
         wanted = list(requested) if requested is not None else sorted({*workspace.stale(), *failed})
         self._keep_before(wanted)
@@ -203,17 +212,8 @@ class JobQueue:
 
     def _diagnose(self, number: int, pool: ProcessPoolExecutor) -> None:
         del pool  # diagnosis shares its work out itself
-        done = 0
-
-        def progress(_session: DiagnosedSession, total: int) -> None:
-            nonlocal done
-            if self._is_cancelled(number):
-                raise _CancelledError
-            done += 1
-            self._update(number, done=done, total=total)
-
-        version = self._workspace.refresh().sessions
-        found = diagnose(self._workspace.root, self._workspace.settings, jobs=self._workers, progress=progress)
+        version, settings = self._workspace.refresh().sessions, self._workspace.settings
+        found = diagnose(self._workspace.root, settings, jobs=self._workers, progress=self._counted(number))
         self._workspace.diagnosis = found, version
 
     def _radio(self, number: int, pool: ProcessPoolExecutor) -> None:
@@ -225,6 +225,30 @@ class JobQueue:
                 raise _CancelledError
             wait([made], LOOK_S)
         self.radio = made.result(), version
+
+    def _dataset(self, number: int, pool: ProcessPoolExecutor) -> None:
+        del pool  # as above
+        request = self._requests[number]
+        make_dataset(
+            self._workspace, request.no_ssid, request.hash_bssid, self._workers, progress=self._counted(number)
+        )
+
+    def _page(self, number: int, pool: ProcessPoolExecutor) -> None:
+        del pool
+        make_page(self._workspace, self._counted(number))
+
+    def _counted(self, number: int) -> Callable[[object, int], None]:
+        """Tell the page of each step of a job, and break off where it was taken back."""
+        done = 0
+
+        def progress(_step: object, total: int) -> None:
+            nonlocal done
+            if self._is_cancelled(number):
+                raise _CancelledError
+            done = done % total + 1  # a further stage counts anew
+            self._update(number, done=done, total=total)
+
+        return progress
 
     def _finish(self, pool: ProcessPoolExecutor) -> None:
         """Make summary and report of the labels as they are."""

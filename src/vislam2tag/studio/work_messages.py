@@ -13,7 +13,7 @@ from vislam2tag.diagnosis.record import Gain
 from vislam2tag.studio.messages import OutputView, Point
 from vislam2tag.survey.corrections.edits import Change
 
-JobKind: TypeAlias = Literal["process", "diagnose", "radio"]
+JobKind: TypeAlias = Literal["process", "diagnose", "radio", "dataset", "page"]
 MOST_CHANGES = 100
 MOST_SESSIONS = 10_000
 
@@ -103,10 +103,16 @@ class CorrectionTables(FiniteRecord):
 
 
 class JobRequest(FiniteRecord):
-    """What to do: map sessions (None: all whose labels are stale or missing), look for faults, or make radio maps."""
+    """What to do: map sessions (None: all whose labels are stale or missing), look for faults, make radio maps, a data
+    set, or a page of files.
+    """
 
     kind: JobKind
     sessions: Annotated[list[str] | None, Field(max_length=MOST_SESSIONS)] = None
+    no_ssid: bool = False
+    """Leave names of networks out of the data set."""
+    hash_bssid: bool = False
+    """Hash their addresses in it, with a key that nobody keeps."""
 
 
 class Job(FiniteRecord):

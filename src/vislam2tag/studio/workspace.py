@@ -188,6 +188,11 @@ class Workspace:
         return done.error is None and not still_holds(job, done, unchanged)
 
 
+def beside(root: Path, what: str) -> Path:
+    """The folder of something made of a survey: ``SURVEY-what`` beside it."""
+    return root.resolve().with_name(f"{root.resolve().name}-{what}")
+
+
 def is_empty(root: Path) -> bool:
     """Whether a folder is there and holds nothing but hidden files."""
     return root.is_dir() and all(path.name.startswith(".") for path in root.iterdir())

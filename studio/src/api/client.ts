@@ -1,5 +1,5 @@
 // What the page asks for and tells: of a running studio, or of the files of an export, which only shows.
-import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, SessionDetail, Session, Sheets, SheetsWish, Survey, Walls, WallsWish, Written } from './model';
+import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Walls, WallsWish, Written } from './model';
 import { request, server } from './server';
 import { type Source, folder } from './source';
 
@@ -54,6 +54,9 @@ export const compare = (a: string, b: string) => get<Comparison>('compare', { a,
 export const makeRadio = () => json<Job>('POST', '/api/jobs', { kind: 'radio' });
 export const radio = () => get<Radio>('radio');
 export const radioMap = async (floor: number, technology: string, layer: string, bssid: string) => (await source).radioMap(floor, technology, layer, bssid);
+export const shared = () => get<Shared>('shared');
+export const makeDataset = (wish: { no_ssid: boolean; hash_bssid: boolean }) => json<Job>('POST', '/api/jobs', { kind: 'dataset', ...wish });
+export const makePage = () => json<Job>('POST', '/api/jobs', { kind: 'page' });
 export const collecting = () => get<Collecting>('collecting');
 export const collect = () => json<Collecting>('POST', '/api/collecting', {});
 export const endCollecting = () => json<Collecting>('DELETE', '/api/collecting');

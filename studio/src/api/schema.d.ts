@@ -516,6 +516,22 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/shared": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_shared"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/survey": {
         parameters: {
             query?: never;
@@ -1341,7 +1357,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "process" | "diagnose" | "radio";
+            kind: "process" | "diagnose" | "radio" | "dataset" | "page";
             /** Seconds */
             seconds: number | null;
             /**
@@ -1354,14 +1370,25 @@ export interface components {
         };
         /**
          * JobRequest
-         * @description What to do: map sessions (None: all whose labels are stale or missing), look for faults, or make radio maps.
+         * @description What to do: map sessions (None: all whose labels are stale or missing), look for faults, make radio maps, a data
+         *     set, or a page of files.
          */
         JobRequest: {
+            /**
+             * Hash Bssid
+             * @default false
+             */
+            hash_bssid: boolean;
             /**
              * Kind
              * @enum {string}
              */
-            kind: "process" | "diagnose" | "radio";
+            kind: "process" | "diagnose" | "radio" | "dataset" | "page";
+            /**
+             * No Ssid
+             * @default false
+             */
+            no_ssid: boolean;
             /**
              * Sessions
              * @default null
@@ -2250,6 +2277,30 @@ export interface components {
          * @enum {string}
          */
         Severity: "info" | "warning" | "error";
+        /**
+         * SharedFolder
+         * @description A folder that can be given away.
+         */
+        SharedFolder: {
+            /** File */
+            file: string;
+            /** Files */
+            files: number;
+            /** Folder */
+            folder: string;
+            /** Size Bytes */
+            size_bytes: number;
+            /** Stale */
+            stale: boolean;
+        };
+        /**
+         * SharedView
+         * @description What was made of the survey; None where nothing was.
+         */
+        SharedView: {
+            dataset: components["schemas"]["SharedFolder"] | null;
+            page: components["schemas"]["SharedFolder"] | null;
+        };
         /**
          * SheetsView
          * @description Sheets that were made.
@@ -3583,6 +3634,35 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_shared: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SharedView"];
+                };
             };
             /** @description refused */
             default: {

@@ -3,7 +3,7 @@ import { data } from './data.svelte';
 import type { Session } from '../api/model';
 import type { ColourBy } from '../map/colours';
 
-export type Tab = 'prepare' | 'walks' | 'diagnose' | 'landmarks' | 'radio' | 'collect' | 'corrections' | 'compare';
+export type Tab = 'prepare' | 'walks' | 'diagnose' | 'landmarks' | 'radio' | 'collect' | 'corrections' | 'compare' | 'share';
 export type Spot = { floor: number; x: number; y: number };
 
 class Choice {

@@ -37,9 +37,14 @@ class Data {
 export const data = new Data();
 api.reading.whole = () => (data.wholeFiles = true);
 
-/** Run a request; what goes wrong is shown. Returns whether it went well. */
+/** Do what somebody asked for; what goes wrong is shown in place of what went wrong before. */
 export async function attempt(work: () => Promise<void>): Promise<boolean> {
   data.problem = ''; // not at its end: what began before must not hide what went wrong since
+  return follow(work);
+}
+
+/** Do what nobody asked for, such as loading what has changed; what goes wrong is shown. Returns whether it went well. */
+export async function follow(work: () => Promise<void>): Promise<boolean> {
   try {
     await work();
     return true;
@@ -95,7 +100,7 @@ function listen(): void {
     const before = known;
     known = now;
     if (!before) return;
-    void attempt(async () => {
+    void follow(async () => {
       if (now.survey !== before.survey || now.sessions !== before.sessions) await loadSurvey();
       if (now.corrections !== before.corrections) await loadCorrections();
       if (now.labels !== before.labels) await loadTracks();
@@ -112,7 +117,7 @@ function listen(): void {
     data.jobs = [...data.jobs.filter(({ id }) => id !== job.id), job];
     if (job.state === 'failed') data.problem = job.error ?? '';
     data.notice = job.state === 'done' && job.kind === 'process' ? t('change.done') : '';
-    if (job.state === 'done' || job.state === 'failed') void attempt(async () => {
+    if (job.state === 'done' || job.state === 'failed') void follow(async () => {
       await Promise.all([loadSurvey(), loadTracks(), loadDiagnosis()]);
     });
   });

@@ -3,7 +3,7 @@ import * as api from '../api/client';
 import type { Radio, RadioFloor, RadioPoint } from '../api/model';
 import { type Raster, pictureOf } from '../map/raster';
 import { choice } from './choice.svelte';
-import { attempt, data } from './data.svelte';
+import { data, follow } from './data.svelte';
 
 export const LAYERS = ['strongest', 'number', 'mean_dbm', 'heard', 'deviation_db', 'sigma_db'] as const;
 export type Layer = (typeof LAYERS)[number];
@@ -58,7 +58,7 @@ export function choosePoint(bssid: string): void {
 export function followRadio(): void {
   $effect(() => {
     void [data.generation, data.job];
-    void attempt(loadRadio);
+    void follow(loadRadio);
   });
   $effect(() => {
     const { floor, layer, bssid } = radio;
@@ -67,7 +67,7 @@ export function followRadio(): void {
       radio.raster = null;
       return;
     }
-    void attempt(async () => {
+    void follow(async () => {
       const cells = await api.radioMap(floor.floor, floor.technology, layer, bssid);
       if (radio.floor === floor && radio.layer === layer && radio.bssid === bssid)
         radio.raster = { floor: floor.floor, extent: floor.extent_m, rows: floor.rows, columns: floor.columns, cells };

@@ -3,7 +3,7 @@ import { type Series, type Track } from '../api/arrow';
 import * as api from '../api/client';
 import type { SessionDetail } from '../api/model';
 import { choice } from './choice.svelte';
-import { attempt, data } from './data.svelte';
+import { data, follow } from './data.svelte';
 
 export interface Moment {
   t: number;
@@ -58,7 +58,7 @@ export function followChoice(): void {
       [walk.detail, walk.track, walk.series] = [null, null, []];
       return;
     }
-    void attempt(async () => {
+    void follow(async () => {
       const [detail, track, series] = await Promise.all([api.session(id), api.walk(id, output), api.series(id, output)]);
       if (id === choice.session && output === data.output) [walk.detail, walk.track, walk.series] = [detail, track, series];
     });

@@ -19,7 +19,7 @@ from vislam2tag.common.files.store import address_of, shown
 
 if TYPE_CHECKING:
     from vislam2tag.studio.sharing.export import ExportRecord
-    from vislam2tag.studio.workspace import Workspace
+    from vislam2tag.studio.workspace import Workspace, beside
 
 HELP = """
 Look at a survey and its labels in the browser, find what is wrong, correct it.
@@ -109,9 +109,9 @@ def _studio(
 
 
 def _opened(survey: Path, labels: Path | None, compare: Sequence[Path], config: Path | None) -> Workspace:
-    from vislam2tag.studio.workspace import Workspace
+    from vislam2tag.studio.workspace import Workspace, beside
 
-    out = labels or survey.resolve().with_name(f"{survey.resolve().name}-labels")
+    out = labels or beside(survey, "labels")
     return Workspace(survey, out, settings_of(config, {}, survey), compare)
 
 

@@ -9,11 +9,12 @@ from vislam2tag.sheets.making import SheetOptions, make_sheets
 from vislam2tag.sheets.settings import SheetSettings
 from vislam2tag.sheets.sheet_folder import PDF_FILE, is_sheets
 from vislam2tag.studio.prepare.messages import SheetsView, SheetsWish
+from vislam2tag.studio.workspace import beside
 
 
 def sheets_folder(root: Path) -> Path:
     """Where the sheets of a survey go: ``SURVEY-sheets`` beside it."""
-    return root.resolve().with_name(f"{root.resolve().name}-sheets")
+    return beside(root, "sheets")
 
 
 def made_sheets(root: Path, wish: SheetsWish, settings: SheetSettings) -> SheetsView:

@@ -11,8 +11,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.studio.app import PAGE
-from vislam2tag.studio.guard import CONTENT_POLICY
+from vislam2tag.studio.guard import CONTENT_POLICY, PAGE
 from vislam2tag.studio.radio.maps import Radio, made_radio, radio_job
 from vislam2tag.studio.sharing.answers import plan_file, shown_outputs, survey_answers, walk_answer
 from vislam2tag.studio.sharing.private import Hiding, export_privacy

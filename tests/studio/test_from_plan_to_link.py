@@ -1,28 +1,44 @@
-"""A building is prepared in the browser, from an empty folder to registered landmarks."""
+"""All of a building's work in the browser: from an empty folder and its plans to a link to one walk at one moment."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from pypdfium2 import PdfDocument
 
+from tests.receiving.signing import signed
+from tests.receiving.zips import digest, session_zip
 from tests.report.browser import running_browser
 from tests.studio.running import running_studio
-from tests.studio.test_page import watched_page
+from tests.studio.sharing.test_export import WHOLE, plain_server, range_server, shown
+from tests.studio.test_page import LATEST_MS, click, errors_of, idle, open_tab, watched_page
 from tests.studio.test_prepare import POINTS, station_files
 from tests.survey.plans import drawn_floor
+from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.pipeline.site.walkable import write_walkable
+from vislam2tag.receiving.server import UPLOADS
+from vislam2tag.simulation.building.site_building import site_building
+from vislam2tag.simulation.building.site_survey import site_floors
+from vislam2tag.simulation.choices import SessionLayout
+from vislam2tag.simulation.scenario import SITE_SEED, site_survey
+from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.walkable.settings import WalkableSettings
 
 WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 400, "height": 800}
+OWN = {"truth.csv", "script.txt"}
+"""Files that the simulator puts beside what a phone writes."""
+WALKS_S = (40.0, 40.0, 50.0, 60.0)
+NEAR_M = 0.3
 SIDE_M = 100.0
 """A plan without a scale is drawn so large."""
 DROPPED = """([name, text]) => {
@@ -33,21 +49,36 @@ DROPPED = """([name, text]) => {
 
 
 @pytest.mark.slow
-def test_a_building_is_prepared_from_its_plans_to_registered_landmarks(tmp_path: Path) -> None:
-    survey = tmp_path / "survey"
+def test_a_building_goes_from_its_plans_to_a_link_to_one_walk(tmp_path: Path) -> None:
+    """The surveyor writes two landmarks under each other's name, which the walks tell."""
+    survey, labels = tmp_path / "survey", tmp_path / "survey-labels"
     survey.mkdir()
-    with (
-        running_browser() as browser,
-        running_studio(survey, "--jobs", "1") as server,
-        watched_page(browser, server.url, server.token, viewport=WIDE) as page,
-    ):
-        scales_a_plan_by_two_clicks(page, drawn_floor.framed_pdf(tmp_path))
-        adds_a_plan_that_knows_its_scale(page, drawn_floor.dxf(tmp_path))
-        area_m2 = mends_a_wall(page)
-        landmarks = plans_landmarks_and_drags_one(page)
-        makes_sheets(page, len(landmarks))
-        measured = {one["id"]: complex(one["x"] + 0.03, one["y"] - 0.02) for one in landmarks}
-        registers(page, station_files(tmp_path, measured, 19 + 9j))
+    with running_browser() as browser:
+        with (
+            running_studio(survey, "--jobs", "1") as server,
+            watched_page(browser, server.url, server.token, viewport=WIDE) as page,
+        ):
+            scales_a_plan_by_two_clicks(page, drawn_floor.framed_pdf(tmp_path))
+            adds_a_plan_that_knows_its_scale(page, drawn_floor.dxf(tmp_path))
+            area_m2 = mends_a_wall(page)
+            landmarks = plans_landmarks_and_drags_one(page)
+            makes_sheets(page, len(landmarks))
+            walks = walks_on(survey, tmp_path / "walked")
+            measured = {one["id"]: complex(one["x"] + 0.03, one["y"] - 0.02) for one in landmarks}
+            first, *_, last = measured
+            measured[first], measured[last] = measured[last], measured[first]
+            registers(page, station_files(tmp_path, measured, 19 + 9j))
+            has_nothing_to_share_yet(page)
+            receives_walks_and_shows_what_is_covered(page, walks)
+            assert max(errors_of(labels, tmp_path / "walked").values()) > NEAR_M
+            corrects_the_swapped_landmarks(page, {first, last})
+            assert max(errors_of(labels, tmp_path / "walked").values()) < NEAR_M
+            shares_data_set_and_page(page)
+        follows_a_link(browser, tmp_path / "survey-page")
+
+    dataset = open_dataset(tmp_path / "survey-dataset")
+    assert dataset.info.tables["fingerprints"].rows > 0
+    assert dataset.info.bssid_key is not None
 
     site, _ = read_site(survey)
     assert [floor.number for floor in site.floors] == [1, 2]
@@ -120,7 +151,8 @@ def mends_a_wall(page: Page) -> float:
 
 def plans_landmarks_and_drags_one(page: Page) -> list[dict[str, Any]]:
     step(page, "Landmarks")
-    page.get_by_label("At most without one (m)").fill("8")
+    page.get_by_label("At most without one (m)").fill("6")
+    page.get_by_label("Number, at least").fill("9")
     with page.expect_response("**/api/prepare/plans") as answer:
         page.get_by_role("button", name="Plan the landmarks").click()
     first = answer.value.json()["landmarks"][0]
@@ -167,6 +199,107 @@ def registers(page: Page, files: Sequence[Path]) -> None:
     expect(page.get_by_text("Written: floor_2/marker_dict.csv")).to_be_visible()
     page.get_by_role("button", name="Deutsch").click()
     expect(page.get_by_text("Positions from surveyors")).to_have_count(0)
+    page.get_by_role("button", name="English").click()
+
+
+def walks_on(survey: Path, out: Path) -> list[bytes]:
+    """Zips of walks on floor 2 as it is planned, as the phone app hands them over; with their truth in ``out``."""
+    building = site_building(site_floors(survey, (2,)), SITE_SEED)
+    scenario = site_survey(building, survey, 5, "none", ("LG",), len(WALKS_S))
+    timed = [replace(one, duration_s=seconds) for one, seconds in zip(scenario.sessions, WALKS_S, strict=True)]
+    simulate(replace(scenario, sessions=tuple(timed)), out, WritingOptions(layout=SessionLayout.PHONE))
+    return [
+        session_zip({path.name: path.read_bytes() for path in walk.iterdir() if path.name not in OWN}, walk.name)
+        for walk in sorted((out / "floor_2" / "LG").iterdir())
+    ]
+
+
+def has_nothing_to_share_yet(page: Page) -> None:
+    """What a job says that fails stays on the page."""
+    open_tab(page, "Share", click)
+    page.get_by_role("button", name="Make the data set").click()
+    expect(page.get_by_role("alert")).to_contain_text("survey")
+    page.get_by_role("alert").get_by_role("button", name="Close").click()
+
+
+def receives_walks_and_shows_what_is_covered(page: Page, walks: Sequence[bytes]) -> None:
+    open_tab(page, "Collect", click)
+    floor = page.locator("li[data-floor='2']")
+    page.get_by_role("button", name="Receive from phones").click()
+    expect(page.get_by_role("img", name="Code with the address for phones")).to_be_visible()
+    collecting = page.request.get("/api/collecting").json()
+    assert len(collecting["code"]) == len(collecting["code"][0]) >= 21
+    shares, places = [], []
+    for number, data in enumerate(walks, start=1):
+        assert hand_over(collecting, data).status_code == 200
+        expect(page.get_by_role("list", name="Received").locator("li")).to_have_count(number)
+        idle(page)
+        covered = {one["floor"]: one for one in page.request.get("/api/covered").json()["floors"]}[2]
+        shares.append(covered["walked"])
+        places.append(covered["next_m"])
+        expect(floor).to_contain_text(f"{100 * covered['walked']:.1f} % of")
+    assert [*sorted(set(shares))] == shares
+    assert len(set(map(tuple, places))) > 1
+    drawn = page.request.get("/api/layers/gaps?floor=2").json()["features"]
+    assert {feature["shape"] for feature in drawn} == {"area", "line", "point"}
+    assert drawn[-1]["coordinates"] == [places[-1]]
+    floor.get_by_role("button", name="Go here next").click()
+    page.get_by_role("button", name="Receive no more").click()
+    expect(page.get_by_role("button", name="Receive from phones")).to_be_visible()
+    with pytest.raises(httpx.ConnectError):
+        hand_over(collecting, walks[0])
+
+
+def hand_over(collecting: dict[str, Any], data: bytes) -> httpx.Response:
+    """Bring a zip as the phone app does."""
+    address, _, token = collecting["url"].partition("/#")
+    headers = signed(token, "PATCH", digest(data), data, 0, len(data))
+    port = address.rpartition(":")[2]
+    return httpx.patch(f"http://127.0.0.1:{port}{UPLOADS}/{digest(data)}", content=data, headers=headers, timeout=60)
+
+
+def corrects_the_swapped_landmarks(page: Page, ids: set[str]) -> None:
+    open_tab(page, "Diagnose", click)
+    card = page.locator(".cards > li[data-kind=swapped]")
+    expect(card).to_contain_text("in each other's place")
+    card.get_by_role("button", name="Correct").click()
+    expect(card).to_have_count(0)
+    idle(page)
+    (entry,) = page.request.get("/api/corrections").json()["entries"]
+    assert (entry["table"], set(entry["values"]["ids"])) == ("swap_landmarks", ids)
+
+
+def shares_data_set_and_page(page: Page) -> None:
+    open_tab(page, "Share", click)
+    page.get_by_label("Addresses of networks hashed").check()
+    page.get_by_role("button", name="Make the data set").click()
+    page.get_by_role("button", name="Make the page").click()
+    for part, file in (("Data set", "report.html"), ("Page of files", "index.html")):
+        expect(page.get_by_role("region", name=part).get_by_role("status")).to_contain_text(f"open {file} in")
+    sound(page)
+
+
+def follows_a_link(browser: Browser, folder: Path) -> None:
+    """It is made on a server that gives parts of files, and followed there and on one that gives whole files."""
+    with range_server(folder) as url:
+        with shown(browser, url, 1200) as (page, answers):
+            page.locator(".list .row").nth(1).click()
+            page.locator(".time .slider").fill("21.5")
+            page.get_by_role("button", name="Link to this moment").click()
+            link = page.url.partition("#")[2]
+            assert link.endswith("&t=21.5")
+            expect(page.get_by_text(WHOLE)).to_have_count(0)
+            assert any(answer.status == 206 for answer in answers)
+        with shown(browser, f"{url}#{link}", 1200) as (page, _):
+            leads_to_the_moment(page)
+    with plain_server(folder) as url, shown(browser, f"{url}#{link}", 400) as (page, _):
+        leads_to_the_moment(page)
+        expect(page.get_by_text(WHOLE)).to_be_visible()
+
+
+def leads_to_the_moment(page: Page) -> None:
+    expect(page.locator(".time .slider")).to_have_value("21.5", timeout=LATEST_MS)
+    expect(page.locator(".values dd").first).not_to_have_text("–", timeout=LATEST_MS)
 
 
 def step(page: Page, name: str) -> None:
