@@ -161,7 +161,9 @@ def errors_of(labels: Path, survey: Path) -> dict[str, float]:
         device, session = frames.select("device", "session").row(0)
         (truth_file,) = survey.glob(f"*/{device}/{session.replace(':', '*')}/truth.csv")
         truth = pl.read_csv(truth_file)
-        known = frames.filter(pl.col("x").is_not_null()).join(truth, on="time_ns", suffix="_true")
+        known = frames.filter(pl.col("x").is_not_null()).join_asof(
+            truth, on="time_ns", suffix="_true", strategy="nearest"
+        )
         off = np.hypot(known["x"] - known["x_true"], known["y"] - known["y_true"])
         right_floor = bool((known["floor"] == known["floor_true"]).all())
         found[path.stem] = float(np.quantile(off, 0.95)) if len(known) and right_floor else np.inf
@@ -428,6 +430,7 @@ ENTRIES: dict[str, dict[str, str]] = {
     "set_floor": {"becomes": "2", "floor": "1"},
     "set_device": {"becomes": "LG", "device": "Pixel"},
     "drop_repeated_scans": {},
+    "set_tap": {"at (s)": "12.5", "x (m)": "1", "y (m)": "2", "walk": "2021-12-20T09:00:00"},
     "move_control_point": {"id": "0", "x (m)": "1", "y (m)": "2", "floor": "1"},
 }
 """Something to fill in for each kind of correction."""
