@@ -18,7 +18,8 @@ from tests.receiving.signing import signed
 from tests.receiving.zips import digest, session_zip
 from tests.report.browser import running_browser
 from tests.studio.running import running_studio
-from tests.studio.sharing.test_export import WHOLE, plain_server, range_server, shown
+from tests.studio.sharing.file_servers import plain_server, range_server, shown
+from tests.studio.sharing.test_export import WHOLE
 from tests.studio.test_page import click, errors_of, idle, open_tab, watched_page
 from tests.studio.test_prepare import POINTS, station_files
 from tests.survey.plans import drawn_floor
@@ -79,6 +80,7 @@ def test_a_building_goes_from_its_plans_to_a_link_to_one_walk(tmp_path: Path) ->
     dataset = open_dataset(tmp_path / "survey-dataset")
     assert dataset.info.tables["fingerprints"].rows > 0
     assert dataset.info.bssid_key is not None
+    assert dataset.access_points.collect()["ssid"].drop_nulls().is_empty()
 
     site, _ = read_site(survey)
     assert [floor.number for floor in site.floors] == [1, 2]
@@ -271,6 +273,7 @@ def corrects_the_swapped_landmarks(page: Page, ids: set[str]) -> None:
 
 def shares_data_set_and_page(page: Page) -> None:
     open_tab(page, "Share", click)
+    page.get_by_label("Without names of networks").check()
     page.get_by_label("Addresses of networks hashed").check()
     page.get_by_role("button", name="Make the data set").click()
     page.get_by_role("button", name="Make the page").click()

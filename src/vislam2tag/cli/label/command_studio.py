@@ -19,7 +19,7 @@ from vislam2tag.common.files.store import address_of, shown
 
 if TYPE_CHECKING:
     from vislam2tag.studio.sharing.export import ExportRecord
-    from vislam2tag.studio.workspace import Workspace, beside
+    from vislam2tag.studio.workspace import Workspace
 
 HELP = """
 Look at a survey and its labels in the browser, find what is wrong, correct it.
