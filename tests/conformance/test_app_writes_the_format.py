@@ -43,7 +43,7 @@ FARTHEST_MEDIAN_M, FARTHEST_M = 0.1, 0.5
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """One survey in both formats: the phone app's, with scripts, and the published."""
     folder = tmp_path_factory.mktemp("simulated")
-    scenario = regular_survey(5, "default", (0,), ("LG", "OnePlus"), 1, SECONDS, pressure=True, ble=True)
+    scenario = regular_survey(5, "default", (0,), ("LG", "OnePlus"), 1, SECONDS, pressure=True, ble=True, rtt=True)
     simulate(scenario, folder / "phone", WritingOptions(layout=SessionLayout.PHONE, scripts=True))
     simulate(scenario, folder / "published")
     return folder / "phone", folder / "published"
@@ -95,7 +95,7 @@ def test_the_app_s_tables_hold_what_the_phone_saw(simulated: tuple[Path, Path], 
 def test_labels_are_those_of_the_simulator_s_files(simulated: tuple[Path, Path], written: Path, tmp_path: Path) -> None:
     for name, survey in (("simulated", simulated[0]), ("written", written)):
         process(survey, tmp_path / name, Settings())
-    for table in ("trajectory", "wifi", "sensors", "ble"):
+    for table in ("trajectory", "wifi", "sensors", "ble", "rtt"):
         expected, got = (pl.read_parquet(tmp_path / name / table / "*.parquet") for name in ("simulated", "written"))
         assert_frame_equal(got, expected, check_exact=True)
         assert set(got["status"]) >= {"ok"}

@@ -28,6 +28,11 @@ def test_floors_are_told_as_the_survey_has_them(survey: Path) -> None:
     extents = {floor.number: floor.extent_m for floor in read_site(survey)[0].floors}
     assert {floor.number: floor.extent_m for floor in facts.floors} == extents
     assert extents[0] is not None
+    landmarks = read_site(survey)[0].landmarks
+    for floor in facts.floors:
+        own = landmarks.on_floor(floor.number)
+        assert floor.landmarks.keys() == set(own.ids)
+        assert floor.landmarks[own.ids[0]] == pytest.approx(own.position_bcs[0])
 
 
 def test_a_plan_is_a_picture_of_exactly_the_floor_s_extent(survey: Path) -> None:

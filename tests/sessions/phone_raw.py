@@ -23,6 +23,7 @@ HEADERS = {
     "WiFi.csv": "time_ns,scan,bssid,ssid,rssi_dbm,frequency_mhz,channel_width_mhz,center_0_mhz,center_1_mhz,"
     "received_ns,result,throttling",
     "Ble.csv": "time_ns,address,name,rssi_dbm,tx_power_dbm,uuid,major,minor",
+    "Rtt.csv": "time_ns,bssid,responder,range_m,range_sigma_m,rssi_dbm,attempted,successful",
     "ControlPoint.csv": "time_ns,n,action",
     "Events.csv": "time_ns,event,detail",
 }
@@ -70,6 +71,7 @@ def clean_rows() -> Rows:
         ],
         "WiFi.csv": [wifi_line(scan, reading) for scan in range(4) for reading in (2, 0, 1)],
         "Ble.csv": [f"{frame_ns(5)},C2:00:00:00:00:01,,-70,,1A7C877A-F875-49AB-B0EF-BEB8A92F46CA,1,2"],
+        "Rtt.csv": [f"{frame_ns(5)},AA:bb:00:00:00:01,1,4.31,0.52,-55,8,7"],
         "ControlPoint.csv": [f"{frame_ns(20 * n + 5)},{n},press" for n in range(3)],
         "Events.csv": [f"{START_NS},started,"],
     }

@@ -16,6 +16,7 @@ ACCESS_POINTS = "access_points"
 SESSIONS = "sessions"
 MAGNETIC = "magnetic"
 IMU_WINDOWS = "imu_windows"
+RTT = "rtt"
 
 SCHEMAS: Mapping[str, Schema] = MappingProxyType(
     {
@@ -124,6 +125,25 @@ SCHEMAS: Mapping[str, Schema] = MappingProxyType(
             "device": _TEXT,
             "session": _TEXT,
         },
+        RTT: {
+            "range_id": _TEXT,
+            "bssid": _TEXT,
+            "responder": _BOOL,
+            "range_m": _F32,
+            "range_sigma_m": _F32,
+            "rssi_dbm": _F32,
+            "attempted": _I32,
+            "successful": _I32,
+            "building": _TEXT,
+            "floor": _I32,
+            "x": _F64,
+            "y": _F64,
+            "z": _F64,
+            "sigma": _F64,
+            "device": _TEXT,
+            "session": _TEXT,
+            "time_ns": _I64,
+        },
     }
 )
 """Every table that a data set can have; the first four are always there."""
@@ -135,6 +155,7 @@ KEYS: Mapping[str, str] = MappingProxyType(
         SESSIONS: "session",
         MAGNETIC: "window_id",
         IMU_WINDOWS: "window_id",
+        RTT: "range_id",
     }
 )
 """The column that is unique in a table; readings have none."""
@@ -149,6 +170,8 @@ UNITS: Mapping[str, str] = MappingProxyType(
         "rssi_dbm": "dBm",
         "strongest_dbm": "dBm",
         "frequency_mhz": "MHz",
+        "range_m": "m, from the phone to the access point",
+        "range_sigma_m": "m, one standard deviation within the burst",
         **dict.fromkeys(("time_ns", "start_ns", "end_ns"), "ns on the clock of the data set's manifest"),
         **dict.fromkeys(("duration_s", "labelled_s"), "s"),
         **dict.fromkeys(("distance_m", "labelled_m"), "m"),

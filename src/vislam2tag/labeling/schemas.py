@@ -46,9 +46,22 @@ SCHEMAS: dict[str, dict[str, pl.DataType]] = {
         "rssi_dbm": _F32,
         **_LABEL,
     },
+    "rtt": {
+        **KEY,
+        "row": _I64,
+        "time_ns": _I64,
+        "bssid": _TEXT,
+        "responder": pl.Boolean(),
+        "range_m": _F32,
+        "range_sigma_m": _F32,
+        "rssi_dbm": _F32,
+        "attempted": _I32,
+        "successful": _I32,
+        **_LABEL,
+    },
 }
 """Columns of the tables that sessions have, in order."""
-OPTIONAL = ("ble",)
+OPTIONAL = ("ble", "rtt")
 """Tables that only those sessions have that logged them."""
 UNITS = {
     "x": "m",
@@ -62,5 +75,7 @@ UNITS = {
     "time_ns": "ns since boot of the phone",
     "rssi_dbm": "dBm",
     "frequency_mhz": "MHz",
+    "range_m": "m, from the phone to the access point",
+    "range_sigma_m": "m, one standard deviation within the burst",
     **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), "as Android gives them for the sensor"),
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.load import plan_picture
@@ -21,12 +22,15 @@ _QUALITY = 85
 
 
 class FloorFacts(FiniteRecord):
-    """A floor: its extent left, right, low, high in the BCS, metres (None: not known), and whether it has a plan."""
+    """A floor: its extent left, right, low, high in the BCS, metres (None: not known), whether it has a plan, and where
+    its surveyed landmarks hang, x and y in the BCS, metres.
+    """
 
     number: int
     name: str
     extent_m: tuple[float, float, float, float] | None
     plan: bool
+    landmarks: dict[str, tuple[float, float]]
 
 
 class SurveyFacts(FiniteRecord):
@@ -43,7 +47,16 @@ def survey_facts(root: Path) -> SurveyFacts:
         site, _ = read_site(root)
     except SurveyError:
         return SurveyFacts(name=root.resolve().name, floors=())
-    floors = [FloorFacts(number=f.number, name=f.name, extent_m=f.extent_m, plan=_has_plan(f)) for f in site.floors]
+    floors = [
+        FloorFacts(
+            number=floor.number,
+            name=floor.name,
+            extent_m=floor.extent_m,
+            plan=_has_plan(floor),
+            landmarks=_places(site.landmarks.on_floor(floor.number)),
+        )
+        for floor in site.floors
+    ]
     return SurveyFacts(name=name or root.resolve().name, floors=tuple(sorted(floors, key=lambda floor: floor.number)))
 
 
@@ -58,6 +71,11 @@ def plan_jpeg(root: Path, number: int) -> bytes | None:
     except (SurveyError, KeyError, OSError):
         return None
     return buffer.getvalue()
+
+
+def _places(landmarks: Landmarks) -> dict[str, tuple[float, float]]:
+    rows = zip(landmarks.ids, landmarks.position_bcs.tolist(), landmarks.surveyed.tolist(), strict=True)
+    return {name: (x, y) for name, (x, y), surveyed in rows if surveyed}
 
 
 def _has_plan(floor: Floor) -> bool:

@@ -67,6 +67,8 @@ class Session:
     * sensors: ``sensor`` text, ``v1`` .. ``v6`` float64
     * ble, where it was logged: ``address``, ``name``, ``uuid`` text, ``major``, ``minor`` int32 (null: no beacon),
       ``rssi_dbm`` float32
+    * rtt, where ranges to access points were measured: ``bssid`` text, ``responder`` bool, ``range_m``,
+      ``range_sigma_m``, ``rssi_dbm`` float32, ``attempted``, ``successful`` int32
     """
 
     key: SessionKey

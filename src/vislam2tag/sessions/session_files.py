@@ -26,6 +26,7 @@ MISSING = {
 _OPTIONAL = {
     "presses": ("no presses", Severity.WARNING),
     "ble": ("no BLE readings", Severity.WARNING),
+    "rtt": ("no ranges to access points", Severity.WARNING),
     "fixes": ("no known positions: a session without poses cannot be mapped", Severity.ERROR),
     "anchors": ("no anchors: map updates show at landmarks only", Severity.WARNING),
     "events": ("nothing is known of refused scans and warnings", Severity.WARNING),

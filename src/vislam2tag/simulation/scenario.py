@@ -86,6 +86,8 @@ class Scenario:
     """Whether the phones log air pressure."""
     ble: bool = False
     """Whether there are BLE beacons, and the phones log them."""
+    rtt: bool = False
+    """Whether the phones log ranges to access points, where their format holds them."""
     site: AnyPath | None = None
     """Folder of the site whose plans and ``site.toml`` the survey takes over; None where the building is generated."""
     settings: BuildingSettings | SiteBuildingSettings | None = None
@@ -111,6 +113,7 @@ def regular_survey(
     climb: Climb | None = None,
     pressure: bool = False,
     ble: bool = False,
+    rtt: bool = False,
     day: date = WALKING_DAY,
 ) -> Scenario:
     """Plan ``sessions`` walks of ``duration_s`` on each floor with each device.
@@ -128,7 +131,7 @@ def regular_survey(
         for session in _walks(seed, level, floors, devices, sessions, duration_s, walk, day)
     ]
     made = make_building(building or BuildingSettings(), seed, floors, distinct_ids=climb is not None)
-    return Scenario(seed, level, made, tuple(planned), pressure, ble, settings=building)
+    return Scenario(seed, level, made, tuple(planned), pressure, ble, rtt, settings=building)
 
 
 def site_survey(

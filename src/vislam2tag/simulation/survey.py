@@ -23,6 +23,7 @@ from vislam2tag.simulation.sensors.devices import make_device, simulate_presses
 from vislam2tag.simulation.sensors.fixes import simulate_fixes
 from vislam2tag.simulation.sensors.imu import ImuSettings, simulate_imu, with_pressure
 from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
+from vislam2tag.simulation.sensors.ranges import simulate_ranges
 from vislam2tag.simulation.sensors.station import (
     StationSettings,
     StationSetup,
@@ -139,6 +140,7 @@ def simulate_session(
         presses_ns=presses_ns,
         marks=device.marks,
         ble=None if beacons is None else simulate_ble(beacons, walk, device.receiver, stream(seed, "ble", planned.key)),
+        ranges=simulate_ranges(environment, walk, wifi, stream(seed, "rtt", planned.key)) if scenario.rtt else None,
     )
     if not planned.total_station:
         return session
@@ -205,6 +207,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         **({"columns": sorted(options.columns)} if options.columns else {}),
         **({"pressure": True} if scenario.pressure else {}),
         **({"ble": True} if scenario.ble else {}),
+        **({"rtt": True} if scenario.rtt else {}),
         **({"without_poses": True} if options.without_poses else {}),
         **({"site": Path(scenario.site).name} if scenario.site else {}),
         **({"building": chosen} if chosen else {}),

@@ -55,6 +55,28 @@ def test_a_clean_session_has_everything_and_no_finding(folder: Path) -> None:
     assert (session.recording.ended, session.recording.note) == ("stopped", "a note")
 
 
+def test_ranges_are_read_where_the_phone_measured_them(folder: Path) -> None:
+    rows = clean_rows()
+    earlier = {name: lines for name, lines in rows.items() if name != "Rtt.csv"}  # of an app before them
+    assert "rtt" not in read_rows(folder.with_name("2021-12-20T140000"), earlier).tables
+    rows["Rtt.csv"] += [
+        f"{frame_ns(5)},aa:bb:00:00:00:01,1,4.31,0.52,-55,8,7",
+        f"{frame_ns(6)},aa:bb:00:00:00:02,0,-0.12,,-61,8,1",
+        f"{frame_ns(6)},aa:bb:00:00:00:02,0,,,-61,8,1",
+    ]
+    session = read_rows(folder, rows)
+    table = session.tables["rtt"]
+    assert table["bssid"].to_list() == ["aa:bb:00:00:00:01"] * 2 + ["aa:bb:00:00:00:02"]
+    assert table["responder"].to_list() == [True, True, False]
+    assert table["range_m"].to_list() == pytest.approx([4.31, 4.31, -0.12])
+    assert table["range_sigma_m"].to_list() == pytest.approx([0.52, 0.52, None])
+    assert table["repeated"].to_list() == [False, True, False]
+    assert [finding.kind for finding in session.findings] == ["malformed_lines"]  # one without a range
+    empty = read_rows(folder.with_name("2021-12-20T150000"), rows | {"Rtt.csv": []})
+    assert "rtt" not in empty.tables
+    assert empty.findings == ()
+
+
 def test_lines_are_rows_and_findings(folder: Path) -> None:
     rows = clean_rows()
     for name in rows:

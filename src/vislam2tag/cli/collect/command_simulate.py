@@ -77,6 +77,7 @@ def _simulate(
     ] = None,
     pressure: Annotated[bool, typer.Option("--pressure", help="The phones log air pressure, too.")] = False,
     ble: Annotated[bool, typer.Option("--ble", help="There are BLE beacons, and the phones log them.")] = False,
+    rtt: Annotated[bool, typer.Option("--rtt", help="Log ranges to access points (with --format phone).")] = False,
     without_poses: Annotated[
         bool, typer.Option("--without-poses", help="No tracker: known positions every 20 s in place of poses.")
     ] = False,
@@ -158,9 +159,9 @@ def _simulate(
         walks = site_survey(
             building, site, seed, severity.value, device_names(devices), sessions, minutes * 60, day=day
         )
-        scenario = replace(walks, pressure=pressure, ble=ble, settings=settings.simulation.site)
+        scenario = replace(walks, pressure=pressure, ble=ble, rtt=rtt, settings=settings.simulation.site)
     elif like is CopiedSurvey.PAPER:
-        scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble)
+        scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble, rtt=rtt)
     else:
         scenario = regular_survey(
             seed,
@@ -173,6 +174,7 @@ def _simulate(
             climb=climb,
             pressure=pressure,
             ble=ble,
+            rtt=rtt,
             day=day or WALKING_DAY,
         )
     _run_with_progress(scenario, out, options)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, SESSIONS, UNITS
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, UNITS
 
 _PLACE = {
     "building": "building; empty where there is one only",
@@ -109,6 +109,19 @@ _MEANINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "heading_change_rad": "turn from start to end",
             "accelerometer": "samples",
             "gyroscope": "samples",
+        },
+        RTT: {
+            **_PLACE,
+            **_WALK,
+            "range_id": "unique name of the range",
+            "bssid": "access point that answered",
+            "responder": "it answers ranging (IEEE 802.11mc); otherwise the time of an ordinary answer was taken",
+            "range_m": "distance by the round-trip time",
+            "range_sigma_m": "spread within the burst",
+            "rssi_dbm": "received signal strength",
+            "attempted": "frames of the burst",
+            "successful": "frames that were answered",
+            "time_ns": "when it was measured",
         },
     }
 )

@@ -16,7 +16,7 @@ from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.formats.gia.annotated_tables import ANNOTATED_FILES, WIFI_FILE, read_annotated
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, SESSIONS
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, RTT, SESSIONS
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE
 from vislam2tag.labeling.schemas import TRAJECTORY
 
@@ -79,7 +79,7 @@ def _session_parts(dataset: Dataset) -> Iterator[tuple[tuple[str, str], Compared
     for session in sessions.sort():
         yield (session, FINGERPRINTS), ComparedTable((KEYS[FINGERPRINTS],), _rows_of(dataset, FINGERPRINTS, session))
         yield (session, READINGS), ComparedTable(("scan_id", "bssid", "time_ns"), _readings_of(dataset, session))
-        for name in (MAGNETIC, IMU_WINDOWS):
+        for name in (MAGNETIC, IMU_WINDOWS, RTT):
             if name in dataset.tables:
                 yield (session, name), ComparedTable((KEYS[name],), _rows_of(dataset, name, session))
 

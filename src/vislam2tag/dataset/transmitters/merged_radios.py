@@ -8,7 +8,7 @@ import polars as pl
 
 from vislam2tag.dataset.by_session import readings_by_session
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, RTT, SCHEMAS
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 
 
@@ -17,7 +17,8 @@ def merged_radios(dataset: Dataset) -> Dataset:
 
     The radio's name takes the place of the address. RSSI (the mean of the values in dBm, which lowers fading and keeps
     the scale of a single beacon), time, position and sigma are means; frequency is the first. Identifiers without a
-    known radio stay as they are. Tables stay lazy but that of the access points.
+    known radio stay as they are. Ranges stay each for itself, under the radio's name. Tables stay lazy but that of the
+    access points.
     """
     points = dataset.access_points.collect().with_columns(as_one=pl.coalesce("radio", "bssid"))
     names = points.select("bssid", "as_one").lazy()
@@ -27,6 +28,9 @@ def merged_radios(dataset: Dataset) -> Dataset:
         READINGS: readings,
         ACCESS_POINTS: _merged_points(dataset.fingerprints, readings, points).lazy(),
     }
+    if RTT in dataset.tables:
+        ranges = dataset.tables[RTT].join(names, on="bssid", how="left", maintain_order="left")
+        merged[RTT] = ranges.with_columns(bssid=pl.coalesce("as_one", "bssid")).drop("as_one")
     return replace(dataset, tables={**dataset.tables, **merged})
 
 

@@ -18,7 +18,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, RTT
 
 LEAST_KEY_BYTES = 16
 """Shorter keys can be tried out."""
@@ -96,6 +96,8 @@ def _without_nomap(dataset: Dataset, points: pl.DataFrame) -> tuple[Dataset, pl.
         READINGS: dataset.readings.join(names, on="bssid", how="anti", maintain_order="left"),
         FINGERPRINTS: _counted_without(dataset.fingerprints, out),
     }
+    if RTT in tables:
+        tables[RTT] = tables[RTT].join(names, on="bssid", how="anti", maintain_order="left")
     left = points.join(unwanted, on="bssid", how="anti", maintain_order="left")
     # A radio is named by an address: not by one that was left out.
     left = left.with_columns(radio=pl.when(pl.col("radio").is_not_null()).then(pl.col("bssid").min().over("radio")))
@@ -137,11 +139,17 @@ def _with_hashes(dataset: Dataset, points: pl.DataFrame, key: bytes) -> tuple[Da
         {"bssid": points["bssid"], "code": [hashed(bssid, key) for bssid in points["bssid"]]},
         schema={"bssid": pl.String, "code": pl.String},
     )
-    readings = dataset.readings.join(codes.lazy(), on="bssid", how="inner", maintain_order="left")
+    coded = {
+        name: dataset.tables[name]
+        .join(codes.lazy(), on="bssid", how="inner", maintain_order="left")
+        .with_columns(bssid="code")
+        .drop("code")
+        for name in (READINGS, RTT)
+        if name in dataset.tables
+    }
     table = points.join(codes, on="bssid", how="left").join(
         codes.rename({"bssid": "radio", "code": "radio_code"}), on="radio", how="left"
     )
     hidden = table.with_columns(bssid="code", radio="radio_code").select(points.columns).sort("bssid")
     info = dataset.info.model_copy(update={"bssid_key": key_name(key)})
-    with_codes = readings.with_columns(bssid="code").drop("code")
-    return replace(dataset, info=info, tables={**dataset.tables, READINGS: with_codes}), hidden
+    return replace(dataset, info=info, tables={**dataset.tables, **coded}), hidden

@@ -18,7 +18,7 @@ from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
 from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, WIFI, radio_rows
 from vislam2tag.dataset.inertial.imu_windows import imu_windows
-from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, SESSIONS, in_schema
+from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
@@ -81,6 +81,7 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
     _write(job, SESSIONS, _session_row(job, result, walk, fingerprints))
     findings = [finding for part in made.values() for finding in part.findings]
     findings += _write_sensors(job, trajectory)
+    _write_ranges(job)
     findings += _unknown_columns(job.labelled)
     if result.error is None and not fingerprints:
         message = "sessions were mapped, but have no radio reading"
@@ -117,6 +118,19 @@ def _write_radio(job: SessionJob, made: list[SessionFingerprints]) -> int:
     _write(job, READINGS, in_order)
     _write(job, NAMES, pl.concat([part.names for part in made]))
     return len(fingerprints)
+
+
+def _write_ranges(job: SessionJob) -> None:
+    """Write the ranges to access points where there are any; those without a label have no position."""
+    if not job.labelled.has(RTT):
+        return
+    rows = job.labelled.table(RTT, SCHEMAS[RTT]).filter(pl.col("status") != Status.DUPLICATE.label)
+    name = pl.concat_str(pl.lit(f"{job.session}/rtt/"), pl.col("row").cast(pl.String).str.zfill(7))
+    table = rows.sort("time_ns", maintain_order=True).with_columns(
+        range_id=name, building=pl.lit(job.building), session=pl.lit(job.session)
+    )
+    if len(table):
+        _write(job, RTT, in_schema(RTT, table.drop("row", "status")))
 
 
 def _write_sensors(job: SessionJob, trajectory: pl.DataFrame) -> list[Finding]:

@@ -28,6 +28,7 @@ from vislam2tag.sessions.phone.schemas import (
     FIRST_COLUMN,
     LANDMARKS,
     PRESSES,
+    RTT,
     SENSORS,
     SIGHTING,
     TAPS,
@@ -60,6 +61,7 @@ FILE_NAMES = {
     "sensors": ("Sensors.csv",),
     "presses": ("ControlPoint.csv",),
     "ble": ("Ble.csv",),
+    "rtt": ("Rtt.csv",),
     "events": ("Events.csv",),
     "fixes": (FIXES_FILE,),
 }
@@ -94,6 +96,9 @@ class PhoneFormat:
         ble = _ble(reading, camera)
         if len(ble):
             tables["ble"] = ble
+        rtt = _rtt(reading, camera)
+        if len(rtt):
+            tables["rtt"] = rtt
         presses_ns, taps, taps_file = _presses(reading, camera)
         recording, told_floors = _recording(reading, record)
         camera = replace(camera, anchors=anchors, told_floors=told_floors, pressure=pressure_log(tables["sensors"]))
@@ -225,6 +230,18 @@ def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     rows, absurd = without_absurd_levels(replace(table, rows=rows), measured, "from -127 to 20 dBm")
     rows = mark_repeated_ble(rows)
     reading.findings += [*absurd, *ble_findings(rows, file), *clock_mismatch(rows["time_ns"].to_numpy(), file, camera)]
+    return rows
+
+
+def _rtt(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
+    """Ranges to access points; none of apps before them, which have no such file."""
+    file, data = reading.load("rtt")
+    table = parse_phone_table(data, file, RTT)
+    rows = reading.account("rtt", data, table).with_columns(
+        pl.col("bssid").str.to_lowercase(), responder=pl.col("responder") != 0
+    )
+    rows = mark_repeated(rows)
+    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 
 

@@ -72,6 +72,19 @@ BLE = PhoneSchema(
     required=("time_ns", "address", "rssi_dbm"),
     quoted=True,
 )
+RTT = PhoneSchema(
+    {
+        "time_ns": pl.Int64,
+        "bssid": pl.String,
+        "responder": pl.Int32,
+        "range_m": pl.Float32,
+        "range_sigma_m": pl.Float32,
+        "rssi_dbm": pl.Float32,
+        "attempted": pl.Int32,
+        "successful": pl.Int32,
+    },
+    required=("time_ns", "bssid", "responder", "range_m"),
+)
 PRESSES = PhoneSchema(
     {"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, required=("time_ns", "n", "action"), words=("action",)
 )

@@ -16,6 +16,7 @@ from vislam2tag.simulation.model import MapMotion, SimulatedBuilding, TrackerLog
 from vislam2tag.simulation.sensors.beacons import BleLog
 from vislam2tag.simulation.sensors.imu import SENSOR_TYPES, ImuLog
 from vislam2tag.simulation.sensors.radio import WifiLog
+from vislam2tag.simulation.sensors.ranges import BURST, RangeLog
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.tracking.anchors import set_anchors
 from vislam2tag.simulation.writing.session import SimulatedSession
@@ -59,6 +60,7 @@ def phone_log(session: SimulatedSession, key: SessionKey, seed: int) -> PhoneLog
         "Sensors": _sensors(session.imu),
         "WiFi": _wifi(session.wifi, session.building),
         "Ble": _ble(session.ble),
+        "Rtt": _ranges(session.ranges, session.building),
         "ControlPoint": _presses(session.presses_ns),
     }
     return PhoneLog({**tables, "Events": _events(tables["CameraPose"], start_ns, end_ns)}, start_ns, end_ns)
@@ -192,6 +194,24 @@ def _ble(ble: BleLog | None) -> pl.DataFrame:
             "uuid": pl.Series([beacons.uuid]).gather(np.zeros(count, dtype=np.int64)),
             "major": beacons.major[ble.beacon],
             "minor": beacons.minor[ble.beacon],
+        }
+    )
+
+
+def _ranges(ranges: RangeLog | None, building: SimulatedBuilding) -> pl.DataFrame:
+    if ranges is None:
+        names = ("time_ns", "bssid", "responder", "range_m", "range_sigma_m", "rssi_dbm", "attempted", "successful")
+        return pl.DataFrame(schema=dict.fromkeys(names, pl.String))
+    return pl.DataFrame(
+        {
+            "time_ns": ranges.time_ms * 1_000_000,
+            "bssid": pl.Series(building.ap_bssid, dtype=pl.String).gather(ranges.access_point),
+            "responder": ranges.responder.astype(np.int64),
+            "range_m": as_float32(ranges.range_mm / 1000),
+            "range_sigma_m": as_float32(ranges.sigma_mm / 1000),
+            "rssi_dbm": ranges.rss_dbm,
+            "attempted": np.full_like(ranges.rss_dbm, BURST),
+            "successful": ranges.successful,
         }
     )
 

@@ -33,6 +33,7 @@ def phone_script(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> bytes:
         _sensors(tables["Sensors"]),
         _scans(tables["WiFi"]),
         _beacons(tables["Ble"]),
+        _ranges(tables["Rtt"]),
         tables["ControlPoint"].select(now="time_ns", text=_line("press", "time_ns")),
     ]
     calls = pl.concat(blocks).sort("now", maintain_order=True)
@@ -102,3 +103,24 @@ def _beacons(ble: pl.DataFrame) -> pl.DataFrame:
     )
     columns = ("time_ns", "time_ns", "address", "name", "rssi_dbm", "tx_power_dbm", "manufacturer", "hex")
     return escaped.with_columns(pl.col("time_ns").cast(pl.Int64)).select(now="time_ns", text=_line("ble", *columns))
+
+
+def _ranges(ranges: pl.DataFrame) -> pl.DataFrame:
+    """Ranges as the platform gives them: whole milliseconds and millimetres."""
+    whole = ranges.with_columns(
+        pl.col("time_ns").cast(pl.Int64),
+        *((pl.col(name).cast(pl.Float64) * 1000).round().cast(pl.Int64) for name in ("range_m", "range_sigma_m")),
+        kind=pl.when(pl.col("responder").cast(pl.Int64) == 1).then(pl.lit("responder")).otherwise(pl.lit("other")),
+    ).with_columns(timestamp_ms=pl.col("time_ns") // 1_000_000)
+    columns = (
+        "time_ns",
+        "timestamp_ms",
+        "bssid",
+        "kind",
+        "range_m",
+        "range_sigma_m",
+        "rssi_dbm",
+        "attempted",
+        "successful",
+    )
+    return whole.select(now="time_ns", text=_line("range", *columns))

@@ -10,6 +10,7 @@ from vislam2tag.simulation.sensors.beacons import BleLog
 from vislam2tag.simulation.sensors.fixes import SimulatedFixes
 from vislam2tag.simulation.sensors.imu import ImuLog
 from vislam2tag.simulation.sensors.radio import WifiLog
+from vislam2tag.simulation.sensors.ranges import RangeLog
 from vislam2tag.simulation.sensors.station import SimulatedStationTrack
 
 
@@ -35,6 +36,8 @@ class SimulatedSession:
     marks: DecimalMarks
     ble: BleLog | None = None
     """None where the phone logs no BLE."""
+    ranges: RangeLog | None = None
+    """None where the phone measures no ranges to access points."""
     fixes: SimulatedFixes | None = None
     """None where the phone has a tracker."""
     station: SimulatedStationTrack | None = None

@@ -49,6 +49,7 @@ public class ReplayMainTest {
         + "scan\t84211100000000\tupdated\nreading\t84211002345\t02:11:22:33:44:55\teduroam, \\n\t-61\t5180\t80\t5210\t\n"
         + "ble\t84211200000000\t84211190000000\tAA:BB\t\t-70\t\t76\t0215000102030405060708090a0b0c0d0e0f00010002c5\n"
         + "ble\t84211200000000\t84211190000000\tAA:BB\tx\t-70\t-4\t\t\n"
+        + "range\t84211200000000\t84211150\tAA:BB:00:00:00:01\tother\t-120\t310\t-61\t8\t5\n"
         + "press\t84212000000000\ntap\t84212050000000\t3.5\t-2\t0.6\nundo\t84212060000000\nundo\t84212100000000\ncamera\t84213000000000\tunavailable\tphone_call\n"
         + "camera\t84214000000000\tavailable\npart\t84214000000000\nscan_accepted\t84214000000000\nscreen\t84214000000000\toff\n" + STOP);
     assertEquals(ScriptPlayer.Ending.STOPPED, player.ending());
@@ -61,6 +62,7 @@ public class ReplayMainTest {
         + "84211100000000,fresh,on\n"));
     assertTrue(read(player, "Ble.csv").endsWith("\n84211190000000,aa:bb,,-70,,00010203-0405-0607-0809-0a0b0c0d0e0f,1,2\n"
         + "84211190000000,aa:bb,x,-70,-4,,,\n"));
+    assertTrue(read(player, "Rtt.csv").endsWith("\n84211150000000,aa:bb:00:00:00:01,0,-0.12,0.31,-61,8,5\n"));
     assertTrue(read(player, "ControlPoint.csv").endsWith("\n84212000000000,0,press,,,\n84212050000000,1,tap,3.5,-2.0,0.6\n"
         + "84212060000000,1,undo,,,\n84212100000000,0,undo,,,\n"));
     assertTrue(read(player, "session.json").contains("\"note\": \"a\\u0009b\\\\\""));

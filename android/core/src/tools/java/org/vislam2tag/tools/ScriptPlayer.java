@@ -13,6 +13,7 @@ import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.Beacon;
 import org.vislam2tag.core.record.BleReading;
 import org.vislam2tag.core.record.Pose;
+import org.vislam2tag.core.record.RttReading;
 import org.vislam2tag.core.record.SensorKind;
 import org.vislam2tag.core.record.TrackedFrame;
 import org.vislam2tag.core.record.TrackedImage;
@@ -76,12 +77,14 @@ final class ScriptPlayer {
     calls.put("part", line -> at(line).newPart());
     calls.put("camera", line -> at(line).camera(line.either("available", "unavailable"), line.textOr("")));
     calls.put("sensor", this::sensor);
+    calls.put("accuracy", line -> at(line).accuracy(line.oneOf(SensorKind.class), (int) line.integer()));
     calls.put("throttling", line -> at(line).throttling(line.either("on", "off")));
     calls.put("scan_accepted", line -> at(line).scanAccepted());
     calls.put("scan_refused", line -> at(line).scanRefused());
     calls.put("scan", this::scan);
     calls.put("reading", this::reading);
     calls.put("ble", this::ble);
+    calls.put("range", this::range);
     calls.put("press", line -> at(line).press());
     calls.put("tap", line -> at(line).tap(line.number(), line.number(), line.number()));
     calls.put("floor", line -> at(line).floor((int) line.integer()));
@@ -230,6 +233,11 @@ final class ScriptPlayer {
     int power = line.integerOr(BleReading.NO_TX_POWER);
     int company = line.integerOr(-1);
     at.ble(new BleReading(timeNs, address, name, rssi, power, Beacon.of(company, Hex.bytes(line.textOr("")))));
+  }
+
+  private void range(ScriptLine line) {
+    at(line).range(new RttReading(line.integer(), line.text(), line.either("responder", "other"), (int) line.integer(),
+        (int) line.integer(), (int) line.integer(), (int) line.integer(), (int) line.integer()));
   }
 
   private void end(ScriptLine line, Ending how) {

@@ -31,13 +31,26 @@ final class MapFrame {
     centreY = height / 2f;
   }
 
+  /** Pixels of a metre. */
+  float scale() {
+    return scale;
+  }
+
   float x(WalkMap.Point point) {
-    return centreX + scale * (point.xM - middleX);
+    return x(point.xM);
+  }
+
+  float x(float xM) {
+    return centreX + scale * (xM - middleX);
   }
 
   /** Pixels grow downwards. */
   float y(WalkMap.Point point) {
-    return centreY - scale * (point.yM - middleY);
+    return y(point.yM);
+  }
+
+  float y(float yM) {
+    return centreY - scale * (yM - middleY);
   }
 
   private static void grow(float[] box, WalkMap.Point point) {

@@ -6,7 +6,6 @@ import android.content.ComponentName;
 import android.content.Intent;
 import android.content.ServiceConnection;
 import android.content.pm.PackageManager;
-import android.graphics.BitmapFactory;
 import android.os.BatteryManager;
 import android.os.Bundle;
 import android.os.Handler;
@@ -21,7 +20,6 @@ import android.view.WindowManager;
 import android.widget.TextView;
 import android.widget.Toast;
 import com.google.ar.core.ArCoreApk;
-import java.io.File;
 import java.util.List;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.ar.CameraView;
@@ -32,7 +30,6 @@ import org.vislam2tag.core.session.RecorderStatus;
 import org.vislam2tag.core.session.SessionEnd;
 import org.vislam2tag.core.site.Site;
 import org.vislam2tag.core.site.SiteFloor;
-import org.vislam2tag.core.site.SiteStore;
 
 /** The screen while a session is recorded. */
 public final class RecordActivity extends Activity implements ServiceConnection {
@@ -44,6 +41,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
   private RecordingService.Link service;
   private CameraView camera;
   private PlanView plan;
+  private FloorPlan floorPlan;
 
   @Override protected void onCreate(Bundle saved) {
     super.onCreate(saved);
@@ -99,18 +97,10 @@ public final class RecordActivity extends Activity implements ServiceConnection 
       picture.addView(camera);
       findViewById(R.id.other_floor).setVisibility(View.VISIBLE);
     } else {
-      plan = planView(service.plan().floor);
+      floorPlan = FloorPlan.of(this, service.plan().floor);
+      plan = new PlanView(this, floorPlan.floor, floorPlan.picture, this::tapped); // tapped where the collector stands
       picture.addView(plan);
     }
-  }
-
-  /** Without camera the plan is tapped where the collector stands. */
-  private PlanView planView(int number) {
-    SiteStore store = RecordingService.site(this);
-    Site site = store.site();
-    SiteFloor floor = site == null ? SiteFloor.unknown(number) : site.floor(number);
-    File picture = store.plan(floor);
-    return new PlanView(this, floor, picture == null ? null : BitmapFactory.decodeFile(picture.getPath()), this::tapped);
   }
 
   private void tapped(float xM, float yM, float sigmaM) {
@@ -188,8 +178,12 @@ public final class RecordActivity extends Activity implements ServiceConnection 
   private void refresh() {
     Recording recording = recording();
     if (recording != null) {
-      show(recording.recorder().status());
-      ((MapView) findViewById(R.id.map)).show(recording.recorder().map());
+      RecorderStatus status = recording.recorder().status();
+      show(status);
+      if (floorPlan == null || floorPlan.floor.number != status.floor) {
+        floorPlan = FloorPlan.of(this, status.floor);
+      }
+      ((MapView) findViewById(R.id.map)).show(recording.recorder().map(), floorPlan);
     } else if (service != null) {
       over(service.lastEnd());
       return;
@@ -204,7 +198,8 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     set(R.id.scans, text.scans(status));
     BatteryManager battery = (BatteryManager) getSystemService(BATTERY_SERVICE);
     set(R.id.supplies, text.supplies(RecordingService.sessions(this).getUsableSpace(),
-        battery.getIntProperty(BatteryManager.BATTERY_PROPERTY_CAPACITY)) + text.clock(status));
+        battery.getIntProperty(BatteryManager.BATTERY_PROPERTY_CAPACITY)) + text.clock(status)
+        + text.magnetometer(status));
     String warnings = text.warnings(status.walk);
     set(R.id.warnings, warnings);
     findViewById(R.id.warnings).setVisibility(warnings.isEmpty() ? View.GONE : View.VISIBLE);

@@ -73,6 +73,11 @@ final class StatusText {
     return status.clockJumpMs == 0 ? "" : "\n" + words.of(R.string.status_clock_changed, status.clockJumpMs / 1000.0);
   }
 
+  /** That the magnetometer wants to be calibrated, and how; empty where it does not. */
+  String magnetometer(RecorderStatus status) {
+    return status.magnetometerLow ? "\n" + words.of(R.string.calibrate_magnetometer) : "";
+  }
+
   /** The warnings that are on, a line each; empty where there is none. */
   String warnings(WalkStatus walk) {
     StringBuilder lines = new StringBuilder();

@@ -28,6 +28,7 @@ import java.util.List;
 import org.vislam2tag.app.sensing.BleLog;
 import org.vislam2tag.app.sensing.Calls;
 import org.vislam2tag.app.sensing.Feed;
+import org.vislam2tag.app.sensing.RttLog;
 import org.vislam2tag.app.sensing.SensorLog;
 import org.vislam2tag.app.sensing.Surroundings;
 import org.vislam2tag.app.sensing.WifiLog;
@@ -200,7 +201,8 @@ public final class RecordingService extends Service implements RecorderListener 
     Handler handler = new Handler(Looper.getMainLooper());
     BleLog ble = new BleLog(bluetooth == null ? null : bluetooth.getAdapter(), handler);
     WifiManager wifi = (WifiManager) getApplicationContext().getSystemService(WIFI_SERVICE);
-    return Arrays.asList(sensors, new WifiLog(this, wifi, handler, clocks), ble,
+    return Arrays.asList(sensors, new WifiLog(this, wifi, handler, clocks),
+        RttLog.of(this, wifi, handler), ble,
         new Calls((AudioManager) getSystemService(AUDIO_SERVICE), handler),
         new Surroundings(this, ble, (LocationManager) getSystemService(LOCATION_SERVICE)));
   }

@@ -74,7 +74,7 @@ public final class SensorLog implements SensorEventListener, Feed {
   }
 
   @Override public void onAccuracyChanged(Sensor sensor, int accuracy) {
-    // each reading carries its own
+    recorder.accuracy(kinds.get(sensor.getType()), accuracy);
   }
 
   /** Microseconds between readings; 0 asks for the fastest. */

@@ -10,6 +10,7 @@ import java.util.List;
 final class Permissions {
   static final String BLUETOOTH_SCAN = "android.permission.BLUETOOTH_SCAN"; // API 31
   static final String POST_NOTIFICATIONS = "android.permission.POST_NOTIFICATIONS"; // API 33
+  static final String NEARBY_WIFI = "android.permission.NEARBY_WIFI_DEVICES"; // API 33
   private static final int ANDROID_12 = 31;
   private static final int ANDROID_13 = 33;
 
@@ -25,6 +26,7 @@ final class Permissions {
       needed.add(BLUETOOTH_SCAN);
     }
     if (api >= ANDROID_13) {
+      needed.add(NEARBY_WIFI);
       needed.add(POST_NOTIFICATIONS);
     }
     return needed;
@@ -35,10 +37,11 @@ final class Permissions {
     return api < ANDROID_12 || isGiven(context, BLUETOOTH_SCAN);
   }
 
-  /** Was it refused in a way that Android does not show its question again? The notice's permission is nobody's worry. */
+  /** Was it refused in a way that Android does not show its question again? The notice's permission is
+   * nobody's worry, and that of ranges comes with Bluetooth's. */
   static boolean isAskedNoMore(String permission, int given, boolean mayAskAgain) {
     return given != PackageManager.PERMISSION_GRANTED && !mayAskAgain && !permission.equals(POST_NOTIFICATIONS)
-        && !permission.equals(Manifest.permission.ACCESS_COARSE_LOCATION);
+        && !permission.equals(NEARBY_WIFI) && !permission.equals(Manifest.permission.ACCESS_COARSE_LOCATION);
   }
 
   static boolean isGiven(Context context, String permission) {

@@ -8,6 +8,8 @@ import android.hardware.SensorManager;
 import android.location.LocationManager;
 import android.net.wifi.WifiManager;
 import android.os.Build;
+import android.os.PowerManager;
+import android.provider.Settings;
 import com.google.ar.core.ArCoreApk;
 import java.util.ArrayList;
 import java.util.Arrays;
@@ -36,14 +38,39 @@ final class PhoneLook {
     facts.bluetoothAllowed = Permissions.bluetoothAllowed(context, Build.VERSION.SDK_INT);
     facts.locationOn = Surroundings.isLocationOn((LocationManager) context.getSystemService(Context.LOCATION_SERVICE));
     WifiManager wifi = (WifiManager) context.getApplicationContext().getSystemService(Context.WIFI_SERVICE);
-    facts.wifiOn = wifi != null && (wifi.isWifiEnabled() || wifi.isScanAlwaysAvailable());
-    facts.scansThrottled = wifi != null && Build.VERSION.SDK_INT >= ANDROID_11 && wifi.isScanThrottleEnabled();
+    facts.wifiOn = isWifiOn(wifi);
+    facts.scansThrottled = areScansThrottled(wifi);
     facts.bluetoothOn = bluetoothOn();
     facts.missingSensors = missingSensors();
     facts.freeBytes = RecordingService.sessions(context).getUsableSpace();
     facts.landmarks = landmarks.count();
     facts.refusedLandmarks = Arrays.asList(landmarks.refusedIds());
     return facts;
+  }
+
+  /** What lets scans run. */
+  ScanFacts scans() {
+    ScanFacts facts = new ScanFacts();
+    WifiManager wifi = (WifiManager) context.getApplicationContext().getSystemService(Context.WIFI_SERVICE);
+    PowerManager power = (PowerManager) context.getSystemService(Context.POWER_SERVICE);
+    facts.api = Build.VERSION.SDK_INT;
+    facts.maker = Build.MANUFACTURER;
+    facts.locationAllowed = Permissions.isGiven(context, android.Manifest.permission.ACCESS_FINE_LOCATION);
+    facts.locationOn = Surroundings.isLocationOn((LocationManager) context.getSystemService(Context.LOCATION_SERVICE));
+    facts.wifiOn = isWifiOn(wifi);
+    facts.developerOptions = Settings.Global.getInt(context.getContentResolver(), Settings.Global.DEVELOPMENT_SETTINGS_ENABLED, 0) != 0;
+    facts.scansThrottled = areScansThrottled(wifi);
+    facts.unrestricted = power.isIgnoringBatteryOptimizations(context.getPackageName());
+    facts.batterySaver = power.isPowerSaveMode();
+    return facts;
+  }
+
+  private static boolean isWifiOn(WifiManager wifi) {
+    return wifi != null && (wifi.isWifiEnabled() || wifi.isScanAlwaysAvailable());
+  }
+
+  private static boolean areScansThrottled(WifiManager wifi) {
+    return wifi != null && Build.VERSION.SDK_INT >= ANDROID_11 && wifi.isScanThrottleEnabled();
   }
 
   private PhoneFacts.ArCore arCore() {

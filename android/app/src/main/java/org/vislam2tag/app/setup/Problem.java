@@ -1,5 +1,8 @@
 package org.vislam2tag.app.setup;
 
+import android.content.Intent;
+import android.net.Uri;
+import android.provider.Settings;
 import org.vislam2tag.app.R;
 
 /** What stands in the way of a good recording; each has a sentence, and some a button that mends it. */
@@ -19,7 +22,24 @@ public enum Problem {
   STORAGE_LOW(R.string.problem_storage_low, null, Fix.NONE);
 
   /** What its button does. */
-  public enum Fix { NONE, INSTALL_ARCORE, ASK_PERMISSIONS, LOCATION_SETTINGS, WIFI_SETTINGS, BLUETOOTH_SETTINGS, DEVELOPER_SETTINGS, PICK_LANDMARKS }
+  public enum Fix {
+    NONE(null), INSTALL_ARCORE(null), ASK_PERMISSIONS(null), PICK_LANDMARKS(null),
+    LOCATION_SETTINGS(Settings.ACTION_LOCATION_SOURCE_SETTINGS), WIFI_SETTINGS(Settings.ACTION_WIFI_SETTINGS),
+    BLUETOOTH_SETTINGS(Settings.ACTION_BLUETOOTH_SETTINGS), DEVELOPER_SETTINGS(Settings.ACTION_APPLICATION_DEVELOPMENT_SETTINGS),
+    ABOUT_PHONE(Settings.ACTION_DEVICE_INFO_SETTINGS), BATTERY_SETTINGS(Settings.ACTION_IGNORE_BATTERY_OPTIMIZATION_SETTINGS),
+    SAVER_SETTINGS(Settings.ACTION_BATTERY_SAVER_SETTINGS), APP_SETTINGS(Settings.ACTION_APPLICATION_DETAILS_SETTINGS);
+
+    private final String page;
+
+    Fix(String page) {
+      this.page = page;
+    }
+
+    /** The page of the phone's settings that it leads to; only of those that lead to one. */
+    Intent settings(String app) {
+      return this == APP_SETTINGS ? new Intent(page, Uri.fromParts("package", app, null)) : new Intent(page);
+    }
+  }
 
   /** The sentence on the screen; {@code %s} stands for names, where it has them. */
   public final int sentence;

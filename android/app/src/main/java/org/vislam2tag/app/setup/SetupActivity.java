@@ -11,7 +11,6 @@ import android.os.Bundle;
 import android.os.Handler;
 import android.os.IBinder;
 import android.os.Looper;
-import android.provider.Settings;
 import android.view.View;
 import android.widget.ArrayAdapter;
 import android.widget.Button;
@@ -74,6 +73,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
     onClick(R.id.pick, this::pick);
     onClick(R.id.scan_site, () -> startActivityForResult(new Intent(this, ScanActivity.class), SCAN));
     onClick(R.id.sessions, () -> startActivity(new Intent(this, SessionsActivity.class)));
+    onClick(R.id.unlock, () -> startActivity(new Intent(this, UnlockActivity.class)));
     onClick(R.id.about, () -> startActivity(new Intent(this, AboutActivity.class)));
     bindService(new Intent(this, RecordingService.class), this, BIND_AUTO_CREATE);
     loadLandmarks();
@@ -127,7 +127,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
     show();
     for (int i = 0; i < given.length; i++) {
       if (Permissions.isAskedNoMore(permissions[i], given[i], shouldShowRequestPermissionRationale(permissions[i]))) {
-        startActivity(new Intent(Settings.ACTION_APPLICATION_DETAILS_SETTINGS, Uri.fromParts("package", getPackageName(), null)));
+        startActivity(Problem.Fix.APP_SETTINGS.settings(getPackageName()));
         return;
       }
     }
@@ -212,17 +212,8 @@ public final class SetupActivity extends Activity implements ServiceConnection {
       case PICK_LANDMARKS:
         pick();
         break;
-      case LOCATION_SETTINGS:
-        startActivity(new Intent(Settings.ACTION_LOCATION_SOURCE_SETTINGS));
-        break;
-      case WIFI_SETTINGS:
-        startActivity(new Intent(Settings.ACTION_WIFI_SETTINGS));
-        break;
-      case BLUETOOTH_SETTINGS:
-        startActivity(new Intent(Settings.ACTION_BLUETOOTH_SETTINGS));
-        break;
       default:
-        startActivity(new Intent(Settings.ACTION_APPLICATION_DEVELOPMENT_SETTINGS));
+        startActivity(fix.settings(getPackageName()));
         break;
     }
   }

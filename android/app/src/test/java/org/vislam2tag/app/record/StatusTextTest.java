@@ -15,6 +15,7 @@ import org.vislam2tag.app.Recorded;
 import org.vislam2tag.app.recording.PhoneClocks;
 import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.Pose;
+import org.vislam2tag.core.record.SensorKind;
 import org.vislam2tag.core.record.TrackedFrame;
 import org.vislam2tag.core.record.TrackedImage;
 import org.vislam2tag.core.record.TrackingState;
@@ -41,6 +42,13 @@ public class StatusTextTest {
   @Test public void theLastLandmarkIsNamed() throws Exception {
     RecorderStatus status = after(TrackingState.TRACKING, "NONE");
     assertTrue(text.landmarks(status.walk).startsWith(R.string.status_landmarks + "[1, 12"));
+  }
+
+  @Test public void howToCalibrateTheMagnetometerIsSaidWhileItWantsIt() throws Exception {
+    Recorder recorder = new Recorded(folder.newFolder()).recorder;
+    assertEquals("", text.magnetometer(recorder.status()));
+    recorder.accuracy(SensorKind.MAG, 0);
+    assertEquals("\n" + R.string.calibrate_magnetometer + "[]", text.magnetometer(recorder.status()));
   }
 
   @Test public void beforeTheEndItSumsUp() throws Exception {

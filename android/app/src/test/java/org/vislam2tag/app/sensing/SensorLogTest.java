@@ -35,6 +35,17 @@ public class SensorLogTest {
     assertTrue(!events.contains("sensor_missing,GYRO"));
   }
 
+  @Test public void aMagnetometerThatIsNotAccurateIsAnEvent() throws Exception {
+    Sensor magnetometer = mock(Sensor.class);
+    when(magnetometer.getType()).thenReturn(SensorKind.MAG.androidType);
+    Recorded recorded = new Recorded(folder.getRoot());
+    SensorLog log = new SensorLog(manager, 100);
+    log.start(recorded.recorder);
+    log.onAccuracyChanged(magnetometer, 1);
+    log.stop();
+    assertTrue(recorded.events().contains("magnetometer_accuracy,1"));
+  }
+
   @Test public void aRateBecomesAPeriod() {
     assertEquals(10_000, new SensorLog(manager, 100).periodUs());
     assertEquals(0, new SensorLog(manager, SensorOn.FASTEST).periodUs());

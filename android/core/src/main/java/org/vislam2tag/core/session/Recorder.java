@@ -14,6 +14,7 @@ import org.vislam2tag.core.clock.WallClockWatch;
 import org.vislam2tag.core.record.BleReading;
 import org.vislam2tag.core.record.Event;
 import org.vislam2tag.core.record.Press;
+import org.vislam2tag.core.record.RttReading;
 import org.vislam2tag.core.record.SensorKind;
 import org.vislam2tag.core.record.SensorReading;
 import org.vislam2tag.core.record.TrackedFrame;
@@ -25,6 +26,7 @@ import org.vislam2tag.core.radio.SilenceWatch;
 import org.vislam2tag.core.table.RowSink;
 import org.vislam2tag.core.table.Table;
 import org.vislam2tag.core.tracking.AnchorHost;
+import org.vislam2tag.core.walk.MagnetometerWatch;
 import org.vislam2tag.core.walk.PressCount;
 import org.vislam2tag.core.walk.Walk;
 import org.vislam2tag.core.walk.WalkMap;
@@ -54,6 +56,7 @@ public final class Recorder {
   private final ScanLog scans = new ScanLog();
   private final Map<Radio, SilenceWatch> silence = new EnumMap<>(Radio.class);
   private final PressCount presses = new PressCount();
+  private final MagnetometerWatch magnetometer = new MagnetometerWatch();
   private long clockJumpMs;
   private int floor;
   private SessionEnd end;
@@ -149,6 +152,14 @@ public final class Recorder {
       }
     }
     tables.add(new SensorReading(clock.bootNs(stampNs, now.bootNs), kind, values, accuracy));
+    accuracy(kind, accuracy);
+  }
+
+  /** The platform tells how accurate a sensor is now, -1 to 3; of the magnetometer a change between low and good is logged. */
+  public synchronized void accuracy(SensorKind kind, int accuracy) {
+    if (end == null && kind == SensorKind.MAG && magnetometer.changes(accuracy)) {
+      event("magnetometer_accuracy", Integer.toString(accuracy));
+    }
   }
 
   /** Wi-Fi results are delivered: {@code fresh} if the platform says that the scan succeeded. */
@@ -160,6 +171,7 @@ public final class Recorder {
       tables.add(row);
     }
     if (fresh) {
+      walk.map().scan();
       heard(Radio.WIFI);
     } else {
       event("scan_failed", "");
@@ -194,6 +206,13 @@ public final class Recorder {
     }
   }
 
+  /** A range to an access point. */
+  public synchronized void range(RttReading reading) {
+    if (end == null) {
+      tables.add(reading);
+    }
+  }
+
   /** The control-point button is touched now. */
   public synchronized void press() {
     if (end == null) {
@@ -225,6 +244,7 @@ public final class Recorder {
   public synchronized void floor(int number) {
     if (end == null && number != floor) {
       floor = number;
+      walk.map().newPart();
       event("floor", Integer.toString(number));
     }
   }
@@ -327,7 +347,7 @@ public final class Recorder {
   public synchronized RecorderStatus status() {
     long nowNs = nowNs();
     return new RecorderStatus((nowNs - start.bootNs) / 1e9, walk.status(nowNs), frames.part(), scans, silentS(nowNs),
-        tables.rows(Table.BLE), presses.counting(), clockJumpMs, floor, end);
+        tables.rows(Table.BLE), presses.counting(), clockJumpMs, floor, magnetometer.isLow(), end);
   }
 
   /** The taps on the plan that count. */

@@ -31,11 +31,14 @@ public final class RecorderStatus {
   public final long clockJumpMs;
   /** Where the collector said to be: chosen before the start, or since. */
   public final int floor;
+  /** Does the magnetometer want to be calibrated? */
+  public final boolean magnetometerLow;
   /** Null while recording. */
   public final SessionEnd end;
 
   RecorderStatus(double elapsedS, WalkStatus walk, int part, ScanLog scans, Map<Radio, Double> silentS, long bleReadings,
-      int presses, long clockJumpMs, int floor, SessionEnd end) {
+      int presses, long clockJumpMs, int floor, boolean magnetometerLow,
+      SessionEnd end) {
     this.elapsedS = elapsedS;
     this.walk = walk;
     this.part = part;
@@ -49,6 +52,7 @@ public final class RecorderStatus {
     this.presses = presses;
     this.clockJumpMs = clockJumpMs;
     this.floor = floor;
+    this.magnetometerLow = magnetometerLow;
     this.end = end;
   }
 }

@@ -10,6 +10,7 @@ public enum Table {
   WIFI("WiFi.csv", "time_ns,scan,bssid,ssid,rssi_dbm,frequency_mhz,channel_width_mhz,center_0_mhz,center_1_mhz,"
       + "received_ns,result,throttling"),
   BLE("Ble.csv", "time_ns,address,name,rssi_dbm,tx_power_dbm,uuid,major,minor"),
+  RTT("Rtt.csv", "time_ns,bssid,responder,range_m,range_sigma_m,rssi_dbm,attempted,successful"),
   PRESSES("ControlPoint.csv", "time_ns,n,action,x_m,y_m,sigma_m"),
   EVENTS("Events.csv", "time_ns,event,detail");
 

@@ -4,6 +4,7 @@ import java.util.ArrayList;
 import java.util.LinkedHashMap;
 import java.util.List;
 import java.util.Map;
+import java.util.stream.Collectors;
 import org.vislam2tag.core.record.Pose;
 import org.vislam2tag.core.record.TrackedImage;
 import org.vislam2tag.core.record.TrackingState;
@@ -18,20 +19,26 @@ public final class WalkMap {
   /** Points are taken at this distance at first, m. */
   static final double FIRST_SPACING_M = 0.25;
 
-  /** A place on the floor in the tracker's frame, m: x to the right, y ahead (the tracker's -z). */
+  /** A place on the floor in the tracker's frame, m: x to the right, y ahead (the tracker's -z); or on the floor's plan. */
   public static final class Point {
     public final float xM;
     public final float yM;
 
     Point(Pose pose) {
-      xM = pose.txM;
-      yM = -pose.tzM;
+      this(pose.txM, -pose.tzM);
+    }
+
+    /** On a plan, m. */
+    public Point(float xM, float yM) {
+      this.xM = xM;
+      this.yM = yM;
     }
   }
 
   private final List<List<Point>> lines = new ArrayList<>();
   private final Map<String, Point> landmarks = new LinkedHashMap<>();
   private final List<Point> presses = new ArrayList<>();
+  private final List<Point> scans = new ArrayList<>();
   private double spacingM = FIRST_SPACING_M;
   private int points;
   private boolean broken = true;
@@ -59,11 +66,12 @@ public final class WalkMap {
     broken = true;
   }
 
-  /** A new part has a frame of its own: what was drawn does not fit to it any more. */
+  /** A new part has a frame of its own, another floor a plan: what was drawn does not fit to it any more. */
   public void newPart() {
     lines.clear();
     landmarks.clear();
     presses.clear();
+    scans.clear();
     points = 0;
     broken = true;
     here = null;
@@ -72,7 +80,8 @@ public final class WalkMap {
   /** Landmarks stand where the tracker has them last. */
   public void landmarks(List<TrackedImage> images) {
     for (TrackedImage image : images) {
-      if (image.state == TrackingState.TRACKING) {
+      boolean known = image.state == TrackingState.TRACKING && landmarks.containsKey(image.id);
+      if (known || image.isSeenNow()) { // the tracker remembers those of another floor, too
         landmarks.put(image.id, new Point(image.pose));
       }
     }
@@ -81,6 +90,13 @@ public final class WalkMap {
   /** The button was pressed here. */
   public void press() {
     presses.add(here == null ? null : new Point(here));
+  }
+
+  /** Wi-Fi was heard here. */
+  public void scan() {
+    if (here != null && scans.size() < MOST_POINTS) {
+      scans.add(new Point(here));
+    }
   }
 
   /** The latest press does not count. */
@@ -98,7 +114,7 @@ public final class WalkMap {
     }
     List<Point> pressed = new ArrayList<>(presses);
     pressed.removeIf(point -> point == null);
-    return new Drawing(copies, new LinkedHashMap<>(landmarks), pressed, here == null ? null : new Point(here));
+    return new Drawing(copies, new LinkedHashMap<>(landmarks), pressed, new ArrayList<>(scans), here == null ? null : new Point(here));
   }
 
   private void thin() {
@@ -124,14 +140,30 @@ public final class WalkMap {
     /** By id. */
     public final Map<String, Point> landmarks;
     public final List<Point> presses;
+    /** Where Wi-Fi was heard. */
+    public final List<Point> scans;
     /** Where the camera is; null before it was first tracked in this part. */
     public final Point here;
 
-    Drawing(List<List<Point>> lines, Map<String, Point> landmarks, List<Point> presses, Point here) {
+    Drawing(List<List<Point>> lines, Map<String, Point> landmarks, List<Point> presses, List<Point> scans, Point here) {
       this.lines = lines;
       this.landmarks = landmarks;
       this.presses = presses;
+      this.scans = scans;
       this.here = here;
+    }
+
+    /** The same on a floor's plan. */
+    public Drawing on(PlanFit fit) {
+      Map<String, Point> marks = new LinkedHashMap<>();
+      landmarks.forEach((id, point) -> marks.put(id, fit.place(point)));
+      List<List<Point>> ways = new ArrayList<>();
+      lines.forEach(line -> ways.add(placed(line, fit)));
+      return new Drawing(ways, marks, placed(presses, fit), placed(scans, fit), here == null ? null : fit.place(here));
+    }
+
+    private static List<Point> placed(List<Point> points, PlanFit fit) {
+      return points.stream().map(fit::place).collect(Collectors.toList());
     }
   }
 }

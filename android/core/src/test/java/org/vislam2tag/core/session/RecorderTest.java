@@ -254,7 +254,7 @@ public class RecorderTest {
     Recorder recorder = start();
     clocks.sleptNs = 100_000_000_000L;
     recorder.sensor(SensorKind.GYRO, clocks.read().nanoNs - 5, new float[3], 2);
-    recorder.sensor(SensorKind.MAG, 77, new float[3], 1);
+    recorder.sensor(SensorKind.MAG, 77, new float[3], 3);
     recorder.stop();
     assertTrue(rows(recorder, Table.SENSORS).get(0).startsWith((clocks.bootNs - 5) + ",GYRO,"));
     assertTrue(rows(recorder, Table.SENSORS).get(1).startsWith(clocks.bootNs + ",MAG,"));
@@ -444,6 +444,37 @@ public class RecorderTest {
     recorder.floor(7);
     assertEquals(4, recorder.status().floor);
     assertEquals(Arrays.asList("started,", "floor,-1", "floor,4", "stopped,"), events(recorder));
+  }
+
+  @Test public void aMagnetometerThatWantsToBeCalibratedIsToldAndShown() throws IOException {
+    Recorder recorder = start();
+    recorder.sensor(SensorKind.MAG, clocks.bootNs, new float[] {1, 2, 3}, 3);
+    recorder.accuracy(SensorKind.ACC, 0);
+    assertFalse(recorder.status().magnetometerLow);
+    recorder.accuracy(SensorKind.MAG, 1);
+    recorder.sensor(SensorKind.MAG, clocks.bootNs, new float[] {1, 2, 3}, 0);
+    assertTrue(recorder.status().magnetometerLow);
+    recorder.sensor(SensorKind.MAG, clocks.bootNs, new float[] {1, 2, 3}, 2);
+    assertFalse(recorder.status().magnetometerLow);
+    recorder.stop();
+    assertEquals(Arrays.asList("started,", "magnetometer_accuracy,1", "magnetometer_accuracy,2", "stopped,"), events(recorder));
+  }
+
+  @Test public void theMapShowsWhereWifiWasHeardAndBeginsAnewOnAnotherFloor() throws IOException {
+    Recorder recorder = start();
+    TrackedImage image = new TrackedImage("12", TrackingState.TRACKING, "FULL_TRACKING", new Pose(1, 0, 0, 0, 0, 0, 1), 0.2f, 0.2f);
+    TrackedImage known = new TrackedImage("12", TrackingState.TRACKING, "LAST_KNOWN_POSE", new Pose(2, 0, 0, 0, 0, 0, 1), 0.2f, 0.2f);
+    frame(recorder, TrackingState.TRACKING, 3, image);
+    recorder.scanDelivered(true, Collections.emptyList());
+    recorder.scanDelivered(false, Collections.emptyList());
+    frame(recorder, TrackingState.TRACKING, 4, known);
+    assertEquals(1, recorder.map().scans.size());
+    assertEquals(3, recorder.map().scans.get(0).xM, 0);
+    assertEquals(2, recorder.map().landmarks.get("12").xM, 0);
+    recorder.floor(5);
+    frame(recorder, TrackingState.TRACKING, 5, known);
+    assertTrue(recorder.map().scans.isEmpty() && recorder.map().landmarks.isEmpty());
+    recorder.stop();
   }
 
   @Test public void eventsHavePlainNames() throws IOException {
