@@ -69,6 +69,7 @@ def test_help_fits_80_columns(words: tuple[str, ...]) -> None:
     assert [line for line in shown.stdout.splitlines() if len(line) > 80] == []
     assert "..." not in shown.stdout.partition("\nCommands:")[2], "no sentence is cut"
     assert ("--out" in shown.stdout) == ("-o, --out" in shown.stdout) or words[0] == "--help"
+    assert re.findall(r"<[a-zA-Z].*|[{}]", shown.stdout) == [], "no types of Python, no marks of the parser"
     shown_ones = [option for option in command_of(words[:-1]).params if not getattr(option, "hidden", False)]
     names = {name for option in shown_ones for name in (*option.opts, *option.secondary_opts)}
     whole = set(re.findall(r"--?[a-z][a-z0-9-]*[a-z0-9]|-[a-zA-Z]\b", shown.stdout))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import signal
 import sys
 import threading
@@ -105,10 +106,40 @@ class _Commands(TyperGroup):
                 formatter.write_dl(list(commands.items()))
 
 
+_TYPE = re.compile(r"<(?:list\[)?(?:(int|float)|(str)|(path)|([^]>]+))(?: range)?]?>", re.IGNORECASE)
+_ARGUMENT = re.compile(r"[{[]+(\w+)[^ ]*?(\.\.\.)?[]}.]*")
+
+
+def _in_plain_words(command: Any) -> None:
+    """Let a command's help name its arguments in capitals, and say NUMBER, TEXT and PATH instead of Python's types."""
+    format_options, collect_usage_pieces = command.format_options, command.collect_usage_pieces
+
+    def plain(term: str) -> str:
+        words = _TYPE.sub(lambda found: found[4] or ("", "NUMBER", "TEXT", "PATH")[found.lastindex or 0], term)
+        return words if words.startswith("-") else words.upper()
+
+    def plain_options(ctx: Any, formatter: Any) -> None:
+        write = formatter.write_dl
+        formatter.write_dl = lambda rows: write([(plain(term), text) for term, text in rows])
+        format_options(ctx, formatter)
+        formatter.write_dl = write
+
+    def plain_usage(piece: str) -> str:
+        argument = _ARGUMENT.fullmatch(piece)
+        if argument is None:
+            return piece
+        name = argument[1].upper()
+        return (name if piece.startswith("{") else f"[{name}]") + ("..." if "..." in piece else "")
+
+    command.format_options = plain_options
+    command.collect_usage_pieces = lambda ctx: [plain_usage(piece) for piece in collect_usage_pieces(ctx)]
+
+
 def _with_switches(command: Any) -> Any:
     """Give a command, or all of a group, the switches of all commands, and ``--out`` its short name."""
     for each in getattr(command, "commands", {}).values():
         _with_switches(each)
+    _in_plain_words(command)
     command.params += _options_of(_switches)
     if any(param.name == "out" and param.param_type_name == "argument" for param in command.params):
         command.params += _options_of(_out_without_its_name)
