@@ -78,6 +78,7 @@ final class ScriptPlayer {
     calls.put("camera", line -> at(line).camera(line.either("available", "unavailable"), line.textOr("")));
     calls.put("sensor", this::sensor);
     calls.put("accuracy", line -> at(line).accuracy(line.oneOf(SensorKind.class), (int) line.integer()));
+    calls.put("battery", line -> at(line).battery((int) line.integer()));
     calls.put("throttling", line -> at(line).throttling(line.either("on", "off")));
     calls.put("scan_accepted", line -> at(line).scanAccepted());
     calls.put("scan_refused", line -> at(line).scanRefused());
@@ -162,6 +163,7 @@ final class ScriptPlayer {
     description.note(setOr("note", "")).app(setOr("app_version", ""));
     description.phone(setOr("manufacturer", ""), setOr("model", ""), setOr("android", ""),
         Integer.parseInt(setOr("api", "0")), setOr("arcore", null));
+    description.landmarks(Integer.parseInt(setOr("landmarks", "0")));
     sensorsOn.forEach(description::sensor);
     clocks.zone(ZoneId.of(setOr("zone", "UTC")));
     tickedNs = line.integer();

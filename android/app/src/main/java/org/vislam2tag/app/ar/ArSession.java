@@ -1,13 +1,18 @@
 package org.vislam2tag.app.ar;
 
 import android.content.Context;
+import android.net.Uri;
+import android.util.Log;
 import com.google.ar.core.AugmentedImage;
 import com.google.ar.core.AugmentedImageDatabase;
 import com.google.ar.core.Config;
 import com.google.ar.core.Frame;
+import com.google.ar.core.RecordingConfig;
 import com.google.ar.core.Session;
 import com.google.ar.core.exceptions.CameraNotAvailableException;
+import com.google.ar.core.exceptions.RecordingFailedException;
 import com.google.ar.core.exceptions.UnavailableException;
+import java.io.File;
 import org.vislam2tag.core.clock.ClockReading;
 import org.vislam2tag.core.clock.Clocks;
 import org.vislam2tag.core.session.Recorder;
@@ -16,21 +21,23 @@ import org.vislam2tag.core.session.Recorder;
 final class ArSession implements Tracker {
   private final Session session;
   private final ArAnchors anchors;
+  private final File dataset;
   private long lastNs;
 
-  /** A session that looks for landmarks. Takes seconds for hundreds of them: not for the screen's threads. */
-  static ArSession open(Context context, LandmarkImages landmarks) throws UnavailableException {
+  /** A session that looks for landmarks, recorded into {@code dataset} unless that is null. Takes seconds for hundreds of them: not for the screen's threads. */
+  static ArSession open(Context context, LandmarkImages landmarks, File dataset) throws UnavailableException {
     Session session = new Session(context);
     try {
-      return new ArSession(session, landmarks);
+      return new ArSession(session, landmarks, dataset);
     } catch (RuntimeException e) {
       session.close();
       throw e;
     }
   }
 
-  ArSession(Session session, LandmarkImages landmarks) {
+  ArSession(Session session, LandmarkImages landmarks, File dataset) {
     this.session = session;
+    this.dataset = dataset;
     anchors = new ArAnchors(session);
     Config config = new Config(session);
     AugmentedImageDatabase images = landmarks.database(session);
@@ -46,6 +53,20 @@ final class ArSession implements Tracker {
     session.setCameraTextureName(texture);
     session.setDisplayGeometry(rotation, width, height);
     session.resume();
+    if (dataset != null) {
+      record();
+    }
+  }
+
+  /** Ends by itself when the session pauses. Where it fails the walk goes on without. */
+  private void record() {
+    RecordingConfig config = new RecordingConfig(session);
+    config.setMp4DatasetUri(Uri.fromFile(dataset)).setAutoStopOnPause(true);
+    try {
+      session.startRecording(config);
+    } catch (RecordingFailedException | RuntimeException e) {
+      Log.w("vislam2tag", "ARCore does not record", e);
+    }
   }
 
   @Override public void resize(int rotation, int width, int height) {

@@ -7,6 +7,7 @@ import android.os.SystemClock;
 import android.view.WindowManager;
 import com.google.ar.core.Frame;
 import com.google.ar.core.exceptions.CameraNotAvailableException;
+import java.io.File;
 import javax.microedition.khronos.egl.EGLConfig;
 import javax.microedition.khronos.opengles.GL10;
 import org.vislam2tag.core.clock.Clocks;
@@ -24,6 +25,9 @@ public final class CameraView extends GLSurfaceView implements GLSurfaceView.Ren
 
     /** The images to look for. */
     LandmarkImages landmarks();
+
+    /** Where ARCore is to record what it sees, for developers; null: nowhere. */
+    File dataset();
 
     /** The camera gives frames again. */
     void cameraAvailable();
@@ -44,7 +48,7 @@ public final class CameraView extends GLSurfaceView implements GLSurfaceView.Ren
 
   /** Says where frames go; once, before the view is shown. */
   public void attach(Host to, Clocks with) {
-    loop = new CameraLoop(to, with, () -> ArSession.open(getContext(), to.landmarks()), this, SystemClock::elapsedRealtime);
+    loop = new CameraLoop(to, with, () -> ArSession.open(getContext(), to.landmarks(), to.dataset()), this, SystemClock::elapsedRealtime);
     setPreserveEGLContextOnPause(true);
     setEGLContextClientVersion(2);
     setRenderer(this);

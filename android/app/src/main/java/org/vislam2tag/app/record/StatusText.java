@@ -10,6 +10,11 @@ import org.vislam2tag.core.walk.Warning;
 
 /** The recording's status in the collector's words. */
 final class StatusText {
+  /** With fewer the walk cannot be placed in the building. */
+  private static final int FEWEST_LANDMARKS = 2;
+  /** Labels worse than this are no better than what many positioning systems reach, m. */
+  private static final double GOOD_M = 0.5;
+
   private final Words words;
 
   StatusText(Words words) {
@@ -48,8 +53,22 @@ final class StatusText {
   /** What a collector should know before leaving: a line each for landmarks, losses and radio. */
   String summary(RecorderStatus status) {
     WalkStatus walk = status.walk;
-    return words.of(R.string.summary_walk, walk.walkedM, walk.landmarksSeen, walk.longestWithoutLandmarkM) + "\n"
+    return words.of(R.string.summary_walk, walk.walkedM, walk.landmarksSeen, walk.worst.metres) + "\n" + expected(walk)
         + words.of(R.string.summary_lost, walk.lostInAllS) + "\n" + scans(status) + silence(status);
+  }
+
+  /** How far off positions are expected to be at worst, and where to walk again if that is much. */
+  private String expected(WalkStatus walk) {
+    if (walk.landmarksSeen < FEWEST_LANDMARKS) {
+      return words.of(R.string.summary_not_placed) + "\n";
+    }
+    String line = words.of(R.string.summary_expected, walk.worst.sigmaM()) + "\n";
+    if (walk.worst.sigmaM() <= GOOD_M) {
+      return line;
+    }
+    String from = walk.worst.from == null ? words.of(R.string.walk_start) : walk.worst.from;
+    String to = walk.worst.to == null ? words.of(R.string.walk_end) : walk.worst.to;
+    return line + words.of(R.string.summary_walk_again, from, to, walk.worst.metres) + "\n";
   }
 
   /** A line for each radio that heard nothing while the screen was off, and what to do. */

@@ -14,11 +14,13 @@ public final class Plan {
   public final LandmarkImages landmarks;
   /** Not so where the collector walks without it and taps the plan. */
   public final boolean withCamera;
+  /** Are a script and ARCore's own recording, with the camera's images, kept beside the session? */
+  public final boolean forDevelopers;
   /** Names of events that say what lacks from the start. */
   public final List<String> eventsAtStart;
 
   public Plan(String site, int floor, String device, String note, double sensorRateHz, LandmarkImages landmarks,
-      boolean withCamera, List<String> eventsAtStart) {
+      boolean withCamera, boolean forDevelopers, List<String> eventsAtStart) {
     this.site = site;
     this.floor = floor;
     this.device = device;
@@ -26,6 +28,7 @@ public final class Plan {
     this.sensorRateHz = sensorRateHz;
     this.landmarks = landmarks;
     this.withCamera = withCamera;
+    this.forDevelopers = forDevelopers;
     this.eventsAtStart = eventsAtStart;
   }
 }

@@ -1,5 +1,6 @@
 package org.vislam2tag.app.recording;
 
+import java.io.File;
 import java.util.HashSet;
 import java.util.List;
 import java.util.Set;
@@ -17,12 +18,15 @@ public final class Recording implements CameraView.Host {
   private final LandmarkImages landmarks;
   private final List<Feed> feeds;
   private final Ticker ticker;
+  private final File developer;
+  private int datasets;
   private final Set<String> refusedTold = new HashSet<>();
   private boolean cameraOn;
   private boolean hadCamera;
 
-  /** Starts all feeds of a recorder that has just begun. */
-  public Recording(Recorder recorder, LandmarkImages landmarks, List<Feed> feeds) {
+  /** Starts all feeds of a recorder that has just begun; {@code developer}: where ARCore's recordings go, null: nowhere. */
+  public Recording(Recorder recorder, LandmarkImages landmarks, List<Feed> feeds, File developer) {
+    this.developer = developer;
     this.recorder = recorder;
     this.landmarks = landmarks;
     this.feeds = feeds;
@@ -43,6 +47,11 @@ public final class Recording implements CameraView.Host {
 
   @Override public LandmarkImages landmarks() {
     return landmarks;
+  }
+
+  /** A new file for each tracking session: {@code SESSION-0.mp4}. */
+  @Override public synchronized File dataset() {
+    return developer == null ? null : new File(developer, recorder.folder().getName() + "-" + datasets++ + ".mp4");
   }
 
   /** A new tracking session has the camera: from the second on, a new part. */

@@ -104,6 +104,13 @@ public final class RecordingService extends Service implements RecorderListener 
     return folder;
   }
 
+  /** Where what developers asked for is kept: scripts, and what ARCore recorded. A cable reaches it. */
+  private static File developer(Context context) {
+    File folder = new File(sessions(context).getParentFile(), "developer");
+    folder.mkdirs();
+    return folder;
+  }
+
   /** Where the building that was taken from a computer is kept. */
   public static SiteStore site(Context context) {
     return new SiteStore(new File(context.getFilesDir(), "site"));
@@ -193,7 +200,7 @@ public final class RecordingService extends Service implements RecorderListener 
     for (String event : plan.eventsAtStart) {
       recorder.event(event, "");
     }
-    recording = new Recording(recorder, plan.landmarks, feeds(sensors));
+    recording = new Recording(recorder, plan.landmarks, feeds(sensors), plan.forDevelopers ? developer(this) : null);
   }
 
   private List<Feed> feeds(SensorLog sensors) {
@@ -209,8 +216,9 @@ public final class RecordingService extends Service implements RecorderListener 
 
   private Recorder begin(SessionDescription description) throws IOException {
     synchronized (STORE) {
-      Recorder recorder = Recorder.start(
-          new Recorder.Setup(clocks, RecorderSettings.usual(), this, FileSink::new, null), description, sessions(this));
+      Recorder.Setup setup = new Recorder.Setup(clocks, RecorderSettings.usual(), this, FileSink::new, null);
+      Recorder recorder =
+          Recorder.start(plan.forDevelopers ? setup.withScripts(developer(this)) : setup, description, sessions(this));
       open = recorder.folder();
       return recorder;
     }

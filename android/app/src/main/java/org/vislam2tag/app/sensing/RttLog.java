@@ -12,6 +12,7 @@ import android.os.Build;
 import android.os.Handler;
 import java.util.HashMap;
 import java.util.List;
+import java.util.Locale;
 import java.util.Map;
 import org.vislam2tag.core.radio.RttPeers;
 import org.vislam2tag.core.record.RttReading;
@@ -80,7 +81,7 @@ public final class RttLog implements Feed {
   private RangingRequest request(List<ScanResult> peers) {
     RangingRequest.Builder request = new RangingRequest.Builder();
     for (ScanResult peer : peers) {
-      answers.put(peer.BSSID, peer.is80211mcResponder());
+      answers.put(peer.BSSID.toLowerCase(Locale.ROOT), peer.is80211mcResponder());
       if (peer.is80211mcResponder()) {
         request.addAccessPoint(peer);
       } else {
@@ -107,7 +108,7 @@ public final class RttLog implements Feed {
       failure = 0;
       for (RangingResult result : results) {
         if (recorder != null && result.getStatus() == RangingResult.STATUS_SUCCESS) {
-          String bssid = String.valueOf(result.getMacAddress());
+          String bssid = String.valueOf(result.getMacAddress()).toLowerCase(Locale.ROOT);
           recorder.range(new RttReading(result.getRangingTimestampMillis(), bssid, answers.getOrDefault(bssid, false),
               result.getDistanceMm(), result.getDistanceStdDevMm(), result.getRssi(), result.getNumAttemptedMeasurements(),
               result.getNumSuccessfulMeasurements()));

@@ -267,7 +267,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
   private void begin(int floor) {
     try {
       service.start(new Plan(place.site(), floor, words(R.id.device), words(R.id.note), Choices.RATES_HZ[rate()], landmarks,
-          !withoutCamera(), new PhoneLook(this).facts(landmarks).events(withoutCamera())));
+          !withoutCamera(), ((CheckBox) findViewById(R.id.for_developers)).isChecked(), new PhoneLook(this).facts(landmarks).events(withoutCamera())));
       startActivity(new Intent(this, RecordActivity.class));
     } catch (IOException e) {
       say(getString(R.string.cannot_write, e.getMessage()));

@@ -13,6 +13,7 @@ import com.google.ar.core.exceptions.MissingGlContextException;
 import com.google.ar.core.exceptions.SessionPausedException;
 import com.google.ar.core.exceptions.TextureNotSetException;
 import com.google.ar.core.exceptions.UnavailableApkTooOldException;
+import java.io.File;
 import java.util.ArrayList;
 import java.util.Arrays;
 import java.util.Collections;
@@ -65,6 +66,10 @@ public class CameraLoopTest {
 
     @Override public LandmarkImages landmarks() {
       return LandmarkImages.none();
+    }
+
+    @Override public File dataset() {
+      return null;
     }
 
     @Override public void cameraAvailable() {

@@ -13,6 +13,7 @@ import org.junit.rules.TemporaryFolder;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.Recorded;
 import org.vislam2tag.app.recording.PhoneClocks;
+import org.vislam2tag.core.clock.ClockReading;
 import org.vislam2tag.core.radio.Radio;
 import org.vislam2tag.core.record.Pose;
 import org.vislam2tag.core.record.SensorKind;
@@ -54,8 +55,31 @@ public class StatusTextTest {
   @Test public void beforeTheEndItSumsUp() throws Exception {
     String[] lines = text.summary(after(TrackingState.TRACKING, "NONE")).split("\n");
     assertEquals(R.string.summary_walk + "[0.0, 1, 0.0]", lines[0]);
-    assertEquals(R.string.summary_lost + "[0.0]", lines[1]);
-    assertTrue(lines[2].startsWith(R.string.status_scans + "["));
+    assertEquals(R.string.summary_not_placed + "[]", lines[1]);
+    assertEquals(R.string.summary_lost + "[0.0]", lines[2]);
+    assertTrue(lines[3].startsWith(R.string.status_scans + "["));
+  }
+
+  @Test public void whereToWalkAgainIsSaidWhereALandmarkLacksForLong() throws Exception {
+    assertEquals(R.string.summary_expected + "[", text.summary(walked(20)).split("\n")[1].replaceAll("\\[.*", "["));
+    assertFalse(text.summary(walked(20)).contains(Integer.toString(R.string.summary_walk_again)));
+    String again = text.summary(walked(200)).split("\n")[2];
+    assertTrue(again, again.startsWith(R.string.summary_walk_again + "[12, 7, 200."));
+  }
+
+  /** A walk of so many metres, at a metre a second, from landmark 12 to landmark 7. */
+  private RecorderStatus walked(int metres) throws Exception {
+    Recorder recorder = new Recorded(folder.newFolder()).recorder;
+    for (int i = 0; i <= 10 * metres; i++) {
+      long nowNs = 1_000_000_000L + 100_000_000L * i;
+      Pose pose = new Pose(i / 10f, 0, 0, 0, 0, 0, 1);
+      String id = i == 0 ? "12" : "7";
+      boolean near = i == 0 || i == 10 * metres;
+      TrackedImage image = new TrackedImage(id, TrackingState.TRACKING, TrackedImage.SEEN_NOW, pose, 0.2f, 0.2f);
+      recorder.frame(new TrackedFrame(new ClockReading(nowNs, nowNs, 0), nowNs - 1, TrackingState.TRACKING, "NONE", pose,
+          near ? Collections.singletonList(image) : Collections.emptyList()), new NoAnchors());
+    }
+    return recorder.status();
   }
 
   @Test public void whatWasNotHeardWithTheScreenOffIsSummedUpWithTheRemedy() throws Exception {

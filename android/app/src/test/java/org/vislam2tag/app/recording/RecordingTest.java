@@ -35,9 +35,19 @@ public class RecordingTest {
     }
   }
 
+  @Test public void eachTrackingSessionIsRecordedIntoAFileOfItsOwnWhereDevelopersAskForIt() throws Exception {
+    Recorded recorded = new Recorded(folder.newFolder());
+    String name = recorded.recorder.folder().getName();
+    Recording recording = new Recording(recorded.recorder, none(), Collections.emptyList(), folder.getRoot());
+    assertEquals(new File(folder.getRoot(), name + "-0.mp4"), recording.dataset());
+    assertEquals(new File(folder.getRoot(), name + "-1.mp4"), recording.dataset());
+    assertEquals(null, new Recording(recorded.recorder, none(), Collections.emptyList(), null).dataset());
+    recording.stop();
+  }
+
   @Test public void theCameraComingAgainIsANewPartAndItsTriesAreToldOnce() throws Exception {
     Recorded recorded = new Recorded(folder.newFolder());
-    Recording recording = new Recording(recorded.recorder, none(), Collections.emptyList());
+    Recording recording = new Recording(recorded.recorder, none(), Collections.emptyList(), null);
     recording.cameraAvailable();
     recording.cameraUnavailable("screen");
     recording.cameraUnavailable("CameraNotAvailableException");
@@ -48,7 +58,7 @@ public class RecordingTest {
 
   @Test public void aCameraThatNeverComesIsToldOnce() throws Exception {
     Recorded recorded = new Recorded(folder.newFolder());
-    Recording recording = new Recording(recorded.recorder, none(), Collections.emptyList());
+    Recording recording = new Recording(recorded.recorder, none(), Collections.emptyList(), null);
     recording.cameraUnavailable("UnavailableApkTooOldException");
     recording.cameraUnavailable("UnavailableApkTooOldException");
     recording.stop();
@@ -57,7 +67,7 @@ public class RecordingTest {
 
   @Test public void allFeedsBeginAndEnd() throws Exception {
     Counting feed = new Counting();
-    Recording recording = new Recording(new Recorded(folder.newFolder()).recorder, none(), Collections.singletonList(feed));
+    Recording recording = new Recording(new Recorded(folder.newFolder()).recorder, none(), Collections.singletonList(feed), null);
     assertEquals(1, feed.begun);
     recording.stopFeeds();
     assertEquals(1, feed.ended);
@@ -69,13 +79,13 @@ public class RecordingTest {
     File images = folder.newFolder();
     Files.write(new File(images, "manifest.csv").toPath(), "id,file,width_m\n7,gone.png,0.2\n".getBytes("UTF-8"));
     Recorded recorded = new Recorded(folder.newFolder());
-    new Recording(recorded.recorder, LandmarkImages.load(new DiskFolder(images), 0.2f, images), Collections.emptyList()).stop();
+    new Recording(recorded.recorder, LandmarkImages.load(new DiskFolder(images), 0.2f, images), Collections.emptyList(), null).stop();
     assertTrue(recorded.events().toString(), recorded.events().contains("landmark_refused,7 no_file: gone.png"));
   }
 
   @Test public void aSecondStartGoesOnWithTheRecordingThatRuns() throws Exception {
     RecordingService service = new RecordingService();
-    service.recording = new Recording(new Recorded(folder.newFolder()).recorder, none(), Collections.emptyList());
+    service.recording = new Recording(new Recorded(folder.newFolder()).recorder, none(), Collections.emptyList(), null);
     RecordingService.Link link = (RecordingService.Link) service.onBind(null);
     Recording first = link.recording();
     link.start(null);

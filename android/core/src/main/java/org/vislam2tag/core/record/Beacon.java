@@ -1,5 +1,7 @@
 package org.vislam2tag.core.record;
 
+import java.util.Locale;
+
 /** Identity of an iBeacon, from the manufacturer's part of an advertisement. */
 public final class Beacon {
   /** Company number under which iBeacons advertise. */
@@ -29,6 +31,11 @@ public final class Beacon {
       return null;
     }
     return new Beacon(uuid(data), unsigned(data, MAJOR_AT), unsigned(data, MINOR_AT));
+  }
+
+  /** The manufacturer's data that it is told by, as hexadecimal digits; the power at one metre is not known any more. */
+  String hex() {
+    return String.format(Locale.ROOT, "%02x%02x%s%04x%04x00", TYPE, LENGTH, uuid.replace("-", ""), major, minor);
   }
 
   private static String uuid(byte[] data) {

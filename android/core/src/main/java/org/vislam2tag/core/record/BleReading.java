@@ -34,6 +34,12 @@ public final class BleReading implements Record {
     this.beacon = beacon;
   }
 
+  /** The fields as the platform gave them: time, address, name, level, power, the beacon's company and data. */
+  public Object[] told() {
+    return new Object[] {timeNs, address, name, rssiDbm, txPowerDbm == NO_TX_POWER ? null : txPowerDbm,
+        beacon == null ? null : Beacon.COMPANY, beacon == null ? null : beacon.hex()};
+  }
+
   @Override public Table table() {
     return Table.BLE;
   }

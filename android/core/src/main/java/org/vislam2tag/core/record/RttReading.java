@@ -38,6 +38,11 @@ public final class RttReading implements Record {
     this.successful = successful;
   }
 
+  /** The numbers as the platform gave them: time, address, whether it answers, range, its sigma, level, frames of the burst. */
+  public Object[] told() {
+    return new Object[] {timestampMs, bssid, responder ? "responder" : "other", distanceMm, sigmaMm, rssiDbm, attempted, successful};
+  }
+
   @Override public Table table() {
     return Table.RTT;
   }

@@ -28,6 +28,11 @@ public final class WifiReading {
     this.center1Mhz = center1Mhz;
   }
 
+  /** The fields as the platform gave them, the width in MHz. */
+  public Object[] told() {
+    return new Object[] {timestampUs, bssid, ssid, rssiDbm, frequencyMhz, channelWidthMhz, center0Mhz, center1Mhz};
+  }
+
   /** MHz of Android's {@code ScanResult.channelWidth}: 20, 40, 80, 160, 80 + 80, 320; 0 for any other. */
   public static int widthMhz(int androidChannelWidth) {
     int[] widths = {20, 40, 80, 160, 160, 320};

@@ -48,6 +48,7 @@ public final class Recorder {
   private final OpenSession files;
   private final SessionTables tables;
   private final FrameLog frames;
+  private final ScriptLog script;
   private final WallClockWatch wallClock;
   private final LowLevel storage;
   private final LowLevel battery;
@@ -69,6 +70,10 @@ public final class Recorder {
     start = clocks.read();
     files = new OpenSession(sessions, description, start, clocks.zone(), setup.opener, space);
     tables = files.tables();
+    script = setup.scripts == null ? null : new ScriptLog(new File(setup.scripts, files.folder().getName() + ".txt"));
+    if (script != null) {
+      script.begin(description, start, clocks.zone());
+    }
     frames = new FrameLog(tables::add);
     wallClock = new WallClockWatch(start);
     storage = new LowLevel(settings.lowBytes);
@@ -88,6 +93,7 @@ public final class Recorder {
     final RecorderListener listener;
     final RowSink.Opener opener;
     final FreeSpace space;
+    File scripts;
 
     /** {@code space} null: as the folder's disk tells. */
     public Setup(Clocks clocks, RecorderSettings settings, RecorderListener listener, RowSink.Opener opener, FreeSpace space) {
@@ -96,6 +102,12 @@ public final class Recorder {
       this.listener = listener;
       this.opener = opener;
       this.space = space;
+    }
+
+    /** For developers: all that is told is also written as a script, into this folder. */
+    public Setup withScripts(File folder) {
+      scripts = folder;
+      return this;
     }
   }
 
@@ -118,7 +130,10 @@ public final class Recorder {
     if (end != null) {
       return;
     }
-    FrameLog.Logged logged = frames.log(frame, host);
+    if (script != null) {
+      script.frame(frame);
+    }
+    FrameLog.Logged logged = frames.log(frame, script == null ? host : script.telling(host));
     if (logged != null) {
       walk.frame(frame, logged.timeNs, logged.images, logged.beginsPart);
     }
@@ -126,12 +141,14 @@ public final class Recorder {
 
   /** The tracker began anew: the next frame is in a frame of reference of its own. */
   public synchronized void newPart() {
+    tell("part");
     frames.newPart();
   }
 
   /** Frames come again, or come no more, for {@code reason}. */
   public synchronized void camera(boolean available, String reason) {
-    event(available ? "camera_available" : "camera_unavailable", reason);
+    tell("camera", available ? "available" : "unavailable", reason);
+    note(available ? "camera_available" : "camera_unavailable", reason);
     if (!available) {
       walk.broke();
     }
@@ -143,22 +160,42 @@ public final class Recorder {
       return;
     }
     ClockReading now = clocks.read();
+    tellSensor(now, kind, stampNs, values, accuracy);
     SensorClock clock = sensorClocks.get(kind);
     if (clock == null) {
       clock = new SensorClock(stampNs, now);
       sensorClocks.put(kind, clock);
       if (clock.remark() != null) {
-        event("sensor_clock", kind + " " + clock.remark());
+        note("sensor_clock", kind + " " + clock.remark());
       }
     }
     tables.add(new SensorReading(clock.bootNs(stampNs, now.bootNs), kind, values, accuracy));
-    accuracy(kind, accuracy);
+    judge(kind, accuracy);
+  }
+
+  private void tellSensor(ClockReading now, SensorKind kind, long stampNs, float[] values, int accuracy) {
+    if (script != null) {
+      int known = Math.min(kind.values, values.length);
+      Object[] fields = new Object[3 + known];
+      fields[0] = kind;
+      fields[1] = stampNs;
+      fields[2] = accuracy;
+      for (int i = 0; i < known; i++) {
+        fields[3 + i] = values[i];
+      }
+      script.call(now, "sensor", fields);
+    }
   }
 
   /** The platform tells how accurate a sensor is now, -1 to 3; of the magnetometer a change between low and good is logged. */
   public synchronized void accuracy(SensorKind kind, int accuracy) {
+    tell("accuracy", kind, accuracy);
+    judge(kind, accuracy);
+  }
+
+  private void judge(SensorKind kind, int accuracy) {
     if (end == null && kind == SensorKind.MAG && magnetometer.changes(accuracy)) {
-      event("magnetometer_accuracy", Integer.toString(accuracy));
+      note("magnetometer_accuracy", Integer.toString(accuracy));
     }
   }
 
@@ -167,6 +204,10 @@ public final class Recorder {
     if (end != null) {
       return;
     }
+    tell("scan", fresh ? "updated" : "stale");
+    if (script != null) {
+      readings.forEach(reading -> script.line("reading", reading.told()));
+    }
     for (WifiRow row : scans.delivered(nowNs(), fresh, readings)) {
       tables.add(row);
     }
@@ -174,31 +215,35 @@ public final class Recorder {
       walk.map().scan();
       heard(Radio.WIFI);
     } else {
-      event("scan_failed", "");
+      note("scan_failed", "");
     }
   }
 
   /** A Wi-Fi scan was asked for, and begins. */
   public synchronized void scanAccepted() {
+    tell("scan_accepted");
     silence.get(Radio.WIFI).expect();
   }
 
   /** A Wi-Fi scan was asked for and refused. */
   public synchronized void scanRefused() {
+    tell("scan_refused");
     scans.refused();
     silence.get(Radio.WIFI).expect();
-    event("scan_refused", "");
+    note("scan_refused", "");
   }
 
   /** The platform tells whether it throttles Wi-Fi scans. */
   public synchronized void throttling(boolean on) {
+    tell("throttling", on ? "on" : "off");
     if (scans.throttling(on)) {
-      event("scan_throttling", scans.throttling());
+      note("scan_throttling", scans.throttling());
     }
   }
 
   /** A Bluetooth LE advertisement. */
   public synchronized void ble(BleReading reading) {
+    tell("ble", reading.told());
     if (end == null) {
       tables.add(reading);
       heard(Radio.BLE);
@@ -208,6 +253,7 @@ public final class Recorder {
 
   /** A range to an access point. */
   public synchronized void range(RttReading reading) {
+    tell("range", reading.told());
     if (end == null) {
       tables.add(reading);
     }
@@ -215,6 +261,7 @@ public final class Recorder {
 
   /** The control-point button is touched now. */
   public synchronized void press() {
+    tell("press");
     if (end == null) {
       tables.add(presses.press(nowNs()));
       walk.map().press();
@@ -223,6 +270,7 @@ public final class Recorder {
 
   /** The plan is tapped now, where the walker is: metres in the floor's frame, with the sigma of each. */
   public synchronized void tap(float xM, float yM, float sigmaM) {
+    tell("tap", xM, yM, sigmaM);
     if (end == null) {
       tables.add(presses.tap(nowNs(), xM, yM, sigmaM));
     }
@@ -230,6 +278,7 @@ public final class Recorder {
 
   /** The latest press or tap does not count; nothing happens where none does. */
   public synchronized void undoPress() {
+    tell("undo");
     Press latest = end == null ? presses.latest() : null;
     if (latest == null) {
       return;
@@ -242,23 +291,26 @@ public final class Recorder {
 
   /** The collector says that they are on another floor now; nothing happens where it is the one they are on. */
   public synchronized void floor(int number) {
+    tell("floor", number);
     if (end == null && number != floor) {
       floor = number;
       walk.map().newPart();
-      event("floor", Integer.toString(number));
+      note("floor", Integer.toString(number));
     }
   }
 
   /** The screen went on or off. */
   public synchronized void screen(boolean on) {
-    event(on ? "screen_on" : "screen_off", "");
+    tell("screen", on ? "on" : "off");
+    note(on ? "screen_on" : "screen_off", "");
     silence.values().forEach(watch -> watch.screen(on, nowNs()));
   }
 
   /** The battery's charge, percent. */
   public synchronized void battery(int percent) {
+    tell("battery", percent);
     if (battery.falls(percent)) {
-      event("battery_low", Integer.toString(percent));
+      note("battery_low", Integer.toString(percent));
     }
   }
 
@@ -267,8 +319,20 @@ public final class Recorder {
     if (!EVENT_NAME.matcher(name).matches()) {
       throw new IllegalArgumentException("event \"" + name + "\": small letters, digits, '_'");
     }
+    tell("event", name, detail);
+    note(name, detail);
+  }
+
+  private void note(String name, String detail) {
     if (end == null) {
       tables.add(new Event(nowNs(), name, detail));
+    }
+  }
+
+  /** What the platform called, for the script. */
+  private void tell(String word, Object... fields) {
+    if (script != null && end == null) {
+      script.call(clocks.read(), word, fields);
     }
   }
 
@@ -302,7 +366,7 @@ public final class Recorder {
     silence.forEach((radio, watch) -> {
       if (watch.fellSilent(nowNs())) {
         news.add(radio);
-        event("scans_stopped", radio.word);
+        note("scans_stopped", radio.word);
       }
     });
     return news;
@@ -311,7 +375,7 @@ public final class Recorder {
   private void heard(Radio radio) {
     double silentS = silence.get(radio).heard(nowNs());
     if (silentS > 0) {
-      event("scans_resumed", radio.word + " " + Math.round(silentS));
+      note("scans_resumed", radio.word + " " + Math.round(silentS));
     }
   }
 
@@ -369,20 +433,20 @@ public final class Recorder {
     long jumpMs = wallClock.jumpMs(now);
     if (jumpMs != 0) {
       clockJumpMs = jumpMs;
-      event("wall_clock_changed", (jumpMs > 0 ? "+" : "") + jumpMs);
+      note("wall_clock_changed", (jumpMs > 0 ? "+" : "") + jumpMs);
     }
     if (storage.falls(bytesLeft)) {
-      event("storage_low", Long.toString(bytesLeft));
+      note("storage_low", Long.toString(bytesLeft));
     }
     for (Table table : Table.values()) {
       long dropped = tables.takeDropped(table);
       if (dropped > 0) {
-        event("rows_dropped", table.fileName + " " + dropped);
+        note("rows_dropped", table.fileName + " " + dropped);
       }
     }
     Iterable<Warning> news = walk.warnings(now.bootNs);
     for (Warning warning : news) {
-      event("warning", warning.word);
+      note("warning", warning.word);
     }
     return news;
   }
@@ -393,8 +457,11 @@ public final class Recorder {
       if (end != null) {
         return end;
       }
+      if (script != null) {
+        script.end(now);
+      }
       frames.finish(now.bootNs);
-      event(planned.state.word(), planned.detail);
+      note(planned.state.word(), planned.detail);
       end = planned;
     }
     SessionEnd known = files.close(planned, now);

@@ -22,6 +22,10 @@ public final class SensorOn {
     this.rateHz = rateHz;
   }
 
+  void script(ScriptLog script) {
+    script.line("sensor_on", kind, name, vendor, Double.isNaN(rateHz) ? null : rateHz);
+  }
+
   Map<String, Object> json() {
     Map<String, Object> json = new LinkedHashMap<>();
     json.put("sensor", kind.name());

@@ -55,6 +55,22 @@ public final class SessionDescription {
     return landmarksLoaded > 0;
   }
 
+  /** The lines of a script that say the same; which images were refused they do not. */
+  void script(ScriptLog script) {
+    script.line("set", "site", site);
+    script.line("set", "floor", floor);
+    script.line("set", "device", device);
+    script.line("set", "note", note);
+    script.line("set", "app_version", appVersion);
+    phone.forEach((key, value) -> {
+      if (value != null) { // ARCore is not installed
+        script.line("set", key, value);
+      }
+    });
+    script.line("set", "landmarks", landmarksLoaded);
+    sensors.forEach(sensor -> sensor.script(script));
+  }
+
   /** The keys that stand last in session.json. */
   void addEquipment(Map<String, Object> json) {
     List<Object> on = new ArrayList<>();

@@ -13,7 +13,7 @@ public final class LandmarkCount {
 
   private final Map<String, Long> seenNs = new HashMap<>();
   private final List<String> caught = new ArrayList<>();
-  private double longestM;
+  private Stretch sofar;
   private String lastId;
   private long lastNs;
   private double lastM;
@@ -36,7 +36,7 @@ public final class LandmarkCount {
         if (before == null || timeNs - before >= AWAY_NS) {
           caught.add(image.id);
         }
-        longestM = longestM(walkedM);
+        sofar = worst(walkedM, image.id);
         lastId = image.id;
         lastNs = timeNs;
         lastM = walkedM;
@@ -56,9 +56,14 @@ public final class LandmarkCount {
     return taken;
   }
 
-  /** The longest way without one, m: between two, from the start to the first, or since the last. */
-  public double longestM(double walkedM) {
-    return Math.max(longestM, metresSince(walkedM));
+  /** The way without one that leaves positions least sure: between two, from the start to the first, or since the last. */
+  public Stretch worst(double walkedM) {
+    return worst(walkedM, null);
+  }
+
+  private Stretch worst(double walkedM, String next) {
+    Stretch now = new Stretch(metresSince(walkedM), lastId, next);
+    return sofar != null && sofar.sigmaM() >= now.sigmaM() ? sofar : now;
   }
 
   /** The id of the last; null before the first. */

@@ -26,8 +26,8 @@ public final class WalkStatus {
   /** Since the last landmark was in view, before the first since the start: s and m. */
   public final double sinceLandmarkS;
   public final double sinceLandmarkM;
-  /** The longest way without a landmark, m. */
-  public final double longestWithoutLandmarkM;
+  /** The way without a landmark that leaves positions least sure. */
+  public final Stretch worst;
   /** The warnings that are on. */
   public final Set<Warning> warnings;
 
@@ -43,7 +43,7 @@ public final class WalkStatus {
     lastLandmark = walk.landmarks.lastId();
     sinceLandmarkS = walk.landmarks.secondsSince(nowNs);
     sinceLandmarkM = walk.landmarks.metresSince(walkedM);
-    longestWithoutLandmarkM = walk.landmarks.longestM(walkedM);
+    worst = walk.landmarks.worst(walkedM);
     warnings = walk.warnings.on();
   }
 }

@@ -151,15 +151,15 @@ public class WalkTest {
     assertEquals(Arrays.asList("7", "9"), walk.takeCaught());
   }
 
-  @Test public void theLongestWayWithoutALandmarkAndAllLossesAreKnown() {
+  @Test public void theWorstWayWithoutALandmarkAndAllLossesAreKnown() {
     go(8, 1);
     go(1, 1, seen("7"));
-    assertEquals(8, walk.status(nowNs).longestWithoutLandmarkM, 0.1);
+    assertEquals(8, walk.status(nowNs).worst.metres, 0.1);
     go(3, 1);
     frame(TrackingState.PAUSED, at(x, 0), false);
     nowNs += 2_000_000_000L;
     go(1, 1, seen("7"));
-    assertEquals(8, walk.status(nowNs).longestWithoutLandmarkM, 0.1);
+    assertEquals(8, walk.status(nowNs).worst.metres, 0.1);
     assertEquals(2.1, walk.status(nowNs).lostInAllS, 0.05);
     nowNs += 3_000_000_000L;
     assertEquals("no frame since", 5.1, walk.status(nowNs).lostInAllS, 0.05);
