@@ -14,6 +14,7 @@ import org.vislam2tag.core.record.Event;
 import org.vislam2tag.core.record.LandmarkPose;
 import org.vislam2tag.core.record.Pose;
 import org.vislam2tag.core.record.Press;
+import org.vislam2tag.core.record.RttReading;
 import org.vislam2tag.core.record.SensorKind;
 import org.vislam2tag.core.record.SensorReading;
 import org.vislam2tag.core.record.TrackedImage;
@@ -94,6 +95,11 @@ public class RecordsTest {
     assertEquals(null, Beacon.of(0x4C, null));
   }
 
+  @Test public void ranges() {
+    assertEquals("84211150000000,aa:bb,1,4.31,0.52,-55,8,7", line(new RttReading(84211150, "AA:BB", true, 4310, 520, -55, 8, 7)));
+    assertEquals("84211150000000,aa:bb,0,-0.12,0.0,-61,8,1", line(new RttReading(84211150, "aa:bb", false, -120, 0, -61, 8, 1)));
+  }
+
   @Test public void pressesAndEvents() {
     assertEquals("9,0,press,,,", line(Press.button(9, 0)));
     assertEquals("9,1,tap,12.5,-3.0,0.6", line(Press.tap(9, 1, 12.5f, -3, 0.6f)));
@@ -104,7 +110,7 @@ public class RecordsTest {
 
   @Test public void noTableIsForgottenHere() {
     Set<Table> written = EnumSet.of(Table.CAMERA, Table.LANDMARKS, Table.ANCHORS, Table.SENSORS, Table.WIFI, Table.BLE,
-        Table.PRESSES, Table.EVENTS);
+        Table.RTT, Table.PRESSES, Table.EVENTS);
     assertEquals(EnumSet.allOf(Table.class), written);
   }
 }
