@@ -12,7 +12,7 @@ from vislam2tag.core.context import ToldFloors
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.told_floors import floors_told, with_told_floors
+from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
 from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
 
 
@@ -51,3 +51,15 @@ def test_nothing_changes_where_nobody_told_or_it_was_the_own_floor(landmarks: La
     for each in (session, silent):
         assert with_told_floors(Corrections(), each, landmarks) == Corrections()
     assert floors_told(silent) == ()
+
+
+def test_a_floor_that_the_survey_does_not_have_is_left_out_and_told() -> None:
+    session = told_session([100, 150, 200], [2, 77, 1])
+    kept = on_known_floors(session, site_of(TWO_FLOORS))
+    assert kept.camera.told_floors is not None
+    assert kept.camera.told_floors.floor.tolist() == [2, 1]
+    (finding,) = kept.findings
+    assert (finding.kind, finding.count) == ("unknown_told_floor", 1)
+    assert "floor 77" in finding.message
+    assert on_known_floors(told_session([100], [77]), site_of(TWO_FLOORS)).camera.told_floors is None
+    assert on_known_floors(kept, site_of(TWO_FLOORS)) is kept

@@ -116,6 +116,7 @@ FindingKind = Literal[
     "unknown_floor",
     "unknown_levels_left_out",
     "unknown_samples",
+    "unknown_told_floor",
     "unknown_unit",
     "unlabelled_fingerprints",
     "unlabelled_left_out",

@@ -19,7 +19,7 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.told_floors import floors_told, with_told_floors
+from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import inertial_log, with_presses_as_fixes
 from vislam2tag.smoother.observations import FEWEST_FRAMES
@@ -136,7 +136,8 @@ def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
 
 def _read(task: SessionTask) -> Session:
     with at_hand(task.ref) as ref:
-        return with_companions(read_session(ref, task.finding_settings), ref.own)
+        read = with_companions(read_session(ref, task.finding_settings), ref.own)
+    return on_known_floors(read, task.site)
 
 
 def _with_told_floors(task: SessionTask, read: Session) -> SessionTask:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 
+from vislam2tag.common.findings import Finding
+from vislam2tag.core.context import ToldFloors
 from vislam2tag.core.tracks import LandmarkLog, Landmarks
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
+from vislam2tag.survey.model import Site
 
 _REASON = "the walker said so"
 
@@ -17,6 +21,24 @@ def floors_told(session: Session) -> tuple[int, ...]:
     """Numbers of the floors that the walker said to be on, sorted; none where nobody said so."""
     told = session.camera.told_floors
     return () if told is None else tuple(np.unique(told.floor).tolist())
+
+
+def on_known_floors(session: Session, site: Site) -> Session:
+    """Leave out what the walker told of floors that the survey does not have, and report them."""
+    told = session.camera.told_floors
+    if told is None:
+        return session
+    known = np.isin(told.floor, [floor.number for floor in site.floors])
+    if known.all():
+        return session
+    unknown = ", ".join(map(str, np.unique(told.floor[~known]).tolist()))
+    message = (
+        f"the collector said to be on floor {unknown}, which the survey does not have: what follows counts as on the "
+        "floor before; add the floor (docs/how-to/add-floor.md), or leave the time out by [[exclude_span]]"
+    )
+    finding = Finding(kind="unknown_told_floor", file="Events.csv", count=int((~known).sum()), message=message)
+    kept = ToldFloors(told.time_ns[known], told.floor[known]) if known.any() else None
+    return replace(session, camera=replace(session.camera, told_floors=kept), findings=(*session.findings, finding))
 
 
 def with_told_floors(corrections: Corrections, session: Session, landmarks: Landmarks) -> Corrections:
