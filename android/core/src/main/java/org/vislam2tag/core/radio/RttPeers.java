@@ -1,7 +1,6 @@
 package org.vislam2tag.core.radio;
 
 import java.util.ArrayList;
-import java.util.Comparator;
 import java.util.List;
 import java.util.function.Predicate;
 import java.util.function.ToIntFunction;
@@ -17,7 +16,8 @@ public final class RttPeers {
   public static <A> List<A> choose(List<A> heard, ToIntFunction<A> rssiDbm, Predicate<A> answers, boolean others, int most) {
     List<A> peers = new ArrayList<>(heard);
     peers.removeIf(point -> !others && !answers.test(point));
-    peers.sort(Comparator.comparing((A point) -> !answers.test(point)).thenComparing(Comparator.comparingInt(rssiDbm).reversed()));
+    peers.sort((one, other) -> answers.test(one) == answers.test(other)
+        ? Integer.compare(rssiDbm.applyAsInt(other), rssiDbm.applyAsInt(one)) : answers.test(one) ? -1 : 1);
     return peers.subList(0, Math.min(most, peers.size()));
   }
 }
