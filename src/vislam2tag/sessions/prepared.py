@@ -14,6 +14,7 @@ from vislam2tag.core.context import WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
+from vislam2tag.sessions.corrected_taps import with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session
@@ -23,7 +24,7 @@ from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_t
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import inertial_log, with_presses_as_fixes
 from vislam2tag.smoother.observations import FEWEST_FRAMES
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.survey.corrections.file import Corrections, SetTap
 from vislam2tag.survey.corrections.landmarks import corrected_landmarks, named_by_floor
 from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.survey.model import Floor, SessionRef, Site
@@ -120,12 +121,14 @@ def prepared_session(task: SessionTask) -> PreparedSession:
     read = _read(task)
     task = _with_told_floors(task, read)
     session, session_uses = corrected_session(read, task.corrections)
-    session = _with_readings(_on_its_floor(session, task.floor, task.ways))
+    entries = task.corrections.for_session(session.key)
+    session, tap_uses = _on_its_floor(session, task.floor, task.ways, entries.set_tap)
+    session = _with_readings(session)
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids, floors_told(session))
-    named = [entry.name for entry in task.corrections.for_session(session.key).set_landmark_floor]
+    named = [entry.name for entry in entries.set_landmark_floor]
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
     landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
-    return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses))
+    return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses, *tap_uses))
 
 
 def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
@@ -144,16 +147,22 @@ def _with_told_floors(task: SessionTask, read: Session) -> SessionTask:
     return replace(task, corrections=with_told_floors(task.corrections, read, task.site.landmarks))
 
 
-def _on_its_floor(session: Session, floor: Floor, ways: WalkedWays | None) -> Session:
-    """Give a session without poses what is known of its floor: where its fixes and walls are, and others walked."""
+def _on_its_floor(
+    session: Session, floor: Floor, ways: WalkedWays | None, taps: Sequence[SetTap]
+) -> tuple[Session, tuple[str, ...]]:
+    """Give a session without poses what is known of its floor: where its fixes and walls are, and others walked.
+
+    ``taps`` correct its fixes; the sentences tell of each that did.
+    """
     session = with_presses_as_fixes(session, floor.control_points)
-    if not session.camera.without_poses:
-        return session
-    fixes, findings = session.camera.fixes, list[Finding]()
-    if session.geographic_fixes is not None:
+    if session.camera.without_poses and session.geographic_fixes is not None:
         fixes, findings = session.geographic_fixes.on(floor)
-    camera = replace(session.camera, fixes=fixes, area=drawn_area(floor), ways=ways)
-    return replace(session, camera=camera, findings=(*session.findings, *findings))
+        camera = replace(session.camera, fixes=fixes)
+        session = replace(session, camera=camera, findings=(*session.findings, *findings))
+    session, uses = with_taps_corrected(session, taps)
+    if not session.camera.without_poses:
+        return session, uses
+    return replace(session, camera=replace(session.camera, area=drawn_area(floor), ways=ways)), uses
 
 
 def _with_readings(session: Session) -> Session:

@@ -111,17 +111,23 @@ def with_presses_as_fixes(session: Session, points: ControlPoints) -> Session:
     presses, tracked = len(session.presses_ns), np.isfinite(session.camera.position_acs).any()
     if tracked or session.camera.inertial is not None or not 1 < presses <= len(points.ids):
         return session
-    inertial = inertial_log(session.tables["sensors"])
     time_ns = np.unique(session.presses_ns)
-    if inertial is None or len(time_ns) < presses:
-        return session
     names = tuple(f"press {k + 1}, {name}" for k, name in enumerate(points.ids[:presses]))
-    fixes = FixLog(time_ns, points.position_bcs[:presses], names)
+    if len(time_ns) < presses:
+        return session
+    made = without_tracker(session, FixLog(time_ns, points.position_bcs[:presses], names))
+    return session if made is None else replace(made, presses_ns=time_ns[:0])
+
+
+def without_tracker(session: Session, fixes: FixLog) -> Session | None:
+    """A session whose tracker's files are missing as one that had none, with fixes; None without inertial readings."""
+    inertial = inertial_log(session.tables["sensors"]) if "sensors" in session.tables else None
+    if inertial is None:
+        return None
     return replace(
         session,
         camera=track_without_poses(inertial, session.tables["sensors"], fixes),
         landmarks=no_landmarks(),
-        presses_ns=time_ns[:0],
         findings=tuple(
             each for each in session.findings if not (each.kind in _ABSENCE and each.file in _FILES_OF_TRACKERS)
         ),

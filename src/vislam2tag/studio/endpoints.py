@@ -23,7 +23,7 @@ from vislam2tag.studio.events import Events
 from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue
 from vislam2tag.studio.layer_registry import LAYERS
-from vislam2tag.studio.messages import SessionDetail, SessionList, SurveyView
+from vislam2tag.studio.messages import SessionDetail, SessionList, SurveyView, TapsView
 from vislam2tag.studio.prepare.dropped import DroppedFiles
 from vislam2tag.studio.prepare.work import Worker
 from vislam2tag.studio.queries import (
@@ -271,6 +271,7 @@ ENDPOINTS = (
     Endpoint("GET", "/api/floors/{number:int}/plan", _plan, None, PlanQuery),
     Endpoint("GET", "/api/sessions", _sessions, SessionList),
     Endpoint("GET", "/api/sessions/{id}", _session, SessionDetail),
+    Endpoint("GET", "/api/sessions/{id}/taps", lambda s, asked: session_view.taps(s.workspace, asked.path["id"]), TapsView),
     Endpoint("GET", "/api/sessions/{id}/track", _track, None, SeriesQuery),
     Endpoint("GET", "/api/sessions/{id}/series", _series, None, SeriesQuery),
     Endpoint("GET", "/api/tracks", _overview, None, OfOutput),

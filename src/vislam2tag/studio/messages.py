@@ -178,6 +178,21 @@ class VisitView(FiniteRecord):
     distance_m: float
 
 
+class TapView(FiniteRecord):
+    """Where a walk without tracker was at a moment, with its corrections; ``name`` tells where that is from."""
+
+    at_s: float
+    x: float
+    y: float
+    name: str
+
+
+class TapsView(FiniteRecord):
+    """All of a walk; None where it had a tracker."""
+
+    taps: list[TapView] | None
+
+
 class EventView(FiniteRecord):
     """A step of the tracker that is no motion."""
 

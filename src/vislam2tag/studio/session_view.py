@@ -11,6 +11,8 @@ from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import Status, has_position, labelled_share
 from vislam2tag.dataset.comparing.label_comparison import mean_error_m
 from vislam2tag.labeling.results import Drawing, SessionResult
+from vislam2tag.pipeline.run.selection import session_task
+from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.studio import tracks
 from vislam2tag.studio.messages import (
     Box,
@@ -22,6 +24,8 @@ from vislam2tag.studio.messages import (
     SessionDetail,
     SessionList,
     SessionView,
+    TapsView,
+    TapView,
     VisitView,
 )
 from vislam2tag.studio.tracks import Columns
@@ -102,6 +106,22 @@ def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionVi
         floors=sorted(floor for floor, drawing in drawings.items() if drawing.mapped),
         bounds={str(floor): box for floor, drawing in drawings.items() if (box := _box(drawing)) is not None},
     )
+
+
+def taps(workspace: Workspace, id: str) -> TapsView:
+    """Where a walk was by its fixes, corrected, whether it could be mapped or not.
+
+    Raises KeyError where there is no session of this id, SessionError where it cannot be read.
+    """
+    now = workspace.now
+    camera = prepared_session(session_task(now.refs[id], now.survey, now.corrections, workspace.settings)).session.camera
+    if np.isfinite(camera.position_acs).any():
+        return TapsView(taps=None)
+    if camera.fixes is None:
+        return TapsView(taps=[])
+    at_s = (camera.fixes.time_ns - camera.time_ns[0]) * 1e-9
+    rows = zip(at_s.tolist(), camera.fixes.position_bcs.tolist(), camera.fixes.name, strict=True)
+    return TapsView(taps=[TapView(at_s=round(t, 2), x=x, y=y, name=name) for t, (x, y), name in rows])
 
 
 def _drawings(result: SessionResult) -> dict[int, Drawing]:

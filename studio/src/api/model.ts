@@ -11,6 +11,7 @@ export type EventStyle = Schemas['EventKindView'];
 export type Survey = Schemas['SurveyView'];
 export type Session = Schemas['SessionView'];
 export type SessionDetail = Schemas['SessionDetail'];
+export type Tap = Schemas['TapView'];
 export type WalkEvent = Schemas['EventView'];
 export type Corrections = Schemas['CorrectionsView'];
 export type Entry = Schemas['Entry'];

@@ -125,6 +125,14 @@ export function arrowFeature(from: number[], to: number[]): Feature {
   return feature;
 }
 
+/** Where a walk without tracker was at a moment. */
+export function tapFeature(place: number[], text: string, isChosen: boolean, dark: boolean): Feature {
+  const feature = new Feature(new Point(place));
+  const image = new Circle({ radius: isChosen ? 11 : 8, declutterMode: 'none', fill: new Fill({ color: isChosen ? '#d55e00' : '#0072b2' }), stroke: new Stroke({ color: '#fff', width: 2 }) });
+  feature.setStyle(new Style({ image, text: label(text, dark, -18), zIndex: isChosen ? 4 : 3 }));
+  return feature;
+}
+
 /** A point with its name. */
 export function dotFeature(place: number[], text: string): Feature {
   const feature = new Feature(new Point(place));

@@ -15,8 +15,8 @@ from vislam2tag.survey.corrections.file import (
     Corrections,
     read_corrections,
     session_start,
-    unused_corrections,
 )
+from vislam2tag.survey.corrections.unused import unused_corrections
 from vislam2tag.survey.model import SessionKey, Site
 
 KEY = SessionKey(0, "LG", "2022-01-14T16:35:30")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -17,9 +16,8 @@ from pydantic import (
 )
 
 from vislam2tag.common.files.toml_file import read_toml
-from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
-from vislam2tag.survey.model import SessionKey, Site
+from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.names import landmark_id
 
 CORRECTIONS_FILE = "corrections.toml"
@@ -213,6 +211,22 @@ class DropRepeatedScans(Correction):
     """Wi-Fi scans that repeat the one before, level for level, are old results delivered again: they count once."""
 
 
+class SetTap(Correction):
+    """A walk without tracker was at a place at a moment; without x and y the tap of that moment is taken out."""
+
+    session: str
+    at_s: Annotated[float, Field(ge=0, le=1e9)]
+    """Seconds after the walk's first frame."""
+    x: FiniteFloat | None = None
+    y: FiniteFloat | None = None
+
+    @model_validator(mode="after")
+    def _is_place(self) -> Self:
+        if (self.x is None) != (self.y is None):
+            raise ValueError("x and y are both needed, or none of them")
+        return self
+
+
 class Corrections(Record):
     """All entries of the file, in its order; none where there is no file."""
 
@@ -230,6 +244,7 @@ class Corrections(Record):
     set_device: tuple[SetDevice, ...] = ()
     drop_repeated_scans: tuple[DropRepeatedScans, ...] = ()
     move_control_point: tuple[MoveControlPoint, ...] = ()
+    set_tap: tuple[SetTap, ...] = ()
 
     def for_session(self, key: SessionKey) -> Corrections:
         """Keep only the entries that apply to one session; those of the site are applied to it before."""
@@ -257,45 +272,3 @@ def read_corrections(root: Path) -> Corrections:
         return read_toml(root / CORRECTIONS_FILE, Corrections)
     except FileNotFoundError:
         return Corrections()
-
-
-def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], site: Site) -> list[Finding]:
-    """Find entries that match no session, and moves of what the files of their floors do not have.
-
-    Whether a landmark to exclude or to swap was seen is known only to those who read the sessions: such entries may
-    well concern landmarks without a surveyed position.
-    """
-    known = set(zip(site.landmarks.floor.tolist(), site.landmarks.ids, strict=True))
-    points = {(floor.number, name) for floor in site.floors for name in floor.control_points.ids}
-    findings = [
-        _unused("move_control_point", number, f"floor {entry.floor} has no control point {entry.id}")
-        for number, entry in enumerate(corrections.move_control_point, start=1)
-        if (entry.floor, entry.id) not in points
-    ]
-    for table in OF_SESSIONS:
-        entries: tuple[Correction, ...] = getattr(corrections, table)
-        for number, entry in enumerate(entries, start=1):
-            floors = {key.floor for key in keys if entry.applies(key)} | _visited_floor(entry, keys, known)
-            if not floors:
-                problem = "no session matches"
-            elif isinstance(entry, MoveLandmark) and not any((floor, entry.id) in known for floor in floors):
-                problem = f"no landmark {entry.id} in the files of the floors it is for"
-            elif isinstance(entry, SetLandmarkFloor) and (entry.to, entry.id) not in known:
-                problem = f"no landmark {entry.id} in the file of floor {entry.to}"
-            else:
-                continue
-            findings.append(_unused(table, number, problem))
-    return findings
-
-
-def _unused(table: str, number: int, problem: str) -> Finding:
-    message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
-    return Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message)
-
-
-def _visited_floor(entry: Correction, keys: Sequence[SessionKey], known: set[tuple[int, str]]) -> set[int]:
-    """The floor of a landmark entry, where sessions of other floors may go there and find that landmark."""
-    if entry.floor is None or not isinstance(entry, ExcludeLandmark | MoveLandmark):
-        return set()
-    possible = (entry.floor, entry.id) in known and any(entry.applies(replace(key, floor=entry.floor)) for key in keys)
-    return {entry.floor} if possible else set()
