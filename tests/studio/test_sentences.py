@@ -17,6 +17,16 @@ PACKAGES = ("survey", "sessions", "walkable", "diagnosis", "pipeline/labels", "l
 NAMES = {"message", "summary", "evidence", "told", "words", "problem"}
 """Variables and arguments that hold sentences."""
 MAKERS = {"Finding", "at_lines", "Fault"}
+REFUSING = (
+    "planning",
+    "registration",
+    "studio/prepare",
+    "studio/jobs.py",
+    "pipeline/site/plan.py",
+    "pipeline/site/register.py",
+)
+"""What refuses while a building is prepared, and jobs that fail."""
+REFUSALS = {"SurveyError", "UsageError", "OutputError"}
 ELSEWHERE = {"ilc20_site.py", "ilc20_trace.py", "getsensordata_lines.py", "getsensordata_log.py", "show.py"}
 """Of formats that are imported and of other commands."""
 
@@ -33,6 +43,14 @@ def templates(tree: ast.AST) -> Iterator[str]:
             values = [word.value for word in node.keywords if word.arg in NAMES]
             of_uses = maker == "append" and ast.unparse(node.func).startswith("uses.")
             for value in (*(node.args if maker in MAKERS or of_uses else ()), *values):
+                yield from filter(None, map(template, choices(value)))
+
+
+def refusals(tree: ast.AST) -> Iterator[str]:
+    """Sentences of the errors that a module raises."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and ast.unparse(node.exc.func) in REFUSALS:
+            for value in node.exc.args:
                 yield from filter(None, map(template, choices(value)))
 
 
@@ -64,6 +82,20 @@ def test_every_sentence_about_a_survey_is_there_in_german() -> None:
         if " " in sentence and len(re.findall(r"[a-z]{2,}", sentence)) >= 4
     }
     assert len(spoken) > 90
+    missing = {sentence: name for sentence, name in spoken.items() if renumbered(sentence) not in known}
+    assert missing == {}
+
+
+def test_every_refusal_while_a_building_is_prepared_is_there_in_german() -> None:
+    known = {renumbered(english) for english in json.loads(GERMAN.read_text(encoding="utf-8"))}
+    places = (ROOT / "src" / "vislam2tag" / place for place in REFUSING)
+    spoken = {
+        sentence: file.name
+        for place in places
+        for file in ([place] if place.is_file() else sorted(place.rglob("*.py")))
+        for sentence in refusals(ast.parse(file.read_text(encoding="utf-8")))
+    }
+    assert len(spoken) > 40
     missing = {sentence: name for sentence, name in spoken.items() if renumbered(sentence) not in known}
     assert missing == {}
 

@@ -27,8 +27,8 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.zipped import named_alike, unpacked
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
-from vislam2tag.survey.corrections.unused import unused_corrections
 from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
+from vislam2tag.survey.corrections.unused import unused_corrections
 from vislam2tag.survey.discover import read_site, session_folders, zip_of
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, StoredFolder, Survey
 from vislam2tag.survey.names import session_slugs

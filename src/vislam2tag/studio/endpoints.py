@@ -114,10 +114,6 @@ def _plan(studio: Studio, asked: Asked) -> Binary:
     )
 
 
-def _sessions(studio: Studio, _asked: Asked) -> SessionList:
-    return session_view.session_list(studio.workspace)
-
-
 def _session(studio: Studio, asked: Asked) -> SessionDetail:
     return session_view.session_detail(studio.workspace, asked.path["id"])
 
@@ -269,9 +265,11 @@ class Endpoint:
 ENDPOINTS = (
     Endpoint("GET", "/api/survey", _survey, SurveyView),
     Endpoint("GET", "/api/floors/{number:int}/plan", _plan, None, PlanQuery),
-    Endpoint("GET", "/api/sessions", _sessions, SessionList),
+    Endpoint("GET", "/api/sessions", lambda studio, _: session_view.session_list(studio.workspace), SessionList),
     Endpoint("GET", "/api/sessions/{id}", _session, SessionDetail),
-    Endpoint("GET", "/api/sessions/{id}/taps", lambda s, asked: session_view.taps(s.workspace, asked.path["id"]), TapsView),
+    Endpoint(
+        "GET", "/api/sessions/{id}/taps", lambda s, asked: session_view.taps(s.workspace, asked.path["id"]), TapsView
+    ),
     Endpoint("GET", "/api/sessions/{id}/track", _track, None, SeriesQuery),
     Endpoint("GET", "/api/sessions/{id}/series", _series, None, SeriesQuery),
     Endpoint("GET", "/api/tracks", _overview, None, OfOutput),

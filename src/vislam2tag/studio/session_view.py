@@ -114,7 +114,9 @@ def taps(workspace: Workspace, id: str) -> TapsView:
     Raises KeyError where there is no session of this id, SessionError where it cannot be read.
     """
     now = workspace.now
-    camera = prepared_session(session_task(now.refs[id], now.survey, now.corrections, workspace.settings)).session.camera
+    camera = prepared_session(
+        session_task(now.refs[id], now.survey, now.corrections, workspace.settings)
+    ).session.camera
     if np.isfinite(camera.position_acs).any():
         return TapsView(taps=None)
     if camera.fixes is None:

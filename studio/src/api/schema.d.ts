@@ -500,6 +500,22 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/sessions/{id}/taps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_sessions_id_taps"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{id}/track": {
         parameters: {
             query?: never;
@@ -2428,6 +2444,28 @@ export interface components {
             version: string;
         };
         /**
+         * TapView
+         * @description Where a walk without tracker was at a moment, with its corrections; ``name`` tells where that is from.
+         */
+        TapView: {
+            /** At S */
+            at_s: number;
+            /** Name */
+            name: string;
+            /** X */
+            x: number;
+            /** Y */
+            y: number;
+        };
+        /**
+         * TapsView
+         * @description All of a walk; None where it had a tracker.
+         */
+        TapsView: {
+            /** Taps */
+            taps: components["schemas"]["TapView"][] | null;
+        };
+        /**
          * Title
          * @description A name for people, by language.
          */
@@ -3600,6 +3638,37 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_sessions_id_taps: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TapsView"];
+                };
             };
             /** @description refused */
             default: {

@@ -17,8 +17,8 @@ class Walk {
   series = $state.raw<Series[]>([]);
   moments = $derived(momentsOf(this.detail));
   end = $derived(choice.current?.duration_s ?? 0);
-  /** Row of the frame at the chosen time. */
-  row = $derived(this.track ? rowAt(this.track.t, choice.time) : -1);
+  /** Row of the frame at the chosen time; -1 where there is none, as while the walk is mapped again. */
+  row = $derived(this.track?.t.length ? rowAt(this.track.t, choice.time) : -1);
 }
 
 export const walk = new Walk();

@@ -33,6 +33,10 @@ test('sentences of the server are German where the page is, their parts too', ()
   expect(said('landmarks 2, 9 and 4 of floor 1 are mixed up: 2 where 9 should')).toBe(
     'die Landmarken 2, 9 und 4 von Stockwerk 1 sind durcheinander: 2, wo 9 sein sollte',
   );
+  expect(said('floor 2: has no way to walk; check its plan and scale (vislam2tag site show)')).toBe(
+    'Stockwerk 2: hat keinen begehbaren Weg; bitte Plan und Maßstab prüfen (vislam2tag site show)',
+  );
+  expect(said('S1.txt: no such thing, of 3')).toBe('S1.txt: no such thing, of 3');
   expect(said('something else')).toBe('something else');
   words.language = 'en';
 });
