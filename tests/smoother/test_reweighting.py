@@ -184,3 +184,31 @@ def test_variances_for_covariances_are_greater_than_those_for_weights() -> None:
     assert np.all(stated.sheet >= weights.sheet)
     for source in DriftSource:
         assert np.all(stated.stretch[source] >= weights.stretch[source])
+
+
+def test_a_drift_that_few_numbers_tell_is_stated_less_certain_however_many_tell_the_sightings() -> None:
+    model = linearised(loops(5, USUAL, marks=6, laps=1))
+
+    def stated(**numbers: float | dict[DriftSource, float]) -> Weights:
+        return equivalent_variances(model, Weights.even(replace(USUAL, **numbers), 6, 6))
+
+    few, many = ({DriftSource.POSITION: number} for number in (1.0, 100.0))
+    told, untold = (stated(sighting_numbers=40.0, drift_numbers=numbers) for numbers in (many, few))
+    assert np.all(untold.stretch[DriftSource.POSITION] > 2 * told.stretch[DriftSource.POSITION])
+    np.testing.assert_allclose(told.stretch[DriftSource.POSITION], 1, atol=0.05)
+    np.testing.assert_array_equal(untold.sighting, told.sighting)
+    given = stated(sighting_numbers=2.0, drift_numbers=few)
+    assert np.all(given.sighting > 1.3 * told.sighting)
+    np.testing.assert_array_equal(given.stretch[DriftSource.HEADING], told.stretch[DriftSource.HEADING])
+    np.testing.assert_array_equal(given.stretch[DriftSource.JUMP], told.stretch[DriftSource.JUMP])
+
+
+def test_the_numbers_that_tell_each_level_are_counted_for_each() -> None:
+    walk = loops(3, TYPICAL, marks=8, laps=3, survey_m=0.02)
+    model = linearised(walk)
+    weights = Weights.even(USUAL, len(model.observations.passes.at), 8)
+    noise = one_round(model, LandmarkPriors.of(walk.ids, walk.landmarks()), weights).noise
+    assert set(noise.drift_numbers) == set(ESTIMATED)
+    passes = len(model.observations.passes.at)
+    assert passes < noise.sighting_numbers < 2 * passes
+    assert all(0 <= number < passes for number in noise.drift_numbers.values())

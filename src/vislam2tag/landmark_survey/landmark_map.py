@@ -22,10 +22,10 @@ from vislam2tag.landmark_survey.charts import Chart, tied_to_survey
 from vislam2tag.landmark_survey.local_map import LinearMap, LocalMap
 from vislam2tag.smoother.equations import FREE_M, FREE_RAD
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.noise import PRIOR_WEIGHT
 
-SHIFT_M = 0.06
-"""A walk sees a landmark off its place by this, per axis (assumed, with PRIOR_WEIGHT, before anything is seen) ..."""
+SHIFT_M, SHIFT_NUMBERS = 0.06, 1.0
+"""A walk sees a landmark off its place by this, per axis (assumed, as if so many numbers told it, before anything is
+seen) ..."""
 SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
 """... or by far more: degrees of freedom of Student's t. Walks as a whole and the survey have such tails, too."""
 SETTLED_M = 1e-6
@@ -237,7 +237,7 @@ def _reweighted(joined: LandmarkMap) -> Doubts:
     misses = {number: _missed(joined, number) for number in tied}
     square_m2 = sum(float(np.sum(one.square_m2 / old.shift[number])) for number, one in misses.items())
     numbers = sum(float(np.sum(one.numbers)) for one in misses.values())
-    shift_m = float(np.sqrt((PRIOR_WEIGHT * SHIFT_M**2 + square_m2) / (PRIOR_WEIGHT + numbers)))
+    shift_m = float(np.sqrt((SHIFT_NUMBERS * SHIFT_M**2 + square_m2) / (SHIFT_NUMBERS + numbers)))
     shift, walk = list(old.shift), old.walk.copy()
     for number, one in misses.items():
         shift[number] = variance_factor(one.square_m2 / shift_m**2, one.numbers, SHIFT_TAIL)

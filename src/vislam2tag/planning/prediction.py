@@ -97,8 +97,8 @@ def smoothed_walk(
     priors = _surveyed_landmarks(sheets, survey_sigma_m)
     plane = as_complex(path)
     model = Model(observations, plane, np.ones_like(plane), rough=False)
-    # A pass tells two numbers, of which the walk itself takes about one: the rest tells the levels of noise.
-    weights = Weights.even(replace(noise, numbers=float(len(at))), len(at), len(sheets.position))
+    # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
+    weights = Weights.even(replace(noise, sighting_numbers=float(len(at))), len(at), len(sheets.position))
     weights = equivalent_variances(model, weights)
     return Smoothed(model, priors, weights, solve(normal_equations(model, priors, weights, pinned=False)))
 

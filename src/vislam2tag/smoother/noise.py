@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
 
@@ -38,8 +38,10 @@ class NoiseLevels:
     scale: float = 0.0008
     sighting_m: float = 0.14
     sheet_rad: float = 0.03
-    numbers: float = inf
-    """How many observed numbers the levels of drift and sightings follow from; infinite where they are given."""
+    sighting_numbers: float = inf
+    """How many observed numbers the level of sightings follows from; infinite where it is given."""
+    drift_numbers: dict[DriftSource, float] = field(default_factory=dict)
+    """... and that of each drift; those that are missing are given."""
 
     def level(self, source: DriftSource) -> float:
         """Standard deviation that scales the drift of this source."""
@@ -52,8 +54,8 @@ class NoiseLevels:
 
 USUAL = NoiseLevels()
 """What is assumed before anything is seen: typical of phones (docs/explanation/smoother.md)."""
-PRIOR_WEIGHT = 1.0
-"""The usual noise counts as much as this many observed numbers."""
+PRIOR_WEIGHT = 0.5
+"""The usual noise counts as much as this many observed numbers (docs/explanation/smoother.md)."""
 SCALE_SIGMA = 0.02
 """A tracker's metre is a metre within this share."""
 

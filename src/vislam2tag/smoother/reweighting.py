@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.robust import variance_factor
 from vislam2tag.smoother.chain import Solution
 from vislam2tag.smoother.equations import (
@@ -172,7 +172,8 @@ def _levels(model: Model, weights: Weights, squares: NoiseSquares) -> NoiseLevel
         scale=noise.scale if model.rough else levels[DriftSource.SCALE],
         sighting_m=sighting_m,
         sheet_rad=sheet.level(USUAL.sheet_rad),
-        numbers=sighting.numbers + sum(found.numbers for found in drift.values()),
+        sighting_numbers=sighting.numbers,
+        drift_numbers={source: found.numbers for source, found in drift.items()},
     )
 
 
@@ -206,14 +207,16 @@ def _determined(present: float, numbers: npt.NDArray[Any], square: ExpectedSquar
 def equivalent_variances(model: Model, weights: Weights) -> Weights:
     """Weights for covariances: those of the normal distribution that stands for each Student's t.
 
-    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread. Nor are the
-    levels themselves known better than from as many numbers as determine them.
+    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread. Nor is a
+    level known better than from as many numbers as tell of it: what a normal variance of so many numbers' mean square
+    predicts is Student's t with as many degrees of freedom (Gelman et al. 2013, section 3.2).
     """
-    unsure = _widening(PRIOR_WEIGHT + weights.noise.numbers)
+    noise = weights.noise
+    unsure = _widening(PRIOR_WEIGHT + noise.sighting_numbers)
     return replace(
         weights,
         stretch={
-            source: np.asarray(factor * _widening(TAIL[source] + model.ranks[source]) * _of_level(source, unsure))
+            source: np.asarray(factor * _widening(_freedom(source, noise, model.ranks[source])))
             for source, factor in weights.stretch.items()
         },
         sighting=weights.sighting * _widening(SIGHTING_TAIL + 2) * unsure,
@@ -221,9 +224,13 @@ def equivalent_variances(model: Model, weights: Weights) -> Weights:
     )
 
 
-def _of_level(source: DriftSource, unsure: FloatArray) -> FloatArray | float:
-    """Factor (1,) or 1 of the variances of a source, as far as its level is estimated."""
-    return unsure if source in ESTIMATED else 1.0
+def _freedom(source: DriftSource, noise: NoiseLevels, rank: IntArray) -> npt.ArrayLike:
+    """Degrees of freedom (1 or p + 1) of the drift of stretches with these ranks (p + 1,).
+
+    Few numbers tell a walk's drift, of as few stretches: that these may be unusual is a part of not knowing its level.
+    """
+    numbers = noise.drift_numbers.get(source)
+    return TAIL[source] + rank if numbers is None else PRIOR_WEIGHT + numbers
 
 
 def _widening(freedom: npt.ArrayLike) -> FloatArray:
