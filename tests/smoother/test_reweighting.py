@@ -189,15 +189,16 @@ def test_variances_for_covariances_are_greater_than_those_for_weights() -> None:
 def test_a_drift_that_few_numbers_tell_is_stated_less_certain_however_many_tell_the_sightings() -> None:
     model = linearised(loops(5, USUAL, marks=6, laps=1))
 
-    def stated(**numbers: float | dict[DriftSource, float]) -> Weights:
-        return equivalent_variances(model, Weights.even(replace(USUAL, **numbers), 6, 6))
+    def stated(noise: NoiseLevels) -> Weights:
+        return equivalent_variances(model, Weights.even(noise, 6, 6))
 
     few, many = ({DriftSource.POSITION: number} for number in (1.0, 100.0))
-    told, untold = (stated(sighting_numbers=40.0, drift_numbers=numbers) for numbers in (many, few))
+    told = stated(replace(USUAL, sighting_numbers=40.0, drift_numbers=many))
+    untold = stated(replace(USUAL, sighting_numbers=40.0, drift_numbers=few))
     assert np.all(untold.stretch[DriftSource.POSITION] > 2 * told.stretch[DriftSource.POSITION])
     np.testing.assert_allclose(told.stretch[DriftSource.POSITION], 1, atol=0.05)
     np.testing.assert_array_equal(untold.sighting, told.sighting)
-    given = stated(sighting_numbers=2.0, drift_numbers=few)
+    given = stated(replace(USUAL, sighting_numbers=2.0, drift_numbers=few))
     assert np.all(given.sighting > 1.3 * told.sighting)
     np.testing.assert_array_equal(given.stretch[DriftSource.HEADING], told.stretch[DriftSource.HEADING])
     np.testing.assert_array_equal(given.stretch[DriftSource.JUMP], told.stretch[DriftSource.JUMP])
