@@ -209,17 +209,18 @@ def equivalent_variances(model: Model, weights: Weights) -> Weights:
 
     :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread. Nor is a
     level known better than from as many numbers as tell of it: what a normal variance of so many numbers' mean square
-    predicts is Student's t with as many degrees of freedom (Gelman et al. 2013, section 3.2).
+    predicts is Student's t with as many degrees of freedom (Gelman et al. 2013, section 3.2). The heavier of both laws
+    of sightings stands for both.
     """
     noise = weights.noise
-    unsure = _widening(PRIOR_WEIGHT + noise.sighting_numbers)
+    sighting_freedom = min(SIGHTING_TAIL + 2, PRIOR_WEIGHT + noise.sighting_numbers)
     return replace(
         weights,
         stretch={
             source: np.asarray(factor * _widening(_freedom(source, noise, model.ranks[source])))
             for source, factor in weights.stretch.items()
         },
-        sighting=weights.sighting * _widening(SIGHTING_TAIL + 2) * unsure,
+        sighting=weights.sighting * _widening(sighting_freedom),
         sheet=weights.sheet * _widening(SHEET_TAIL + 1),
     )
 
