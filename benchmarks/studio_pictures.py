@@ -25,6 +25,14 @@ sys.path.insert(0, str(ROOT))
 
 from tests.report.browser import running_browser  # noqa: E402
 from tests.studio.running import running_studio  # noqa: E402
+from tests.studio.sharing.file_servers import plain_server  # noqa: E402
+from tests.studio.sharing.generated_fleet import generated_rows  # noqa: E402
+
+from vislam2tag.pipeline.fleet.add import looked_at  # noqa: E402
+from vislam2tag.pipeline.fleet.catalogue import DONE, Fleet  # noqa: E402
+from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS  # noqa: E402
+from vislam2tag.settings import Settings  # noqa: E402
+from vislam2tag.studio.sharing.fleet import export_fleet  # noqa: E402
 
 SETTLED_MS = 2500
 """The map has been drawn and animations have ended."""
@@ -35,7 +43,7 @@ PHONE = ViewportSize(width=400, height=800)
 
 def walks(page: Page) -> None:
     """A walk with its time."""
-    page.get_by_role("tab").nth(0).click()
+    page.locator("#tab-walks").click()
     page.locator(".list .row").first.click()
     page.locator(".charts .u-title").first.wait_for()
     page.locator(".time .slider").fill("47")
@@ -43,32 +51,48 @@ def walks(page: Page) -> None:
 
 def diagnose(page: Page) -> None:
     """Faults with their places."""
-    back = page.get_by_role("button", name="← All walks")
-    if back.count():
-        back.click()
-    page.get_by_role("tab").nth(1).click()
+    page.locator("#tab-diagnose").click()
     page.locator("li[data-kind=mis_surveyed] .line button").first.click()
 
 
-def landmarks(page: Page) -> None:
-    """A landmark to be corrected."""
-    page.get_by_role("tab").nth(2).click()
-    page.locator(".list .row").nth(10).click()
+def conflicts(page: Page) -> None:
+    """Landmarks that agree with walks, and those that contradict, by a whole diagnosis."""
+    page.locator("#tab-diagnose").click()
+    page.get_by_role("button", name="Look for all faults").click()
+    page.locator(".gain").first.wait_for()
+    toggle_layer(page, "Conflicts")
+    show_all(page)
 
 
 def radio(page: Page) -> None:
     """The strongest signal of all access points."""
-    page.get_by_role("tab", name="Radio").click()
+    toggle_layer(page, "Conflicts")  # of the view before
+    page.locator("#tab-radio").click()
     page.get_by_role("button", name="Make radio maps of these labels").click()
     page.get_by_text("of the mapped cells are drawn").wait_for()
-    page.get_by_role("button", name="Show all").click()
+    show_all(page)
 
 
 def collect(page: Page) -> None:
     """What walks have covered, and where to go next."""
-    page.get_by_role("tab", name="Collect").click()
-    page.get_by_role("button", name="Go here next").first.wait_for()
-    page.get_by_role("button", name="Show all").click()
+    page.locator("#tab-collect").click()
+    page.locator(".cards button").first.wait_for()
+    show_all(page)
+
+
+def prepare(page: Page) -> None:
+    """Landmarks planned beside those that hang, on the map of the sigma to expect."""
+    page.locator("#tab-prepare").click()
+    page.locator(".step > summary").nth(2).click()
+    page.locator(".step .form button").click()
+    page.locator("[data-error]").wait_for()
+    show_all(page)
+
+
+def landmarks(page: Page) -> None:
+    """A landmark to be corrected."""
+    page.locator("#tab-landmarks").click()
+    page.locator(".list .row").nth(10).click()
 
 
 def change(page: Page) -> None:
@@ -99,18 +123,37 @@ def compare(page: Page) -> None:
 def floors(page: Page) -> None:
     """All floors above one another."""
     page.locator(".form button:not(.main)").click()
-    page.get_by_role("tab").nth(0).click()
+    page.locator("#tab-walks").click()
+    if page.locator(".panel button", has_text="All walks").count():
+        page.locator(".panel button", has_text="All walks").click()
     page.locator(".map-tools select").nth(1).select_option("device")
     page.locator(".map-tools summary").click()
     page.locator(".map-tools .choices input").first.check()
     page.locator(".map-tools summary").click()
 
 
+def toggle_layer(page: Page, name: str) -> None:
+    """Show a layer of the map, or hide it again."""
+    page.locator(".map-tools summary").click()
+    page.locator(".map-tools .choices label", has_text=name).click()
+    page.locator(".map-tools summary").click()
+
+
+def show_all(page: Page) -> None:
+    """Bring the whole floor into view."""
+    page.locator(".zoom button").last.click()
+
+
 Scheme: TypeAlias = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 VIEWS: dict[str, Callable[[Page], None]] = {
-    view.__name__: view for view in (walks, diagnose, radio, collect, landmarks, change, corrections, compare, floors)
+    view.__name__: view
+    for view in (
+        *(walks, diagnose, conflicts, radio, collect, prepare),
+        *(landmarks, change, corrections, compare, floors),
+    )
 }
+PHONE_VIEWS: dict[str, Callable[[Page], None]] = {"": diagnose, "_prepare": prepare, "_collect": collect}
 
 
 def main() -> None:
@@ -135,14 +178,34 @@ def main() -> None:
                 address = str(page.request.post("/api/invitations", data={}).json()["url"])
                 page.close()
                 page = opened(browser, address, scheme, PHONE, "de")
-                diagnose(page)
-                take(page, options.out / f"studio_phone_{scheme}.webp")
+                for name, view in PHONE_VIEWS.items():
+                    view(page)
+                    take(page, options.out / f"studio_phone{name}_{scheme}.webp")
                 address = str(page.request.post("/api/invitations", data={}).json()["url"])
                 page.close()
+        with running_browser() as browser, plain_server(shared_fleet(options.folder, Path(copied))) as address:
+            for scheme in SCHEMES:
+                for name, size, locale in (("share", DESKTOP, "en"), ("phone_share", PHONE, "de")):
+                    page = opened(browser, address, scheme, size, locale, ".fleet .row")
+                    take(page, options.out / f"studio_{name}_{scheme}.webp")
+                    page.close()
 
 
-def opened(browser: Browser, address: str, scheme: Scheme, size: ViewportSize, locale: str) -> Page:
-    """The page, entered by an address that is good for one browser."""
+def shared_fleet(folder: Path, made: Path) -> Path:
+    """The page of a fleet of 1,000 surveys, of which this one can be looked at."""
+    fleet, name = made / "hospitals", "ward-7"
+    shutil.copytree(folder / "survey", fleet / SURVEYS / name)
+    shutil.copytree(folder / "labels", fleet / LABELS / name)
+    row, _ = looked_at(fleet, name)
+    Fleet(fleet).change([row | {"site": "Hospital 0", "state": DONE, "labels": "copied"}, *generated_rows(999)])
+    export_fleet(fleet, made / "page", lambda _: Settings())
+    return made / "page"
+
+
+def opened(
+    browser: Browser, address: str, scheme: Scheme, size: ViewportSize, locale: str, there: str = ".map canvas"
+) -> Page:
+    """The page, once ``there`` is; a studio's address is good for one browser."""
     own = address.partition("/#")[0]
     context = browser.new_context(
         base_url=own,
@@ -155,7 +218,7 @@ def opened(browser: Browser, address: str, scheme: Scheme, size: ViewportSize, l
     page = context.new_page()
     page.set_default_timeout(LATEST_MS)
     page.goto(address)
-    page.locator(".map canvas").first.wait_for()
+    page.locator(there).first.wait_for()
     return page
 
 

@@ -12,6 +12,9 @@ from vislam2tag.studio.messages import Point
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
 
+_WAY = "#a8447f"
+"""Of no walk's status."""
+
 
 class Gaps:
     """Strips of what lacks, a line through them, and its first stop."""
@@ -38,8 +41,9 @@ class Gaps:
         ]
         if record.walk is not None:
             line, stop = record.walk.points_m, record.walk.stops_m[0]
-            features.append(Feature(id=f"{self.name}:{floor}:way", shape="line", floor=floor, coordinates=line))
-            features.append(Feature(id=f"{self.name}:{floor}:next", shape="point", floor=floor, coordinates=[stop]))
+            way = Feature(id=f"{self.name}:{floor}:way", shape="line", floor=floor, coordinates=line, colour=_WAY)
+            stopped = Feature(id=f"{self.name}:{floor}:next", shape="point", floor=floor, coordinates=[stop], colour=_WAY)
+            features += [way, stopped]
         return features
 
 
