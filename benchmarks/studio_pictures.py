@@ -51,6 +51,9 @@ def walks(page: Page) -> None:
 
 def diagnose(page: Page) -> None:
     """Faults with their places."""
+    back = page.get_by_role("button", name="← All walks")
+    if back.count():
+        back.click()
     page.locator("#tab-diagnose").click()
     page.locator("li[data-kind=mis_surveyed] .line button").first.click()
 
@@ -115,7 +118,7 @@ def corrections(page: Page) -> None:
 def compare(page: Page) -> None:
     """Labels before and after the change, swiped."""
     page.get_by_role("tab", name="Compare").click()
-    page.get_by_label("Second").select_option(label="before the last change")
+    page.get_by_label("Second labels").select_option(label="before the last change")
     page.locator(".form button.main").click()
     page.get_by_label("Line between the two maps").wait_for()
 
@@ -124,8 +127,6 @@ def floors(page: Page) -> None:
     """All floors above one another."""
     page.locator(".form button:not(.main)").click()
     page.locator("#tab-walks").click()
-    if page.locator(".panel button", has_text="All walks").count():
-        page.locator(".panel button", has_text="All walks").click()
     page.locator(".map-tools select").nth(1).select_option("device")
     page.locator(".map-tools summary").click()
     page.locator(".map-tools .choices input").first.check()

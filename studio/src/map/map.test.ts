@@ -1,11 +1,9 @@
-import type { Style } from 'ol/style';
 import { describe, expect, test } from 'vitest';
 import type { Track } from '../api/arrow';
 import type { Floor, Session, StatusStyle } from '../api/model';
 import { at, boxOf, flat, inverse, stacked } from './affine';
 import { colouring } from './colours';
 import { ellipseOf } from './paint';
-import { layerFeatures } from './marks';
 import { nearestRow } from './pick';
 import { stepOf } from './raster';
 import { Density } from './density';
@@ -120,16 +118,4 @@ test('points in view are counted by cells that lie whole in it', () => {
 test('cells of radio maps are coloured between the ends, and left out below the threshold or where nothing is known', () => {
   expect([-90, -65, -40, -200, 0].map((value) => stepOf(value, [-90, -40], null))).toEqual([0, 4, 7, 0, 7]);
   expect([NaN, -70, -60].map((value) => stepOf(value, [-90, -40], -67))).toEqual([-1, -1, 4]);
-});
-
-test('areas of one colour are drawn as one without lines between them, one alone with its edge', () => {
-  const area = (left: number, severity: 'warning' | 'error') => ({
-    id: String(left), shape: 'area' as const, floor: 0, text: '', label: '', colour: null, severity, holes: [], changes: [], landmarks: [], sessions: [],
-    coordinates: [[left, 0], [left + 1, 0], [left + 1, 1], [left, 1]] as [number, number][],
-  });
-  const drawn = layerFeatures([area(0, 'warning'), area(1, 'warning'), area(5, 'error')], flat(0));
-  expect(drawn.map((one) => [one.getGeometry()!.getExtent(), (one.getStyle() as Style).getStroke() !== null])).toEqual([
-    [[0, 0, 2, 1], false],
-    [[5, 0, 6, 1], true],
-  ]);
 });

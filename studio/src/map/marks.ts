@@ -1,6 +1,6 @@
 // Landmarks, control points, events, faults and further layers as features of the map.
 import Feature from 'ol/Feature';
-import { LineString, MultiPolygon, Point, Polygon } from 'ol/geom';
+import { LineString, Point, Polygon } from 'ol/geom';
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from 'ol/style';
 import type { ControlPoint, EventStyle, Fault, Feature as LayerFeature, Landmark, WalkEvent } from '../api/model';
 import { type Placing, at } from './affine';
@@ -140,32 +140,24 @@ export function dotFeature(place: number[], text: string): Feature {
   return feature;
 }
 
-/** Layers as they are drawn: areas of one colour as one, so that strips beside each other have no lines between them. */
 export function layerFeatures(features: LayerFeature[], placing: Placing): Feature[] {
-  const areas = new Map<string, number[][][][]>();
-  const drawn = features.flatMap((item): Feature[] => {
+  return features.flatMap((item) => {
     const placed = placing.get(item.floor);
     if (!placed || !item.coordinates.length) return [];
     const put = (ring: number[][]) => ring.map(([x, y]) => at(placed, x, y));
     const color = item.colour ?? SEVERITY[item.severity];
-    if (item.shape === 'area') {
-      const beside = areas.get(color) ?? [];
-      areas.set(color, beside);
-      beside.push([put(item.coordinates), ...item.holes.map(put)]);
-      return [];
-    }
-    const shape = item.shape === 'point' ? new Point(put(item.coordinates)[0]) : new LineString(put(item.coordinates));
-    const feature = new Feature(shape);
-    feature.setStyle(shape instanceof LineString ? arrowStyle(shape, color) : new Style({ image: new Circle({ radius: 10, fill: new Fill({ color }) }) })); // seen around a landmark
+    const feature =
+      item.shape === 'point'
+        ? new Feature(new Point(put(item.coordinates)[0]))
+        : item.shape === 'line'
+          ? new Feature(new LineString(put(item.coordinates)))
+          : new Feature(new Polygon([put(item.coordinates), ...item.holes.map(put)]));
+    const shape = feature.getGeometry();
+    if (shape instanceof LineString) feature.setStyle(arrowStyle(shape, color));
+    else if (shape instanceof Polygon) feature.setStyle(new Style({ fill: new Fill({ color: `${color}30` }), stroke: new Stroke({ color: `${color}90`, width: 1 }) }));
+    else feature.setStyle(new Style({ image: new Circle({ radius: 10, fill: new Fill({ color }) }) })); // seen around a landmark
     return [feature];
   });
-  const filled = [...areas].map(([color, polygons]): Feature => {
-    const feature = new Feature(new MultiPolygon(polygons));
-    const stroke = polygons.length > 1 ? undefined : new Stroke({ color: `${color}90`, width: 1 });
-    feature.setStyle(new Style({ fill: new Fill({ color: `${color}48` }), stroke }));
-    return feature;
-  });
-  return [...filled, ...drawn];
 }
 
 /** Where an access point is estimated to be. */

@@ -17,14 +17,14 @@ _WAY = "#a8447f"
 
 
 class Gaps:
-    """Strips of what lacks, a line through them, and its first stop."""
+    """Areas of what lacks, a line through them, and its first stop."""
 
     name = "gaps"
     title = Title(en="Not walked yet, and the way there", de="Noch nicht begangen, und der Weg dorthin")
     shown = False
 
     def features(self, workspace: Workspace, floor: int) -> list[Feature]:
-        """Strips, line and stop of one floor; none where it has no plan that can be walked."""
+        """Areas, line and stop of one floor; none where it has no plan that can be walked."""
         record, space = covered(workspace, floor)
         if space is None:
             return []
@@ -34,33 +34,40 @@ class Gaps:
                 id=f"{self.name}:{floor}:{number}",
                 shape="area",
                 floor=floor,
-                coordinates=strip,
+                coordinates=outer,
+                holes=holes,
                 severity=Severity.WARNING,
             )
-            for number, strip in enumerate(strips(space.places_m[~space.walked], step_m))
+            for number, (outer, *holes) in enumerate(outlines(space.places_m[~space.walked], step_m))
         ]
         if record.walk is not None:
             line, stop = record.walk.points_m, record.walk.stops_m[0]
             way = Feature(id=f"{self.name}:{floor}:way", shape="line", floor=floor, coordinates=line, colour=_WAY)
-            stopped = Feature(id=f"{self.name}:{floor}:next", shape="point", floor=floor, coordinates=[stop], colour=_WAY)
+            stopped = Feature(
+                id=f"{self.name}:{floor}:next", shape="point", floor=floor, coordinates=[stop], colour=_WAY
+            )
             features += [way, stopped]
         return features
 
 
-def strips(places_m: FloatArray, step_m: float) -> list[list[Point]]:
-    """Rectangles around places (n, 2) of a grid, those beside each other along x in one; corners in order, metres."""
+def outlines(places_m: FloatArray, step_m: float) -> list[list[list[Point]]]:
+    """Outlines of what places (n, 2) of a grid cover, metres: of each part the outer ring, then those of its holes."""
     if not len(places_m):
         return []
-    column, row = np.round(places_m / step_m).astype(np.int64).T
-    order = np.lexsort((column, row))
-    column, row, places_m = column[order], row[order], places_m[order]
-    breaks = np.flatnonzero((np.diff(row) != 0) | (np.diff(column) > 1)) + 1
-    half = step_m / 2
-    found = []
-    for part in np.split(places_m, breaks):
-        (left, y), right = (part[0] - half).tolist(), float(part[-1, 0] + half)
-        found.append([(left, y), (right, y), (right, y + step_m), (left, y + step_m)])
-    return found
+    import shapely
+
+    cells = np.round(places_m / step_m)
+    shift_m = places_m[0] - cells[0] * step_m
+    parts = shapely.get_parts(
+        shapely.simplify(shapely.coverage_union_all(shapely.box(*(cells - 0.5).T, *(cells + 0.5).T)), 0.0)
+    )
+    return [
+        [
+            [(round(x, 3), round(y, 3)) for x, y in (np.array(ring.coords)[:-1] * step_m + shift_m).tolist()]
+            for ring in (part.exterior, *part.interiors)
+        ]
+        for part in parts
+    ]
 
 
 register(Gaps())
