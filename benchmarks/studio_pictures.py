@@ -92,6 +92,11 @@ def prepare(page: Page) -> None:
     show_all(page)
 
 
+def share(page: Page) -> None:
+    """A data set and a page for others."""
+    page.locator("#tab-share").click()
+
+
 def landmarks(page: Page) -> None:
     """A landmark to be corrected."""
     page.locator("#tab-landmarks").click()
@@ -150,7 +155,7 @@ SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 VIEWS: dict[str, Callable[[Page], None]] = {
     view.__name__: view
     for view in (
-        *(walks, diagnose, conflicts, radio, collect, prepare),
+        *(walks, diagnose, conflicts, radio, collect, prepare, share),
         *(landmarks, change, corrections, compare, floors),
     )
 }
@@ -186,7 +191,7 @@ def main() -> None:
                 page.close()
         with running_browser() as browser, plain_server(shared_fleet(options.folder, Path(copied))) as address:
             for scheme in SCHEMES:
-                for name, size, locale in (("share", DESKTOP, "en"), ("phone_share", PHONE, "de")):
+                for name, size, locale in (("fleet", DESKTOP, "en"), ("phone_fleet", PHONE, "de")):
                     page = opened(browser, address, scheme, size, locale, ".fleet .row")
                     take(page, options.out / f"studio_{name}_{scheme}.webp")
                     page.close()
