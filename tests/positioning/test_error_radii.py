@@ -8,9 +8,7 @@ import pytest
 from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import (
     UNKNOWN_M,
-    HeldOut,
     SpreadRadii,
-    fitted_quantile_radii,
     fitted_radii,
     radius_scale,
 )
@@ -51,26 +49,3 @@ def test_without_any_error_nothing_is_promised() -> None:
     r68, r95 = fitted_radii(np.full(3, np.nan), np.zeros(3)).radii_m(np.zeros(2))
     assert (r68 >= UNKNOWN_M).all()
     assert (r95 > r68).all()
-
-
-def test_radii_by_features_hold_their_share_of_small_and_large_errors() -> None:
-    rng = np.random.default_rng(0)
-    scale = rng.uniform(0.0, 2.0, (4, 500))
-    parts = [
-        HeldOut(np.exp(one) * np.hypot(*rng.standard_normal((2, 500))), one[:, None], np.arange(500) // 10)
-        for one in scale
-    ]
-    radii = fitted_quantile_radii(parts[:2])
-    for part in parts[2:]:
-        error_m, large = part.error_m, part.features[:, 0] > 1.0
-        radius_68_m, radius_95_m = radii.radii_m(part.features)
-        for rows in (large, ~large):
-            assert np.mean(error_m[rows] <= radius_68_m[rows]) == pytest.approx(0.68, abs=0.08)
-            assert np.mean(error_m[rows] <= radius_95_m[rows]) == pytest.approx(0.95, abs=0.04)
-    beyond = radii.radii_m(np.array([[50.0]]))[1]
-    assert beyond <= radii.radii_m(np.array([[2.0]]))[1] + 1e-9
-
-
-def test_radii_of_a_model_that_no_error_is_known_of_promise_nothing() -> None:
-    nothing = HeldOut(np.empty(0), np.empty((0, 3)), np.empty(0, np.int64))
-    assert fitted_quantile_radii([nothing]).radii_m(np.zeros((2, 3)))[0].tolist() == pytest.approx([100.0, 100.0])

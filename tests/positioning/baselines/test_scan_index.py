@@ -45,7 +45,7 @@ def test_among_very_many_scans_the_nearest_cells_alone_are_looked_into(
 ) -> None:
     asked = ASKED.over(LEARNED.access_points)
     level = represented_levels(asked.rssi_dbm, Representation.POWED)
-    groups = Apart(np.arange(len(asked)) % 5, np.arange(len(LEARNED)) % 5)
+    groups = Apart(np.arange(len(asked))[:, None] % 5, np.arange(len(LEARNED))[:, None] % 5)
     exact = index_of(distance).nearest(asked, level, 3, groups)
     monkeypatch.setattr(scan_index, "MOST_READINGS", 0)
     index = index_of(distance)
@@ -70,10 +70,12 @@ def test_scans_of_the_same_group_are_no_neighbours_and_the_first_of_equals_comes
     one = LEARNED[np.array([5])]
     level = represented_levels(one.rssi_dbm, Representation.POWED)
     assert index.nearest(one, level, 3).which.tolist() == [[1, 3, 0]]
-    apart = Apart(np.array([7]), np.array([0, 7, 7, 0]))
+    apart = Apart(np.array([[7, 1]]), np.array([[0, 2], [7, 2], [7, 3], [0, 3]]))
     found = index.nearest(one, level, 4, apart)
     assert found.which.tolist() == [[3, 0, 1, 2]]
     assert np.isinf(found.away[0, 2:]).all()
+    of_two_kinds = Apart.among(np.array([1]), np.array([0, 7, 7, 0]), np.array([2, 2, 3, 3]))
+    assert np.isinf(index.nearest(one, level, 4, of_two_kinds).away[0]).tolist() == [False, True, True, True]
 
 
 def test_a_scan_that_shares_nothing_is_as_far_as_can_be() -> None:

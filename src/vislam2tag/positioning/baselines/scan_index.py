@@ -15,7 +15,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.baselines.scan_cells import ScanCell, ScanCells, dense_levels
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
@@ -33,12 +33,22 @@ class SignalDistance(StrEnum):
 
 
 class Apart(NamedTuple):
-    """Groups, such as walks, whose scans are not compared among each other."""
+    """Groups of one kind or several, such as walks and places, whose scans are not compared among each other."""
 
     asked: IntArray
-    """(q,) of the scans that neighbours are looked for."""
+    """(q, g) of the scans that neighbours are looked for."""
     learned: IntArray
-    """(n,) of the learned ones."""
+    """(n, g) of the learned ones."""
+
+    @classmethod
+    def among(cls, rows: IntArray, *groups: IntArray) -> Self:
+        """Keep learned scans ``rows`` (q,) apart from those of the same group of any kind; each kind (n,)."""
+        learned = np.column_stack(groups)
+        return cls(learned[rows], learned)
+
+    def same(self, row: int, members: IntArray | slice = slice(None)) -> BoolArray:
+        """Which of the learned scans (m,) share a group with a scan that asks."""
+        return np.asarray((self.learned[members] == self.asked[row]).any(axis=1))
 
 
 class NearestScans(NamedTuple):
@@ -96,7 +106,7 @@ class ScanIndex:
             own = slice(scans.start[row], scans.start[row + 1])
             distance = self.away(scans.column[own], level[own])
             if apart is not None:
-                distance[apart.learned == apart.asked[row]] = np.inf
+                distance[apart.same(row)] = np.inf
             index[row] = _smallest(distance, index.shape[1])
             away[row] = distance[index[row]]
         return NearestScans(index, away)
@@ -116,13 +126,12 @@ class ScanIndex:
             away = self._apart(size[asking[part], None], self.size[own.members], self._common(level, asking[part], own))
             for one, distance in zip(asking[part].tolist(), away, strict=True):
                 if apart is not None:
-                    distance[apart.learned[own.members] == apart.asked[rows[one]]] = np.inf
+                    distance[apart.same(int(rows[one]), own.members)] = np.inf
                 members[one].append(own.members)
                 distances[one].append(distance)
         for one, row in enumerate(rows.tolist()):
             which, distance = np.concatenate(members[one]), np.concatenate(distances[one])
-            order = np.argsort(which)
-            nearest = order[_smallest(distance[order], min(found.which.shape[1], len(order)))]
+            nearest = _smallest(distance, min(found.which.shape[1], len(which)), which)
             found.which[row, : len(nearest)] = which[nearest]
             found.away[row, : len(nearest)] = distance[nearest]
 
@@ -155,10 +164,10 @@ class ScanIndex:
         return np.asarray(1.0 - np.divide(common, whole, out=np.zeros_like(whole), where=whole > 0))
 
 
-def _smallest(away: FloatArray, k: int) -> IntArray:
-    """(k,) indices of the smallest of distances (n,), in order."""
+def _smallest(away: FloatArray, k: int, which: IntArray | None = None) -> IntArray:
+    """(k,) indices of the smallest of distances (n,), in order; equal ones by ``which`` (n,), or as they come."""
     near = np.flatnonzero(away <= np.partition(away, k - 1)[k - 1])
-    return np.asarray(near[np.argsort(away[near], kind="stable")][:k])
+    return near[np.lexsort((near if which is None else which[near], away[near]))][:k]
 
 
 def _sizes(level: FloatArray, distance: SignalDistance) -> FloatArray:

@@ -10,6 +10,7 @@ part of the scans spans (:mod:`~vislam2tag.positioning.cell_density.kernel_regre
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,13 +21,14 @@ from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, Signal
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, joined_answers, median_votes
 from vislam2tag.positioning.cell_density.density_model import learned_storeys
 from vislam2tag.positioning.cell_density.kernel_regression import KernelRegression
-from vislam2tag.positioning.cell_density.scan_kernels import StoreyKernel, directions, levels
+from vislam2tag.positioning.cell_density.scan_kernels import EXPONENT, StoreyKernel, directions, levels
 from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.error_radii import HeldOut, QuantileRadii, fitted_quantile_radii, group_quantile
+from vislam2tag.positioning.held_out_radii import HeldOut, HeldOutRadii, group_quantiles, held_out_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import (
     area_numbers,
     calibration_rows,
+    fold_numbers,
     lone_walks,
     usable_validation,
     walk_numbers,
@@ -37,15 +39,20 @@ from vislam2tag.positioning.scans.representation import Representation, represen
 
 EXPONENTS = (1.3, 1.7, 2.2, 2.7)
 """Powers of levels that are tried by leaving walks out."""
-_CHOSEN_WITH = 400
-"""Most scans that the choice looks at."""
+_CHOSEN_WITH, _CHOSEN_AMONG = 400, 4000
+"""Most scans that the choice asks, and among which neighbours are looked for."""
 SHARPNESS, RIDGE = 1.0, 0.3
 """Of the kernel between directions; by cross-validation on six public sets (docs/results/positioning-change.md)."""
 LEAST_WEIGHT = 1e-6
 """Kriging's weights may be negative; a vote cannot."""
 STOREY_REGRESSION = 2.0
 """What the regression onto storeys counts beside the votes."""
-MOST_CENTRES = 1000
+MOST_CENTRES, MOST_EXAMPLES = 1000, 5000
+"""Of the regression onto storeys; neighbours are looked for among all scans."""
+CALIBRATED_WITH = 750
+"""Most scans that radii are fitted to; of so many a share of 68 % is known to 1.7 % (binomial)."""
+FOLDS = 5
+"""Of walks, left out together: who asks later has walked more than once."""
 COMPARED = (1, 10, None)
 """So many nearest scans tell how unlike all that was learned a scan is; None: all that vote."""
 NEAREST = 2
@@ -79,15 +86,20 @@ class KrigedAnswer(NamedTuple):
 
 
 class LocalKriging(Positioner):
-    """The model; radii are fitted to scans left out with their walk, alone, and with all others of their place."""
+    """The model; radii are fitted to scans left out alone, with a fold of walks, with all of their place, with both.
+
+    The radii of a walk's scans depend on all of its scans that are asked for at once.
+    """
 
     exponent_: float
-    radii_: QuantileRadii
+    radii_: HeldOutRadii
     like_: float
     """Of the feature ``NEAREST``: beyond, a scan is unlike all that was learned."""
     _scans: RadioScans
     _places: ScanPlaces
     _index: ScanIndex
+    _powed: RadioScans
+    """Levels to the power that directions have."""
     _storeys: KernelRegression[StoreyKernel]
     _centres: IntArray
 
@@ -98,26 +110,29 @@ class LocalKriging(Positioner):
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         self._check()
-        walk = walk_numbers(scans, places)
-        rows = calibration_rows(len(scans))
-        among = ~lone_walks(scans, places)
-        if among[rows].sum() >= _CHOSEN_WITH / 4:
-            rows = rows[among[rows]]
-        tried = rows[:: max(1, len(rows) // _CHOSEN_WITH)]
-        error_m = dict[float, float]()
-        for exponent in EXPONENTS:
-            self._learn(scans, places, exponent)
-            error_m[exponent] = float(self._left_out(tried, walk).error_m.mean())
-        self._learn(scans, places, min(error_m, key=lambda one: error_m[one]) if len(tried) else EXPONENTS[1])
+        self._learn(scans, places, self._best_exponent(scans, places))
         self.progress(0.4, 1)
-        self._centres = np.sort(np.random.default_rng(self.seed).permutation(len(scans))[:MOST_CENTRES])
-        self._storeys = learned_storeys(scans, places, self._centres)
+        some = calibration_rows(len(scans), MOST_EXAMPLES) if len(scans) > 1 else np.zeros(1, np.int64)
+        drawn = np.sort(np.random.default_rng(self.seed).permutation(len(some))[:MOST_CENTRES])
+        self._centres = some[drawn]
+        self._storeys = learned_storeys(scans[some], places[some], drawn)
         self.progress(0.7, 1)
-        kinds = self._held_out(usable_validation(validation), rows, walk)
-        self.radii_ = fitted_quantile_radii(kinds)
-        nearest = kinds[0].features[:, NEAREST]
-        self.like_ = group_quantile(nearest, kinds[0].group, LIKE) if len(nearest) else 0.0
+        ways = self._held_out(usable_validation(validation))
+        self.radii_ = held_out_radii(ways)
+        nearest = ways[0].features[:, NEAREST]
+        self.like_ = float(group_quantiles(nearest, ways[0].group, np.array(LIKE))) if len(nearest) else 0.0
         self.progress(1, 1)
+
+    def _best_exponent(self, scans: RadioScans, places: ScanPlaces) -> float:
+        """Choose by leaving walks out."""
+        some = slice(None, None, -(-len(scans) // _CHOSEN_AMONG))
+        scans, places = scans[some], places[some]
+        rows, walk = _asked_rows(scans, places, _CHOSEN_WITH), walk_numbers(scans, places)
+        error_m = dict[float, float]()
+        for exponent in EXPONENTS if len(rows) else ():
+            self._learn(scans, places, exponent)
+            error_m[exponent] = float(self._left_out(rows, walk, walk).error_m.mean())
+        return min(error_m, key=lambda one: error_m[one]) if error_m else EXPONENTS[1]
 
     def _check(self) -> None:
         if self.k < 1:
@@ -126,25 +141,30 @@ class LocalKriging(Positioner):
     def _learn(self, scans: RadioScans, places: ScanPlaces, exponent: float) -> None:
         self._scans, self._places, self.exponent_ = scans, places, exponent
         self._index = ScanIndex.of(scans, self._levels(scans), SignalDistance.SORENSEN)
+        self._powed = _powed(scans)
 
     def _levels(self, scans: RadioScans) -> FloatArray:
         """(m,) of all readings."""
         return np.asarray(represented_levels(scans.rssi_dbm, Representation.POSITIVE) ** self.exponent_)
 
-    def _left_out(self, rows: IntArray, group: IntArray) -> HeldOut:
-        """Return errors on scans ``rows`` (q,) as if nothing of their group (n,) had been learned."""
-        answer = self._kriged(self._scans[rows], Apart(group[rows], group))
+    def _left_out(self, rows: IntArray, group: IntArray, *apart: IntArray) -> HeldOut:
+        """Return errors on scans ``rows`` (q,) as if none that share a group ``apart`` (n,) had been learned.
+
+        Errors of scans of the same ``group`` (n,) are not independent.
+        """
+        answer = self._kriged(self._scans[rows], Apart.among(rows, *apart))
         return HeldOut(self._places[rows].distance_m(answer.voted.xy), answer.features, group[rows])
 
-    def _held_out(self, given: LabelledScans | None, rows: IntArray, walk: IntArray) -> tuple[HeldOut, ...]:
+    def _held_out(self, given: LabelledScans | None) -> tuple[HeldOut, ...]:
         if given is not None:
             answer = self._kriged(given[0])
             held_out = HeldOut(given[1].distance_m(answer.voted.xy), answer.features, np.arange(len(given[0])))
             return (held_out,)
-        alone = np.arange(len(self._scans))
-        place = area_numbers(self._places, SAME_PLACE_M)
-        groups = (walk, alone, place) if place.any() else (walk, alone)
-        return tuple(self._left_out(rows, group) for group in groups)
+        rows, walk = _asked_rows(self._scans, self._places, CALIBRATED_WITH), walk_numbers(self._scans, self._places)
+        alone, place = np.arange(len(self._scans)), area_numbers(self._places, SAME_PLACE_M)
+        fold = fold_numbers(walk, FOLDS, self.seed)
+        ways = [(walk, fold), (alone, alone), *([(place, place), (walk, fold, place)] if place.any() else [])]
+        return tuple(self._left_out(rows, *way) for way in ways)
 
     def _kriged(self, scans: RadioScans, apart: Apart | None = None) -> KrigedAnswer:
         """Answer; where groups are kept apart, storeys are told by votes alone: the regression has seen the scans."""
@@ -165,7 +185,7 @@ class LocalKriging(Positioner):
     def _weights(self, scans: RadioScans, which: IntArray, away: FloatArray) -> FloatArray:
         """(n, k) by ordinary kriging from the scans ``which`` (n, k); 0 where they are infinitely ``away`` (n, k)."""
         used, place = np.unique(which, return_inverse=True)
-        learned, own = directions(levels(self._scans[used])), directions(levels(scans))
+        learned, own = _directions(self._powed[used]), _directions(_powed(scans))
         near = learned[place.reshape(which.shape)]
         among = np.exp(2 * SHARPNESS * (near @ near.transpose(0, 2, 1) - 1)) + RIDGE * np.eye(which.shape[1])
         towards = np.exp(2 * SHARPNESS * ((near @ own[:, :, None])[:, :, 0] - 1))
@@ -178,7 +198,7 @@ class LocalKriging(Positioner):
     def _predict(self, scans: RadioScans) -> Positions:
         answer = self._kriged(scans)
         unlike = answer.features[:, NEAREST] > self.like_
-        return answer.voted.positions(self._places, self.radii_.radii_m(answer.features), unlike)
+        return answer.voted.positions(self._places, self.radii_.radii_m(answer.features, scans.session), unlike)
 
     def learned(self) -> LabelledScans:
         """Return all that was learned from."""
@@ -208,8 +228,26 @@ class LocalKriging(Positioner):
         kernel = StoreyKernel.around(levels(scans[self._centres]))
         weight, mean = checked.floats("storey_weight", "m", "s"), checked.floats("storey_mean", "s")
         self._storeys = KernelRegression(kernel, weight, mean)
-        self.radii_ = QuantileRadii.restored(checked)
+        self.radii_ = HeldOutRadii.restored(checked)
         self.like_ = float(checked.floats("like", 1)[0])
+
+
+def _asked_rows(scans: RadioScans, places: ScanPlaces, most: int) -> IntArray:
+    """Which scans (k,) are left out in turn, evenly spread: those that others of their storey remain of, if enough."""
+    rows, among = calibration_rows(len(scans)), ~lone_walks(scans, places)
+    if among[rows].sum() >= _CHOSEN_WITH / 4:
+        rows = rows[among[rows]]
+    return rows[:: -(-len(rows) // most)] if len(rows) else rows
+
+
+def _powed(scans: RadioScans) -> RadioScans:
+    """Put levels to the power of directions in the place of dBm: once, where all are taken again and again."""
+    return replace(scans, rssi_dbm=represented_levels(scans.rssi_dbm, Representation.POSITIVE) ** EXPONENT)
+
+
+def _directions(powed: RadioScans) -> FloatArray:
+    """(n, a) of length 1."""
+    return directions(powed.dense(not_heard=0.0), 1.0)
 
 
 register("local-kriging", LocalKriging)

@@ -58,7 +58,7 @@ class NearestNeighbours(VotingPositioner):
 
     def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
         walk, rows = walk_numbers(scans, places), calibration_rows(len(scans))
-        answer = self._voted(scans[rows], Apart(walk[rows], walk))
+        answer = self._voted(scans[rows], Apart.among(rows, walk))
         return places[rows].distance_m(answer.xy), answer.spread_m
 
     def _answer(self, scans: RadioScans) -> VotedPositions:

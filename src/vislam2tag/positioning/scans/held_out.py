@@ -14,9 +14,9 @@ CALIBRATED_WITH = 2000
 """Most scans that are left out in turn: more would not make radii truer."""
 
 
-def calibration_rows(count: int) -> IntArray:
+def calibration_rows(count: int, most: int = CALIBRATED_WITH) -> IntArray:
     """Return which of so many scans calibrate: (k,), evenly spread, in order; of a lone scan none, to learn from it."""
-    return np.unique(np.linspace(0, count - 1, CALIBRATED_WITH if count > 1 else 0).astype(np.int64))
+    return np.unique(np.linspace(0, count - 1, most if count > 1 else 0).astype(np.int64))
 
 
 def walk_numbers(scans: RadioScans, places: ScanPlaces) -> IntArray:
@@ -51,12 +51,17 @@ def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, B
 
     Nothing comes where there is but one walk.
     """
-    numbers, walk = np.unique(walks, return_inverse=True)
-    fold = np.random.default_rng(seed).permutation(len(numbers)) % count
-    for number in range(min(count, len(numbers))):
-        held_out = fold[walk] == number
+    fold = fold_numbers(walks, count, seed)
+    for number in range(fold.max(initial=-1) + 1):
+        held_out = fold == number
         if not held_out.all():
             yield ~held_out, held_out
+
+
+def fold_numbers(walks: IntArray, count: int, seed: int) -> IntArray:
+    """Deal walks (n,) or areas to at most ``count`` folds: (n,) which each scan is in."""
+    numbers, walk = np.unique(walks, return_inverse=True)
+    return np.asarray((np.random.default_rng(seed).permutation(len(numbers)) % count)[walk])
 
 
 def usable_validation(validation: LabelledScans | None) -> LabelledScans | None:
