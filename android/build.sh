@@ -87,6 +87,17 @@ test_app() {
         RunTests "$out/app-test"
 }
 
+# The shell on Android's own classes; ARCore's and those of hardware and of other processes are fakes.
+test_on_framework() {
+    local classes=$sdk/framework/classes:$out/app:$out/core:$out/zxing:$out/arcore/classes.jar:$junit:$mockito:$sdk/mockable.jar
+    framework/compile.sh
+    step "tests of the app on Android's own classes"
+    fresh "$out/framework-test"
+    javac -encoding UTF-8 -nowarn -proc:none -d "$out/framework-test" -cp "$classes" $(sources app/src/framework/java)
+    java -Xshare:auto -Djava.awt.headless=true -Dframework.resources="$sdk/framework/libresources.so" \
+        -Dframework.apk="$out/resources/base.apk" -cp "$out/runner:$out/framework-test:$classes" RunTests "$out/framework-test"
+}
+
 make_dex() {
     step "dex"
     fresh "$out/dex"
@@ -166,6 +177,7 @@ build_all() {
     compile_resources
     compile_app
     test_app
+    test_on_framework
     make_dex
     package
     verify

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Brings what the script build needs into android/sdk: Android's signatures, D8 and aapt2, ARCore. Everything is pinned
+# Brings what the script build needs into android/sdk: Android's sources, D8 and aapt2, ARCore. Everything is pinned
 # by SHA-256 (pins.sha256); what is there already is kept. docs/how-to/android.md tells where each comes from and its licence.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -24,7 +24,12 @@ NEEDED="javac openjdk-17-jdk-headless
     /usr/share/java/junit4.jar junit4
     /usr/share/java/hamcrest.jar libhamcrest-java
     /usr/share/java/mockito-core.jar libmockito-java
-    $ZXING libzxing-core-java"
+    $ZXING libzxing-core-java
+    g++ g++
+    /usr/share/java/eclipse-jdt-core.jar libeclipse-jdt-core-java
+    /usr/include/android/androidfw/AssetManager2.h android-libandroidfw-dev
+    /usr/include/android/nativehelper/jni.h android-libnativehelper-dev
+    /usr/share/fonts/truetype/roboto/unhinted/RobotoTTF/Roboto-Regular.ttf fonts-roboto-unhinted"
 
 missing() { # the packages of what is not there
     local what package
@@ -53,9 +58,9 @@ install() {
     exit 1
 }
 
-# Signatures of Android 10's public classes (Apache-2.0), from Debian's source package. The source list and its indexes
-# are private to the working folder: the machine's own are not touched.
-fetch_signatures() {
+# Android 10's own sources (Apache-2.0) and in them the signatures of its public classes: Debian's source package. The
+# source list and its indexes are private to the working folder: the machine's own are not touched.
+fetch_sources() {
     local package=android-platform-frameworks-base options
     mkdir -p apt/lists/partial apt/parts
     cat /etc/apt/sources.list.d/*.sources 2>/dev/null | sed 's/^Types:.*/Types: deb-src/' >apt/parts/all.sources || true
@@ -67,7 +72,8 @@ fetch_signatures() {
     apt-get $options update -qq
     # shellcheck disable=SC2086
     apt-get $options source -qq --download-only "$package=1:10.0.0+r36-10"
-    tar xJf "${package}_10.0.0+r36.orig.tar.xz" --no-same-owner api/current.txt
+    mv "${package}_10.0.0+r36.orig.tar.xz" "$sdk/framework-base.tar.xz"
+    tar xJf "$sdk/framework-base.tar.xz" --no-same-owner api/current.txt
     mv api/current.txt "$sdk/api-29.txt"
 }
 
@@ -98,7 +104,7 @@ mkdir -p "$sdk"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-if ! pinned api-29.txt; then fetch_signatures; fi
+if ! pinned api-29.txt framework-base.tar.xz; then fetch_sources; fi
 if ! pinned bundletool.jar aapt2; then fetch_bundletool; fi
 if ! pinned arcore.aar jni; then fetch_arcore; fi
 if ! pinned zxing.jar; then cp "$ZXING" "$sdk/zxing.jar"; fi

@@ -221,6 +221,8 @@ class _ClassWriter:
 
     def _inner_class(self, nested: ApiClass) -> bytes:
         access = _access(nested.modifiers)
+        if self._world.mockable:
+            access &= ~_FINAL
         if nested.is_interface:
             access |= _INTERFACE | _ABSTRACT | _STATIC
         if nested.kind == "@interface":

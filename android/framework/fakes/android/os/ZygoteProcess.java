@@ -1,0 +1,4 @@
+package android.os;
+
+/** No process is forked here. */
+public class ZygoteProcess {}

@@ -1,0 +1,2 @@
+#pragma once
+#define AID_SYSTEM 1000
