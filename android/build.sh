@@ -93,7 +93,8 @@ test_on_framework() {
     framework/compile.sh
     step "tests of the app on Android's own classes"
     fresh "$out/framework-test"
-    javac -encoding UTF-8 -nowarn -proc:none -d "$out/framework-test" -cp "$classes" $(sources app/src/framework/java)
+    javac -encoding UTF-8 -nowarn -proc:none -d "$out/framework-test" -cp "$classes" $(sources app/src/framework/java) \
+        app/src/test/java/org/vislam2tag/app/Recorded.java
     java -Xshare:auto -Djava.awt.headless=true -Dframework.resources="$sdk/framework/libresources.so" \
         -Dframework.apk="$out/resources/base.apk" -cp "$out/runner:$out/framework-test:$classes" RunTests "$out/framework-test"
 }

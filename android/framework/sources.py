@@ -23,6 +23,7 @@ INSTEAD = {
     "sm.translateAppToSystem(before,\n"
     "                    android.os.Process.myPid(), android.os.Process.myUid())": "before",
     "/system/framework/framework-res.apk": "/usr/share/android-framework-res/framework-res.apk",
+    "AppOpsManager.OP_NONE": "-1",
     "Locale.adjustLanguageCode(language)": "language",
     "                    outIndicesAddress);": "outIndicesAddress);"
     " dalvik.system.VMRuntime.fetch(outValuesAddress, outIndicesAddress);",

@@ -27,6 +27,10 @@ final class PathParserNatives {
     return true;
   }
 
+  static boolean nInterpolatePathData(long into, long from, long to, float part) {
+    return true;
+  }
+
   static void nParseStringForPath(long handle, String text, int length) {
     Path2D.Float path = Handles.get(handle);
     Matcher part = PART.matcher(text);

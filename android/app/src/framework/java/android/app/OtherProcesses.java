@@ -29,7 +29,8 @@ final class OtherProcesses {
         }
         return null;
       }));
-      put(Context.ACTIVITY_TASK_SERVICE, remote(IActivityTaskManager.class, call -> null));
+      put(Context.ACTIVITY_TASK_SERVICE, remote(IActivityTaskManager.class,
+          call -> call.getMethod().getName().equals("finishActivity") ? true : null));
       put(Context.NOTIFICATION_SERVICE, remote(INotificationManager.class));
       put(Context.WINDOW_SERVICE, remote(IWindowManager.class));
       put(Context.DISPLAY_SERVICE, remote(IDisplayManager.class,

@@ -8,6 +8,7 @@ import static org.mockito.Mockito.when;
 import android.Manifest;
 import android.content.BroadcastReceiver;
 import android.content.ComponentName;
+import android.content.ContentProvider;
 import android.content.Context;
 import android.content.Intent;
 import android.content.IntentFilter;
@@ -16,6 +17,7 @@ import android.content.SharedPreferences;
 import android.content.pm.ApplicationInfo;
 import android.content.pm.PackageInfo;
 import android.content.pm.PackageManager;
+import android.content.pm.ProviderInfo;
 import android.content.res.ApkAssets;
 import android.content.res.AssetManager;
 import android.content.res.Configuration;
@@ -23,6 +25,8 @@ import android.content.res.Resources;
 import android.hardware.SensorManager;
 import android.location.LocationManager;
 import android.media.AudioManager;
+import android.net.ConnectivityManager;
+import android.net.Network;
 import android.net.wifi.WifiManager;
 import android.os.BatteryManager;
 import android.os.Binder;
@@ -30,17 +34,21 @@ import android.os.Bundle;
 import android.os.Handler;
 import android.os.IBinder;
 import android.os.Looper;
+import android.os.MessageQueue;
 import android.os.PowerManager;
 import android.os.SystemClockNatives;
 import android.os.Vibrator;
 import android.util.DisplayMetrics;
+import android.view.Display;
 import android.view.DisplayInfo;
 import android.view.View;
 import android.view.WindowManagerGlobal;
+import android.widget.TextView;
 import android.widget.Toast;
 import com.google.ar.core.ArCoreApk;
 import java.io.File;
 import java.lang.reflect.Field;
+import java.lang.reflect.Method;
 import java.util.ArrayList;
 import java.util.Arrays;
 import java.util.HashMap;
@@ -132,9 +140,11 @@ public final class Phone {
     display.logicalHeight = metrics.heightPixels;
     display.appWidth = metrics.widthPixels;
     display.appHeight = metrics.heightPixels;
+    display.supportedModes = new Display.Mode[] {new Display.Mode(0, metrics.widthPixels, metrics.heightPixels, 60)};
     display.logicalDensityDpi = metrics.densityDpi;
     thread.mInstrumentation = new Started();
     application = new PhoneApplication(new PhoneContext(this));
+    forgetWaiting();
     OtherProcesses.serve(this);
     thread.mInitialApplication = application;
     Field current = ActivityThread.class.getDeclaredField("sCurrentActivityThread");
@@ -161,6 +171,8 @@ public final class Phone {
     phone.service(Context.VIBRATOR_SERVICE, mock(Vibrator.class));
     phone.service(Context.BATTERY_SERVICE, mock(BatteryManager.class));
     phone.service(Context.NOTIFICATION_SERVICE, new NotificationManager(phone.application, phone.main));
+    ConnectivityManager networks = phone.service(Context.CONNECTIVITY_SERVICE, mock(ConnectivityManager.class));
+    when(networks.getAllNetworks()).thenReturn(new Network[0]);
     PowerManager.WakeLock lock = mock(PowerManager.WakeLock.class);
     when(phone.service(Context.POWER_SERVICE, mock(PowerManager.class)).newWakeLock(anyInt(), anyString())).thenReturn(lock);
     ArCoreApk.instance = new ArCoreApk();
@@ -199,16 +211,30 @@ public final class Phone {
 
   /** Runs what waits on the main thread until nothing is due. */
   public void idle() {
-    Looper.myQueue().addIdleHandler(() -> {
+    Idle nothingDue = new Idle();
+    MessageQueue.IdleHandler whenIdle = () -> {
       main.post(() -> {
-        throw new Idle();
+        throw nothingDue;
       });
       return false;
-    });
+    };
+    Looper.myQueue().addIdleHandler(whenIdle);
     try {
       Looper.loop();
     } catch (Idle e) {
-      return; // nothing is due any more
+      return;
+    } finally {
+      Looper.myQueue().removeIdleHandler(whenIdle);
+    }
+  }
+
+  /** What an earlier test left waiting does not happen any more. */
+  private static void forgetWaiting() throws ReflectiveOperationException {
+    MessageQueue queue = Looper.myQueue();
+    Method forget = MessageQueue.class.getDeclaredMethod("removeAllMessagesLocked");
+    forget.setAccessible(true);
+    synchronized (queue) {
+      forget.invoke(queue);
     }
   }
 
@@ -245,14 +271,36 @@ public final class Phone {
     return started.get(started.size() - 1);
   }
 
-  /** What is shown, the topmost last. */
-  public List<View> windows() {
+  /** Dialogs that are shown, the topmost last. */
+  public List<View> dialogs() {
     return WindowManagerGlobal.getInstance().windows();
+  }
+
+  /** The sentences of the topmost dialog. */
+  public String question() {
+    View top = dialogs().get(dialogs().size() - 1);
+    return ((TextView) top.findViewById(android.R.id.message)).getText().toString();
+  }
+
+  /** Presses a button of the topmost dialog: {@code android.R.id.button1} agrees. */
+  public void answer(int button) {
+    dialogs().get(dialogs().size() - 1).findViewById(button).performClick();
+    idle();
   }
 
   /** An activity as it is once Android has attached it, and before its {@code onCreate}. */
   public <T extends Activity> Screen<T> open(Class<T> type, Intent intent) throws Exception {
     return new Screen<>(this, type, intent);
+  }
+
+  /** A provider of the app, as Android has it ready for other apps. */
+  public <T extends ContentProvider> T provider(T provider, String authority) {
+    ProviderInfo info = new ProviderInfo();
+    info.authority = authority;
+    info.applicationInfo = app;
+    info.grantUriPermissions = true;
+    provider.attachInfo(application, info);
+    return provider;
   }
 
   /** The service of a class; null where it does not run. */

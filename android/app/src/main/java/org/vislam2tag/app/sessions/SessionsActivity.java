@@ -257,6 +257,9 @@ public final class SessionsActivity extends Activity implements ServiceConnectio
   }
 
   private void run(Job job) {
+    if (isDestroyed()) {
+      return; // the screen was left while something was deleted
+    }
     stopped.set(false);
     findViewById(R.id.working).setVisibility(View.VISIBLE);
     work.execute(() -> {
