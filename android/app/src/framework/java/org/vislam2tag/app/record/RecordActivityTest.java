@@ -71,7 +71,7 @@ public class RecordActivityTest {
       @Override public void onServiceDisconnected(ComponentName name) {}
     }, Context.BIND_AUTO_CREATE);
     phone.idle();
-    link.start(new Plan("Site", 0, "LG", "", 100, LandmarkImages.none(), true, Collections.emptyList()));
+    link.start(new Plan("Site", 0, "LG", "", 100, LandmarkImages.none(), true, false, Collections.emptyList()));
   }
 
   @After public void end() throws Exception {

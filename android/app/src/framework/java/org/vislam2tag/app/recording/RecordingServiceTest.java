@@ -21,7 +21,8 @@ import org.vislam2tag.core.session.SessionEnd;
 
 /** The service on Android's own main loop, started and bound as by its screens. */
 public class RecordingServiceTest {
-  private static final Plan PLAN = new Plan("Site", 0, "LG", "", 100, LandmarkImages.none(), false, Collections.emptyList());
+  private static final Plan PLAN = new Plan("Site", 0, "LG", "", 100, LandmarkImages.none(), false, false,
+      Collections.emptyList());
 
   @Rule public final TemporaryFolder folder = new TemporaryFolder();
   private Phone phone;
