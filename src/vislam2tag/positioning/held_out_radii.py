@@ -83,11 +83,11 @@ class HeldOutRadii:
         of_walk = np.full((len(count), ways), 1 / ways)
         share = likely
         for _ in range(_ROUNDS):
-            share = likely * of_walk[number]
-            share = share / share.sum(axis=1, keepdims=True)
+            weight = likely * of_walk[number]
+            share = weight / weight.sum(axis=1, keepdims=True)
             total = np.stack([np.bincount(number, one, minlength=len(count)) for one in share.T], axis=1)
             of_walk = (total + PRIOR_SCANS / ways) / (count + PRIOR_SCANS)
-        return share
+        return np.asarray(share)
 
     def arrays(self) -> dict[str, AnyArray]:
         """Return all numbers, for saving."""
@@ -165,4 +165,4 @@ def _mixture_quantile(share: FloatArray, line: FloatArray, beyond: FloatArray, w
         below = [np.interp(middle - at, one, LEVELS, left=0.0, right=1.0) for at, one in zip(line, beyond, strict=True)]
         too_small = (share.T * below).sum(axis=0) < wanted
         least, greatest = np.where(too_small, middle, least), np.where(too_small, greatest, middle)
-    return greatest
+    return np.asarray(greatest)
