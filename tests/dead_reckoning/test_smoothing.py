@@ -92,3 +92,24 @@ def test_what_the_scatter_of_fixes_may_be_is_averaged_over() -> None:
     assert small.fix_sigma_m < vague.fix_sigma_m < large.fix_sigma_m
     assert np.abs(vague.fix_sigma_m / (ties.sigma_m * FACTORS) - 1).min() > 0.01, "one of those tried, not their mean"
     assert np.trace(small.covariance[3, :2, :2]) < np.trace(vague.covariance[3, :2, :2])
+
+
+def test_first_steps_of_a_recording_tell_less_than_later_ones() -> None:
+    model = made(3, 60)[0]
+    usual = replace(model, settings=SETTINGS.model_copy(update={"start_noise": 0.0}))
+    share = model.precision[:, 0] / usual.precision[:, 0]
+    assert (np.diff(share) > 0).all()
+    assert share[0] < 0.1
+    assert share[-1] > 0.99
+
+
+def test_a_walker_unlike_those_of_whom_the_speed_was_learned_is_followed() -> None:
+    time_s = np.arange(0, 60.5, 0.5)
+    motion = 0.6 * np.exp(1j * np.repeat((0.0, np.pi / 2, np.pi, np.pi / 2), 30))
+    still, known = np.zeros(120), np.ones(120, dtype=bool)
+    model = PathModel(Nodes(time_s, motion, np.abs(motion), still, known, np.zeros(121)), DeadReckoningSettings())
+    true = np.concatenate(([0.0], np.cumsum(1.35 * motion)))
+    at = np.array((0, 40, 80, 120))
+    found = smooth_path(model, Ties(at, true[at], 0.45)).state
+    assert found.scale == pytest.approx(np.log(1.35), abs=0.1)
+    assert np.abs(found.position - true).max() < 0.5

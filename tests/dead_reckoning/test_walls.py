@@ -39,6 +39,15 @@ def test_depth_is_told_from_the_walls_with_its_slope() -> None:
     assert slope[2:] == pytest.approx(np.array(((1, 0), (-1, 0))), abs=1e-6)
 
 
+def test_fixes_scatter_less_between_walls_than_where_there_is_room() -> None:
+    mask = np.zeros((40, 80), dtype=bool)
+    mask[:, 10:14], mask[:, 30:70] = True, True
+    walls = Walls(WalkableArea(mask, (0.0, 0.0), 0.5), 0.5)
+    # A corridor from x = 5 to 7 m and a hall from 15 to 35 m.
+    narrow, hall = walls.scatter(np.array((6 + 10j, 25 + 10j))).tolist()
+    assert narrow < 1 < hall
+
+
 def path(log: InertialLog, fixes: FixLog, area: WalkableArea | None, settings: DeadReckoningSettings) -> ReckonedWalk:
     sensed = SensedWalk.of(log)
     assert sensed is not None

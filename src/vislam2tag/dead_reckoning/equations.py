@@ -1,8 +1,9 @@
 """The least-squares problem of a walk, linearised: unknown at each node are position, scale and heading.
 
 ``z[k+1] = z[k] + exp(s[k] + i h[k]) u[k] + noise``, with ``u`` the sensors' motion between nodes, ``s`` the logarithm
-of the walker's scale, which forgets itself, and ``h`` the heading of the gyroscope's frame, which drifts. Fixes tie
-``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away, all with Student-t tails.
+of the walker's scale, which begins near 0 and wanders, and ``h`` the heading of the gyroscope's frame, which drifts.
+Fixes tie ``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away. All these, and where ``s`` begins,
+have Student-t tails: few walkers differ much from those of whom the speed was learned.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ STATES = 4
 FIX_TAIL = 5.0
 NORTH_TAIL = 3.0
 WALL_TAIL = 3.0
+SCALE_TAIL = 3.0
 """Degrees of freedom of the Student-t distributions."""
 STANDING_NOISE_M = 0.01
 """Random part of the motion of somebody who stands, metres per square root of a second."""
@@ -79,17 +81,14 @@ class PathModel:
         """(k - 1, 4) inverse variances of each stretch: x, y, scale, heading."""
         nodes, settings = self.nodes, self.settings
         duration = np.diff(nodes.time_s)
-        walked = settings.step_noise**2 * nodes.length_m**2 / duration
+        starting = np.exp(-(nodes.time_s[1:] + nodes.time_s[:-1]) / (2 * settings.start_s))
+        noise = settings.step_noise * (1 + settings.start_noise * starting)
+        walked = noise**2 * nodes.length_m**2 / duration
         known = walked + STANDING_NOISE_M**2 * duration + LEAST_NOISE_M**2
         position = np.where(nodes.known, known, (UNKNOWN_M_S * duration) ** 2)
-        scale = settings.scale_sigma**2 * (1 - self.memory**2)
+        scale = settings.scale_noise**2 * duration
         heading = settings.heading_noise_rad**2 * duration + settings.turn_noise**2 * nodes.turn_rad
         return np.asarray(1 / np.column_stack((position, position, scale, heading)))
-
-    @property
-    def memory(self) -> FloatArray:
-        """(k - 1,) share of the scale's error that lasts from node to node."""
-        return np.asarray(np.exp(-np.diff(self.nodes.time_s) / self.settings.scale_memory_s))
 
     @property
     def north_precision(self) -> FloatArray:
@@ -103,22 +102,23 @@ class PathModel:
 
     def equations(self, state: PathState, ties: Ties) -> NormalEquations:
         """Linearise about a state: the solution is by how much it must change."""
-        count, precision, memory = len(state.scale), self.precision, self.memory
+        count, precision = len(state.scale), self.precision
         moved = np.exp(state.scale[:-1] + 1j * state.heading_rad[:-1]) * self.nodes.motion
         residual = self.residual(state)
         before = np.zeros((count - 1, STATES, STATES))
-        before[:, 0, 0] = before[:, 1, 1] = before[:, 3, 3] = -1
+        before[:, range(STATES), range(STATES)] = -1
         before[:, 0, 2], before[:, 1, 2] = -moved.real, -moved.imag
         before[:, 0, 3], before[:, 1, 3] = moved.imag, -moved.real
-        before[:, 2, 2] = -memory
         upper = (precision[:, :, None] * before).transpose(0, 2, 1)
         diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
         diagonal[:-1] += upper @ before
         diagonal[1:, range(STATES), range(STATES)] += precision
         right[:-1] -= np.einsum("kij,ki->kj", before, precision * residual)
         right[1:] -= precision * residual
-        diagonal[0, 2, 2] += self.settings.scale_sigma**-2
-        right[0, 2] -= state.scale[0] * self.settings.scale_sigma**-2
+        sigma = self.settings.scale_sigma
+        alike = (SCALE_TAIL + 1) / (SCALE_TAIL + float(state.scale[0] / sigma) ** 2) / sigma**2
+        diagonal[0, 2, 2] += alike
+        right[0, 2] -= alike * state.scale[0]
         off, weight = self.north(state)
         diagonal[:, 3, 3] += weight
         right[:, 3] -= weight * off
@@ -139,12 +139,15 @@ class PathModel:
             right[:, axis] -= np.bincount(ties.node, tie_weight * part, count)
         return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
 
+    def scatter(self, state: PathState) -> FloatArray:
+        """(k,) how far fixes scatter where a path leads, in parts of the usual: between walls there is less room."""
+        return np.ones(len(state.scale)) if self.walls is None else self.walls.scatter(state.position)
+
     def residual(self, state: PathState) -> FloatArray:
         """(k - 1, 4) errors of motion, scale and heading between nodes."""
         moved = np.exp(state.scale[:-1] + 1j * state.heading_rad[:-1]) * self.nodes.motion
         step = np.diff(state.position) - moved
-        kept = state.scale[1:] - self.memory * state.scale[:-1]
-        return np.column_stack((step.real, step.imag, kept, np.diff(state.heading_rad)))
+        return np.column_stack((step.real, step.imag, np.diff(state.scale), np.diff(state.heading_rad)))
 
     def north(self, state: PathState) -> tuple[FloatArray, FloatArray]:
         """How far the heading is from the phone's own (k,), rad, and the weight of that (k,)."""
@@ -168,7 +171,7 @@ class PathModel:
         if self.lines is not None:
             lines = float((self._share(MEMORY_S) * self.lines.cost(self.lines.distance_m(state.position))).sum())
         motion = self.precision * self.residual(state) ** 2
-        first = (state.scale[0] / self.settings.scale_sigma) ** 2
+        first = (SCALE_TAIL + 1) * np.log1p((state.scale[0] / self.settings.scale_sigma) ** 2 / SCALE_TAIL)
         return float(motion.sum() + north.sum() + fixes.sum() + first) + walls + lines
 
 

@@ -10,7 +10,7 @@ from vislam2tag.common.records import FiniteRecord
 class DeadReckoningSettings(FiniteRecord):
     """How paths are found from inertial sensors; docs/results/dead_reckoning.md calibrates the defaults."""
 
-    fix_sigma_m: float = Field(default=0.45, gt=0)
+    fix_sigma_m: float = Field(default=0.44, gt=0)
     """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
     fix_sigma_spread: float = Field(default=0.6, gt=0)
     """How much that differs between sessions: standard deviation of its logarithm."""
@@ -18,10 +18,14 @@ class DeadReckoningSettings(FiniteRecord):
     """How much later than the walker was there a fix is logged, seconds."""
     step_noise: float = Field(default=0.12, gt=0)
     """Random part of the motion: metres per square root of a second for each m/s of speed."""
-    scale_sigma: float = Field(default=0.08, gt=0)
-    """Relative error of a walker's speed that lasts for a while, one standard deviation."""
-    scale_memory_s: float = Field(default=80.0, gt=0)
-    """How long it lasts, seconds."""
+    start_s: float = Field(default=2.0, gt=0)
+    """How long the first steps of a recording tell less than others, seconds ..."""
+    start_noise: float = Field(default=4.0, ge=0)
+    """... and by how much the random part of the motion is greater then, in parts of the usual."""
+    scale_sigma: float = Field(default=0.05, gt=0)
+    """Relative error of a walker's speed, one standard deviation; some differ by much more (Student-t)."""
+    scale_noise: float = Field(default=0.01, gt=0)
+    """How much it changes: relative, per square root of a second."""
     heading_noise_rad: float = Field(default=0.05, gt=0)
     """Drift of the heading against the walking direction, rad per square root of a second."""
     turn_noise: float = Field(default=0.1, ge=0)

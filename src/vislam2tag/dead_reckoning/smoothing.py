@@ -35,12 +35,13 @@ class SmoothedPath:
     """A path through a walk's fixes: ``state`` at ``k`` nodes and ``covariance`` (k, 4, 4) of x, y, scale and heading.
 
     Both are means over what the scatter of the fixes may be; ``fix_sigma_m`` is that scatter's root mean square,
-    ``converged`` tells whether another round would change nothing.
+    ``scatter_m`` (k,) what it is where each node lies, ``converged`` tells whether another round would change nothing.
     """
 
     state: PathState
     covariance: FloatArray
     fix_sigma_m: float
+    scatter_m: FloatArray
     converged: bool
 
 
@@ -81,7 +82,9 @@ def _mean_path(model: PathModel, ties: Ties, fitted: list[_Fitted], share: Float
         own = solve(model.equations(each.state, replace(ties, sigma_m=each.sigma_m))).covariance
         covariance += part * (own + (state - mean)[:, :, None] * (state - mean)[:, None, :])
     sigma_m = float(np.sqrt(share @ np.square([each.sigma_m for each in fitted])))
-    return SmoothedPath(PathState.of_columns(mean), covariance, sigma_m, all(each.converged for each in fitted))
+    path = PathState.of_columns(mean)
+    scatter_m = sigma_m * model.scatter(path)
+    return SmoothedPath(path, covariance, sigma_m, scatter_m, all(each.converged for each in fitted))
 
 
 def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, float]]:

@@ -99,7 +99,7 @@ class ReckonedWalk:
         The covariance is that of a fix's distance from the path: what the path does not know and how far fixes
         scatter, since nothing else tells where the walker was.
         """
-        scatter = self.path.fix_sigma_m**2 * np.eye(2)
+        scatter = self.path.scatter_m[:, None, None] ** 2 * np.eye(2)
         return self._between(self.positions, time_s), self._between(self.path.covariance[:, :2, :2] + scatter, time_s)
 
     @property

@@ -70,6 +70,7 @@ def _rounded(place: complex) -> tuple[float, float]:
 
 def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[LeftOutMark]:
     """The fixes of which the others say something."""
+    scatter_m2 = walk.path.scatter_m[walk.ties.node] ** 2
     return [
         LeftOutMark(
             floor=floor,
@@ -78,7 +79,7 @@ def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[Le
             surveyed_m=_rounded(walk.ties.position[fix]),
             offset_m=_rounded(as_complex(left_out.error_m[fix]).item()),
             covariance_m2=(float(left_out.sigma_m[fix] ** 2), 0.0, float(left_out.sigma_m[fix] ** 2)),
-            survey_covariance_m2=(walk.path.fix_sigma_m**2, 0.0, walk.path.fix_sigma_m**2),
+            survey_covariance_m2=(float(scatter_m2[fix]), 0.0, float(scatter_m2[fix])),
         )
         for fix in np.flatnonzero(np.isfinite(left_out.sigma_m)).tolist()
     ]
