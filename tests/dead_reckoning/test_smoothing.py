@@ -113,3 +113,11 @@ def test_a_walker_unlike_those_of_whom_the_speed_was_learned_is_followed() -> No
     found = smooth_path(model, Ties(at, true[at], 0.45)).state
     assert found.scale == pytest.approx(np.log(1.35), abs=0.1)
     assert np.abs(found.position - true).max() < 0.5
+
+
+def test_a_fix_that_is_told_to_be_rough_weighs_less() -> None:
+    model, ties, _ = made(7)
+    rough = replace(ties, share=np.array((1.0, 4.0, 1.0)))
+    off = [np.abs(smooth_path(model, each).state.position[ties.node] - ties.position) for each in (ties, rough)]
+    assert off[1][1] > off[0][1] + 0.2
+    assert off[1][2] < off[0][2]

@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 from typer.testing import CliRunner
@@ -104,6 +105,7 @@ def test_taps_on_the_plan_are_fixes_where_no_camera_was(tmp_path: Path) -> None:
     (session_folder(survey) / "fixes.csv").unlink()
     places = expected.position_bcs.tolist()
     rows = [f"{t},{n},tap,{x},{y},0.6" for n, (t, (x, y)) in enumerate(zip(expected.time_ns, places, strict=True))]
+    rows[0] = rows[0].removesuffix("0.6")
     wrong = [f"{expected.time_ns[0] + 10**9},98,tap,0,0,0.6", f"{expected.time_ns[0] + 2 * 10**9},98,undo,,,"]
     nowhere = f"{expected.time_ns[0] + 3 * 10**9},99,tap,,,"
     text = "\n".join(("time_ns,n,action,x_m,y_m,sigma_m", *rows, *wrong, nowhere)) + "\n"
@@ -112,6 +114,9 @@ def test_taps_on_the_plan_are_fixes_where_no_camera_was(tmp_path: Path) -> None:
     assert session.camera.fixes is not None
     assert session.camera.fixes.time_ns.tolist() == expected.time_ns.tolist()
     assert session.camera.fixes.position_bcs.tolist() == expected.position_bcs.tolist()
+    assert session.camera.fixes.sigma_m is not None
+    assert np.isnan(session.camera.fixes.sigma_m[0])
+    assert (session.camera.fixes.sigma_m[1:] == 0.6).all()
     assert session.camera.inertial is not None
     assert [(each.kind, each.file) for each in session.findings] == [("non_finite_values", "ControlPoint.csv")]
     assert len(session.presses_ns) == 0

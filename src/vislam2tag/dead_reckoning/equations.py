@@ -2,7 +2,7 @@
 
 ``z[k+1] = z[k] + exp(s[k] + i h[k]) u[k] + noise``, with ``u`` the sensors' motion between nodes, ``s`` the logarithm
 of the walker's scale, which begins near 0 and wanders, and ``h`` the heading of the gyroscope's frame, which drifts.
-Fixes tie ``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away. All these, and where ``s`` begins,
+Fixes tie ``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away. These, and where ``s`` begins,
 have Student-t tails: few walkers differ much from those of whom the speed was learned.
 """
 
@@ -60,11 +60,19 @@ class PathState:
 
 @dataclass(frozen=True)
 class Ties:
-    """Fixes of a walk: ``node`` (f,) index, ``position`` (f,) complex metres in the BCS, ``sigma_m`` of all."""
+    """Fixes of a walk: ``node`` (f,) index, ``position`` (f,) complex metres in the BCS, ``sigma_m`` usual,
+    ``share`` (f,) or 1: each fix's in parts of the usual.
+    """
 
     node: IntArray
     position: ComplexArray
     sigma_m: float
+    share: FloatArray | float = 1.0
+
+    @property
+    def each_sigma_m(self) -> FloatArray:
+        """(f,) standard deviation of each fix per axis, metres."""
+        return np.full(len(self.node), self.sigma_m) * self.share
 
 
 @dataclass(frozen=True)
@@ -160,7 +168,7 @@ class PathModel:
         off, _ = self.north(state)
         spread = self.settings.north_sigma_rad
         north = self.north_precision * NORTH_TAIL * spread**2 * np.log1p((off / spread) ** 2 / NORTH_TAIL)
-        error = np.abs(state.position[ties.node] - ties.position) / ties.sigma_m
+        error = np.abs(state.position[ties.node] - ties.position) / ties.each_sigma_m
         fixes = (FIX_TAIL + 2) * np.log1p(error**2 / FIX_TAIL)
         walls = 0.0
         if self.walls is not None:
@@ -183,5 +191,5 @@ def _wall_weight(beyond: FloatArray) -> FloatArray:
 def fix_errors(state: PathState, ties: Ties) -> tuple[ComplexArray, FloatArray]:
     """Complex errors (f,) of the path at its fixes, metres, and their weights (f,) by Student-t."""
     error = state.position[ties.node] - ties.position
-    weight = (FIX_TAIL + 2) / (FIX_TAIL + np.abs(error / ties.sigma_m) ** 2) / ties.sigma_m**2
+    weight = (FIX_TAIL + 2) / (FIX_TAIL + np.abs(error / ties.each_sigma_m) ** 2) / ties.each_sigma_m**2
     return error, weight

@@ -61,10 +61,7 @@ def smooth_path(model: PathModel, ties: Ties) -> SmoothedPath:
     """
     tries = [(_fitted(carried, ties, state), carried, doubt) for carried, state, doubt in _starts(model, ties)]
     start, model, _ = min(tries, key=lambda each: each[0].cost + each[2])
-    fitted = [
-        _fitted(model, Ties(ties.node, ties.position, ties.sigma_m * factor), start.state)
-        for factor in FACTORS.tolist()
-    ]
+    fitted = [_fitted(model, replace(ties, sigma_m=ties.sigma_m * factor), start.state) for factor in FACTORS.tolist()]
     against = np.array([each.evidence for each in fitted])
     against += (np.log(FACTORS) / model.settings.fix_sigma_spread) ** 2
     share = np.exp((against.min() - against) / 2)

@@ -72,7 +72,8 @@ def with_fixes(session: Session, reading: SessionFiles) -> Session:
 
 
 def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file: str) -> Session:
-    """Give a session without poses those fixes that its taps on the plan are: ``row``, ``time_ns``, ``x``, ``y``.
+    """Give a session without poses those fixes that its taps on the plan are: ``row``, ``time_ns``, ``x``, ``y``,
+    ``sigma_m``.
 
     A session stays as it is that has poses or a file of fixes, or no tap.
     """
@@ -144,7 +145,11 @@ def _fixes(rows: pl.DataFrame, file: str, what: str) -> tuple[FixLog, list[Findi
     if kept.height < 2:
         findings.append(too_few_fixes(file, what))
     names = tuple(f"line {row}" for row in kept["row"].to_list())
-    return FixLog(kept["time_ns"].to_numpy(), kept.select("x", "y").to_numpy(), names), findings
+    sigma_m = None
+    if "sigma_m" in kept.columns:
+        sound = pl.col("sigma_m").is_finite() & (pl.col("sigma_m") > 0)
+        sigma_m = kept.select(pl.when(sound).then("sigma_m").fill_null(np.nan))["sigma_m"].to_numpy()
+    return FixLog(kept["time_ns"].to_numpy(), kept.select("x", "y").to_numpy(), names, sigma_m), findings
 
 
 def no_landmarks() -> LandmarkLog:

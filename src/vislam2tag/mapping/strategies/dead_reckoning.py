@@ -76,6 +76,7 @@ def _reckoned(camera: CameraTrack, area: WalkableArea | None, settings: DeadReck
         camera.fixes.time_ns[usable],
         camera.fixes.position_bcs[usable],
         tuple(name for name, taken in zip(camera.fixes.name, usable.tolist(), strict=True) if taken),
+        None if camera.fixes.sigma_m is None else camera.fixes.sigma_m[usable],
     )
     spread = np.ptp(fixes.position_bcs, axis=0).max() if usable.sum() > 1 else -1.0
     if spread < (0.0 if np.isfinite(sensed.headings.drift_rad).any() else APART_M):

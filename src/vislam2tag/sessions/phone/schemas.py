@@ -89,7 +89,9 @@ PRESSES = PhoneSchema(
     {"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, required=("time_ns", "n", "action"), words=("action",)
 )
 TAPS = PhoneSchema(
-    {**PRESSES.columns, "x_m": pl.Float64, "y_m": pl.Float64}, required=PRESSES.required, words=PRESSES.words
+    {**PRESSES.columns, "x_m": pl.Float64, "y_m": pl.Float64, "sigma_m": pl.Float64},
+    required=PRESSES.required,
+    words=PRESSES.words,
 )
 """Presses as apps write them that take taps on the plan, too."""
 EVENTS = PhoneSchema(
