@@ -14,11 +14,12 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.context import FixLog
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import session_task
+from vislam2tag.sessions.corrected_taps import _with_tap
 from vislam2tag.sessions.prepared import PreparedSession, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections.edits import corrections_of
-from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.survey.corrections.file import SetTap, read_corrections
 
 
 @pytest.fixture(scope="module")
@@ -123,3 +124,13 @@ def labels(survey: Path, folder: Path) -> np.ndarray:
 def test_half_a_place_is_refused() -> None:
     with pytest.raises(SurveyError, match="x and y are both needed"):
         corrections_of('[[set_tap]]\nsession = "a"\nat_s = 1.0\nx = 2.0\n')
+
+
+def test_other_taps_keep_their_sigma() -> None:
+    fixes = FixLog(np.array((0, 10**10, 2 * 10**10)), np.zeros((3, 2)), ("a", "b", "c"), np.array((0.5, 0.6, 0.7)))
+    moved = _with_tap(fixes, SetTap(session="s", at_s=10.0, x=1.0, y=2.0), 0, [])
+    assert moved.sigma_m is not None
+    assert moved.sigma_m.tolist() == pytest.approx([0.5, np.nan, 0.7], nan_ok=True)
+    left = _with_tap(fixes, SetTap(session="s", at_s=10.0), 0, [])
+    assert left.sigma_m is not None
+    assert left.sigma_m.tolist() == [0.5, 0.7]

@@ -44,10 +44,11 @@ def _with_tap(fixes: FixLog, entry: SetTap, start_ns: int, uses: list[str]) -> F
     kept = np.arange(len(fixes.time_ns)) != place
     times, positions = fixes.time_ns[kept], fixes.position_bcs[kept]
     names = tuple(name for name, stays in zip(fixes.name, kept.tolist(), strict=True) if stays)
+    sigma_m = None if fixes.sigma_m is None else fixes.sigma_m[kept]
     if entry.x is None or entry.y is None:
         if place is not None:
             uses.append(f"The tap at {entry.at_s:g} s is left out{entry.because()}.")
-        return FixLog(times, positions, names)
+        return FixLog(times, positions, names, sigma_m)
     uses.append(f"The walk is taken to be at ({entry.x:g}, {entry.y:g}) at {entry.at_s:g} s{entry.because()}.")
     time_ns = at_ns if place is None else int(fixes.time_ns[place])
     row = int(np.searchsorted(times, time_ns))
@@ -55,6 +56,7 @@ def _with_tap(fixes: FixLog, entry: SetTap, start_ns: int, uses: list[str]) -> F
         np.insert(times, row, time_ns),
         np.insert(positions, row, (entry.x, entry.y), axis=0),
         (*names[:row], f"tap at {entry.at_s:g} s", *names[row:]),
+        None if sigma_m is None else np.insert(sigma_m, row, np.nan),
     )
 
 
