@@ -11,7 +11,7 @@ from typing import Any
 import httpx
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 from pypdfium2 import PdfDocument
 
 from tests.receiving.signing import signed
@@ -20,7 +20,7 @@ from tests.report.browser import running_browser
 from tests.studio.running import running_studio
 from tests.studio.sharing.file_servers import plain_server, range_server, shown
 from tests.studio.sharing.test_export import WHOLE
-from tests.studio.test_page import click, errors_of, idle, open_tab, watched_page
+from tests.studio.test_page import click, errors_of, idle, open_tab, press, watched_page
 from tests.studio.test_prepare import POINTS, station_files
 from tests.survey.plans import drawn_floor
 from vislam2tag.dataset.folder import open_dataset
@@ -173,10 +173,24 @@ def plans_landmarks_and_drags_one(page: Page) -> list[dict[str, Any]]:
     sound(page)
     page.get_by_role("button", name="Undo").last.click()
     expect(told).to_have_attribute("data-error", planned)
+    adds_moves_and_takes_one_away_by_keys(page, told, planned)
     page.get_by_role("button", name="Write into the survey").click()
     expect(page.get_by_text("landmarks were added to the survey.")).to_be_visible()
     landmarks: list[dict[str, Any]] = page.request.get("/api/survey").json()["landmarks"]
     return landmarks
+
+
+def adds_moves_and_takes_one_away_by_keys(page: Page, told: Locator, planned: str) -> None:
+    press(page.get_by_role("button", name="Add one at the middle"))
+    expect(told).not_to_have_attribute("data-error", planned)
+    added = told.get_attribute("data-error") or ""
+    page.locator(".map .canvas").focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(400)
+    press(page.get_by_role("button", name="Move to the middle of the map"))
+    expect(told).not_to_have_attribute("data-error", added)
+    press(page.get_by_role("button", name="Take away"))
+    expect(told).to_have_attribute("data-error", planned)
 
 
 def makes_sheets(page: Page, count: int) -> None:
