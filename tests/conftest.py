@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.campaign import pytest_addoption, pytest_collection_modifyitems, pytest_configure
+from tests import campaign
+from tests.campaign import pytest_addoption, pytest_configure
 from tests.stores import Bucket, azure_container, bucket, google_bucket
 from tests.undrawn import undrawn
 from vislam2tag.cli import options
@@ -21,7 +22,7 @@ from vislam2tag.cli import options
 options.ALL_CORES = 1
 """Tests of several processes ask for them by ``--jobs``: each imports all that it needs anew."""
 
-__all__ = ["pytest_addoption", "pytest_collection_modifyitems", "pytest_configure"]
+__all__ = ["pytest_addoption", "pytest_configure"]
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 settings.register_profile(
@@ -29,6 +30,12 @@ settings.register_profile(
 )
 settings.register_profile("explore", settings.get_profile("repeatable"), derandomize=False, max_examples=1000)
 settings.load_profile("repeatable")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Take the longest test first, so that not all but one worker wait for it at the end."""
+    items.sort(key=lambda item: item.path.name != "test_fuzz.py")
+    campaign.pytest_collection_modifyitems(config, items)
 
 
 def shared_folder(name: str) -> Path:
