@@ -161,7 +161,12 @@ public final class Phone {
 
   /** A usual phone: all permissions are given, ARCore is installed, nothing is heard and no sensor tells anything. */
   public static Phone usual(File files) throws Exception {
-    Phone phone = new Phone(files, 360, 640, 1, Locale.ENGLISH);
+    return usual(files, 360, 640, 1, Locale.ENGLISH);
+  }
+
+  /** A usual phone with another screen, font scale or language. */
+  public static Phone usual(File files, int widthDp, int heightDp, float fontScale, Locale language) throws Exception {
+    Phone phone = new Phone(files, widthDp, heightDp, fontScale, language);
     phone.granted.addAll(Arrays.asList(Manifest.permission.CAMERA, Manifest.permission.ACCESS_FINE_LOCATION,
         Manifest.permission.ACCESS_COARSE_LOCATION));
     phone.service(Context.SENSOR_SERVICE, mock(SensorManager.class));
@@ -177,6 +182,10 @@ public final class Phone {
     when(phone.service(Context.POWER_SERVICE, mock(PowerManager.class)).newWakeLock(anyInt(), anyString())).thenReturn(lock);
     ArCoreApk.instance = new ArCoreApk();
     return phone;
+  }
+
+  public float fontScale() {
+    return resources.getConfiguration().fontScale;
   }
 
   /** Sentences that were shown for a moment. */

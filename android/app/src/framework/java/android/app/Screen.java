@@ -85,6 +85,11 @@ public final class Screen<T extends Activity> {
     return new Screen<>(phone, (Class<T>) activity.getClass(), intent, kept).show(saved);
   }
 
+  /** Its views, each in its place. */
+  public LaidOut laidOut() {
+    return new LaidOut(activity);
+  }
+
   /** The answer of another screen. */
   public void result(int request, int result, Intent answer) {
     activity.dispatchActivityResult(null, request, result, answer, "");

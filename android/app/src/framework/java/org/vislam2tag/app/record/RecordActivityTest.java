@@ -223,13 +223,13 @@ public class RecordActivityTest {
 
   @Test public void aClockThatWasSetIsToldOnTheScreen() throws Exception {
     shown();
-    TextView supplies = screen.activity.findViewById(R.id.supplies);
+    TextView hints = screen.activity.findViewById(R.id.hints);
     String told = screen.activity.getString(R.string.status_clock_changed, 0.0).substring(0, 8);
-    assertFalse(supplies.getText().toString(), supplies.getText().toString().contains(told));
+    assertFalse(hints.getText().toString(), hints.getText().toString().contains(told));
     SystemClockNatives.pass(600_000);
     phone.until("the clock's change is told", () -> {
       phone.pass(500);
-      return supplies.getText().toString().contains(told);
+      return hints.getText().toString().contains(told);
     });
   }
 

@@ -100,6 +100,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
       floorPlan = FloorPlan.of(this, service.plan().floor);
       plan = new PlanView(this, floorPlan.floor, floorPlan.picture, this::tapped); // tapped where the collector stands
       picture.addView(plan);
+      findViewById(R.id.map).setVisibility(View.GONE); // without a tracker it stays empty, and the plan is tapped better when wide
     }
   }
 
@@ -198,11 +199,9 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     set(R.id.scans, text.scans(status));
     BatteryManager battery = (BatteryManager) getSystemService(BATTERY_SERVICE);
     set(R.id.supplies, text.supplies(RecordingService.sessions(this).getUsableSpace(),
-        battery.getIntProperty(BatteryManager.BATTERY_PROPERTY_CAPACITY)) + text.clock(status)
-        + text.magnetometer(status));
-    String warnings = text.warnings(status.walk);
-    set(R.id.warnings, warnings);
-    findViewById(R.id.warnings).setVisibility(warnings.isEmpty() ? View.GONE : View.VISIBLE);
+        battery.getIntProperty(BatteryManager.BATTERY_PROPERTY_CAPACITY)));
+    setIfAny(R.id.hints, text.hints(status));
+    setIfAny(R.id.warnings, text.warnings(status.walk));
     set(R.id.control_point, getString(R.string.control_point, status.presses));
     set(R.id.other_floor, getString(R.string.other_floor, status.floor));
     findViewById(R.id.undo).setEnabled(status.presses > 0);
@@ -229,6 +228,11 @@ public final class RecordActivity extends Activity implements ServiceConnection 
 
   private Recording recording() {
     return service == null ? null : service.recording();
+  }
+
+  private void setIfAny(int id, String words) {
+    set(id, words);
+    findViewById(id).setVisibility(words.isEmpty() ? View.GONE : View.VISIBLE);
   }
 
   private void set(int id, String words) {

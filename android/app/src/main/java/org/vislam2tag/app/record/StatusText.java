@@ -87,14 +87,14 @@ final class StatusText {
     return words.of(R.string.status_supplies, freeBytes / 1e9, batteryPercent);
   }
 
-  /** That the phone's clock was set, which the tables' times do not follow; empty where it was not. */
-  String clock(RecorderStatus status) {
-    return status.clockJumpMs == 0 ? "" : "\n" + words.of(R.string.status_clock_changed, status.clockJumpMs / 1000.0);
-  }
-
-  /** That the magnetometer wants to be calibrated, and how; empty where it does not. */
-  String magnetometer(RecorderStatus status) {
-    return status.magnetometerLow ? "\n" + words.of(R.string.calibrate_magnetometer) : "";
+  /**
+   * That the phone's clock was set, which the tables' times do not follow, and how to calibrate the magnetometer while it wants
+   * that, a line each; empty where there is neither.
+   */
+  String hints(RecorderStatus status) {
+    String clock = status.clockJumpMs == 0 ? "" : words.of(R.string.status_clock_changed, status.clockJumpMs / 1000.0);
+    String magnetometer = status.magnetometerLow ? words.of(R.string.calibrate_magnetometer) : "";
+    return clock + (clock.isEmpty() || magnetometer.isEmpty() ? "" : "\n") + magnetometer;
   }
 
   /** The warnings that are on, a line each; empty where there is none. */

@@ -47,9 +47,9 @@ public class StatusTextTest {
 
   @Test public void howToCalibrateTheMagnetometerIsSaidWhileItWantsIt() throws Exception {
     Recorder recorder = new Recorded(folder.newFolder()).recorder;
-    assertEquals("", text.magnetometer(recorder.status()));
+    assertEquals("", text.hints(recorder.status()));
     recorder.accuracy(SensorKind.MAG, 0);
-    assertEquals("\n" + R.string.calibrate_magnetometer + "[]", text.magnetometer(recorder.status()));
+    assertEquals(R.string.calibrate_magnetometer + "[]", text.hints(recorder.status()));
   }
 
   @Test public void beforeTheEndItSumsUp() throws Exception {
@@ -107,7 +107,7 @@ public class StatusTextTest {
   }
 
   @Test public void aClockThatRunsAsItShouldIsNotSpokenOf() throws Exception {
-    assertEquals("", text.clock(new Recorded(folder.newFolder()).recorder.status()));
+    assertEquals("", text.hints(new Recorded(folder.newFolder()).recorder.status()));
   }
 
   private RecorderStatus after(TrackingState state, String failure) throws Exception {
