@@ -1,6 +1,7 @@
 package android.app;
 
 import android.content.res.Configuration;
+import android.graphics.CanvasNatives;
 import android.graphics.Rect;
 import android.text.Layout;
 import android.view.View;
@@ -9,8 +10,12 @@ import android.widget.Button;
 import android.widget.FrameLayout;
 import android.widget.ScrollView;
 import android.widget.TextView;
+import java.awt.image.BufferedImage;
+import java.io.File;
+import java.io.IOException;
 import java.util.ArrayList;
 import java.util.List;
+import javax.imageio.ImageIO;
 
 /** The views of a screen, measured and laid out in the place that the phone's own bars leave, and what is wrong with them. */
 public final class LaidOut {
@@ -21,6 +26,7 @@ public final class LaidOut {
   public final View content;
   private final float density;
   private final List<String> faults = new ArrayList<>();
+  private boolean wordsStayWhole;
 
   LaidOut(Activity activity) {
     content = activity.findViewById(android.R.id.content);
@@ -38,9 +44,18 @@ public final class LaidOut {
     return content.findViewById(id).getHeight() / density;
   }
 
-  /** What is cut off, overlaps or is too low to be pressed, a sentence each. */
-  public List<String> faults() {
+  /** Draws it as a picture, on the window's black. */
+  public void draw(File png) throws IOException {
+    BufferedImage picture = new BufferedImage(content.getWidth(), content.getHeight(), BufferedImage.TYPE_INT_RGB);
+    content.draw(CanvasNatives.on(picture));
+    png.getParentFile().mkdirs();
+    ImageIO.write(picture, "png", png);
+  }
+
+  /** What is cut off, overlaps or is too low to be pressed, a sentence each; and broken words, where they may not be. */
+  public List<String> faults(boolean mayBreakWords) {
     faults.clear();
+    wordsStayWhole = !mayBreakWords;
     look((ViewGroup) content);
     return faults;
   }
@@ -77,7 +92,7 @@ public final class LaidOut {
     }
   }
 
-  /** All lines are there, and no word is broken. */
+  /** Are all lines there, and words whole? */
   private void lookAtText(TextView view) {
     Layout lines = view.getLayout();
     CharSequence text = lines.getText();
@@ -85,7 +100,7 @@ public final class LaidOut {
     if (lines.getHeight() > view.getHeight() - view.getCompoundPaddingTop() - view.getCompoundPaddingBottom()) {
       fault(view, "has lines of " + lines.getHeight() + " pixels in " + room);
     }
-    for (int line = 0; line + 1 < lines.getLineCount(); line++) {
+    for (int line = 0; wordsStayWhole && line + 1 < lines.getLineCount(); line++) {
       int end = lines.getLineEnd(line);
       if (Character.isLetter(text.charAt(end - 1)) && Character.isLetter(text.charAt(end))) {
         fault(view, "breaks a word after " + text.subSequence(lines.getLineStart(line), end));

@@ -184,6 +184,12 @@ public final class Phone {
     return phone;
   }
 
+  /** Its screen's size in dp, its language and its font scale. */
+  public String name() {
+    Configuration configuration = resources.getConfiguration();
+    return configuration.screenWidthDp + "x" + configuration.screenHeightDp + "_" + configuration.getLocales().get(0) + "_" + fontScale();
+  }
+
   public float fontScale() {
     return resources.getConfiguration().fontScale;
   }

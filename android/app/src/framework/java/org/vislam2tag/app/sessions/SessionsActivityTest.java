@@ -11,7 +11,6 @@ import android.net.Uri;
 import android.provider.OpenableColumns;
 import android.widget.LinearLayout;
 import java.io.File;
-import java.lang.reflect.Field;
 import java.nio.file.Files;
 import org.junit.Before;
 import org.junit.Rule;
@@ -29,9 +28,7 @@ public class SessionsActivityTest {
 
   @Before public void recordOne() throws Exception {
     phone = Phone.usual(folder.getRoot());
-    Field outbox = UploadService.class.getDeclaredField("outbox"); // of the process, which all tests share
-    outbox.setAccessible(true);
-    outbox.set(null, null);
+    Outboxes.forget();
     new Recorded(folder.newFolder("sessions")).recorder.stop();
   }
 

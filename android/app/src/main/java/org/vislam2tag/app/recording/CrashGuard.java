@@ -5,12 +5,14 @@ import org.vislam2tag.core.session.Recorder;
 /** Saves the session when the app dies of an exception, before Android ends it. */
 final class CrashGuard {
   private static volatile Recorder recorder;
+  private static boolean guards;
   private static Thread.UncaughtExceptionHandler before;
 
   private CrashGuard() {}
 
   static synchronized void guard(Recorder running) {
-    if (before == null) {
+    if (!guards) {
+      guards = true;
       before = Thread.getDefaultUncaughtExceptionHandler();
       Thread.setDefaultUncaughtExceptionHandler(CrashGuard::died);
     }
