@@ -92,11 +92,11 @@ test_on_framework() {
     local classes=$sdk/framework/classes:$out/app:$out/core:$out/zxing:$out/arcore/classes.jar:$junit:$mockito:$sdk/mockable.jar
     framework/compile.sh
     step "tests of the app on Android's own classes"
-    fresh "$out/framework-test"
+    fresh "$out/framework-test" "$out/screens"
     javac -encoding UTF-8 -nowarn -proc:none -d "$out/framework-test" -cp "$classes" $(sources app/src/framework/java) \
         app/src/test/java/org/vislam2tag/app/Recorded.java
     java -Xshare:auto -Djava.awt.headless=true -Dframework.resources="$sdk/framework/libresources.so" \
-        -Dframework.apk="$out/resources/base.apk" -cp "$out/runner:$out/framework-test:$classes" RunTests "$out/framework-test"
+        -Dframework.apk="$out/resources/base.apk" -Dframework.screens="$out/screens" -cp "$out/runner:$out/framework-test:$classes" RunTests "$out/framework-test"
 }
 
 make_dex() {

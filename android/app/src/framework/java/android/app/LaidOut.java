@@ -1,6 +1,7 @@
 package android.app;
 
 import android.content.res.Configuration;
+import android.graphics.Canvas;
 import android.graphics.CanvasNatives;
 import android.graphics.Rect;
 import android.text.Layout;
@@ -44,10 +45,13 @@ public final class LaidOut {
     return content.findViewById(id).getHeight() / density;
   }
 
-  /** Draws it as a picture, on the window's black. */
+  /** Draws it on the window's black, a pixel a dp; camera, bitmaps and drawables of paths are not drawn. */
   public void draw(File png) throws IOException {
-    BufferedImage picture = new BufferedImage(content.getWidth(), content.getHeight(), BufferedImage.TYPE_INT_RGB);
-    content.draw(CanvasNatives.on(picture));
+    int width = Math.round(content.getWidth() / density);
+    BufferedImage picture = new BufferedImage(width, Math.round(content.getHeight() / density), BufferedImage.TYPE_INT_RGB);
+    Canvas canvas = CanvasNatives.on(picture);
+    canvas.scale(1 / density, 1 / density);
+    content.draw(canvas);
     png.getParentFile().mkdirs();
     ImageIO.write(picture, "png", png);
   }

@@ -24,6 +24,7 @@ import java.util.Locale;
 import org.junit.Rule;
 import org.junit.Test;
 import org.junit.rules.TemporaryFolder;
+import org.vislam2tag.app.about.AboutActivity;
 import org.vislam2tag.app.ar.LandmarkImages;
 import org.vislam2tag.app.record.RecordActivity;
 import org.vislam2tag.app.recording.Plan;
@@ -52,7 +53,7 @@ public class LayoutTest {
   }
 
   private void onEveryPhone(Look look) throws Exception {
-    for (Locale language : Arrays.asList(Locale.ENGLISH, Locale.GERMAN)) {
+    for (Locale language : Arrays.asList(Locale.US, Locale.GERMANY)) {
       for (int[] size : SIZES_DP) {
         for (float scale : SCALES) {
           look(look, size, scale, language);
@@ -75,7 +76,7 @@ public class LayoutTest {
     LaidOut laid = screen.laidOut();
     laid.faults(phone.fontScale() == LARGEST_SCALE).forEach(fault -> faults.add(name + ": " + fault));
     if (phone.fontScale() == DRAWN_SCALE) {
-      laid.draw(new File(System.getProperty("screens"), name + "_" + phone.name() + ".png"));
+      laid.draw(new File(System.getProperty("framework.screens"), name + "_" + phone.name() + ".png"));
     }
     return laid;
   }
@@ -175,12 +176,14 @@ public class LayoutTest {
     });
   }
 
-  @Test public void theStepsThatUnlockScansAreWhole() throws Exception {
+  @Test public void theStepsThatUnlockScansAndWhatTheAppIsAreWhole() throws Exception {
     onEveryPhone(phone -> {
       phone.granted.clear();
-      Screen<UnlockActivity> screen = phone.open(UnlockActivity.class, new Intent()).show();
-      check(phone, screen, "unlock");
-      screen.pause().stop().destroy();
+      for (Class<? extends Activity> type : Arrays.asList(UnlockActivity.class, AboutActivity.class)) {
+        Screen<? extends Activity> screen = phone.open(type, new Intent()).show();
+        check(phone, screen, type.getSimpleName().replace("Activity", "").toLowerCase(Locale.ROOT));
+        screen.pause().stop().destroy();
+      }
     });
   }
 
