@@ -52,7 +52,6 @@ public final class LaidOut {
     Canvas canvas = CanvasNatives.on(picture);
     canvas.scale(1 / density, 1 / density);
     content.draw(canvas);
-    png.getParentFile().mkdirs();
     ImageIO.write(picture, "png", png);
   }
 
@@ -81,12 +80,16 @@ public final class LaidOut {
     Rect place = place(view);
     boolean isTooLow = !(group instanceof ScrollView) && place.bottom > group.getHeight() - group.getPaddingBottom();
     if (place.left < 0 || place.top < 0 || place.right > group.getWidth() || isTooLow) {
-      fault(view, "at " + place.toShortString() + " is not within " + name(group) + " of " + group.getWidth() + " x " + group.getHeight());
+      String whole = name(group) + " of " + group.getWidth() + " x " + group.getHeight();
+      fault(view, "at " + place.toShortString() + " is not within " + whole);
     }
     if (view instanceof ViewGroup) {
       look((ViewGroup) view);
     } else if (place.isEmpty()) {
       fault(view, "has no place: " + place.toShortString());
+    }
+    if (view instanceof ScrollView && view.getHeight() < Math.min(LEAST_BUTTON_DP * density, ((ScrollView) view).getChildAt(0).getHeight())) {
+      fault(view, "scrolls in " + view.getHeight() / density + " dp");
     }
     if (view instanceof TextView) {
       lookAtText((TextView) view);

@@ -17,7 +17,8 @@ public final class SessionText {
 
   /** About a session: where and by what; how long, how large, how it ended; whether it was sent. */
   String of(StoredSession session, Outbox outbox) {
-    String where = words.of(R.string.session_where, session.site, session.floor, session.device);
+    String site = session.site.isEmpty() ? "" : session.site + ", ";
+    String where = site + words.of(R.string.session_where, session.floor, session.device);
     String size = words.of(R.string.session_size, minutes(session.durationS), session.bytes / 1e6);
     String end = session.end.isEmpty() ? words.of(R.string.end_unknown) : words.of(EndText.sentence(session.end), session.endDetail);
     return where + "\n" + size + " " + end + sent(session.folder.getName(), outbox);

@@ -32,6 +32,7 @@ public class SessionTextTest {
     StoredSession session = new SessionStore(folder.getRoot()).list(null).get(0);
     Outbox outbox = new Outbox(new File(folder.getRoot(), "outbox.json"));
     String words = text.of(session, outbox);
+    assertTrue(words, words.startsWith(R.string.session_where + "[0, ")); // no building was named
     assertTrue(words, words.contains(R.string.end_stopped + "["));
     assertFalse(words.contains(Integer.toString(R.string.waits_to_be_sent)));
     outbox.send(Receiver.ofWords("10.0.0.2:8765", "ABCDEFGHIJKL2345"), Collections.singletonList(session.folder.getName()));
