@@ -47,7 +47,7 @@ def test_every_command_takes_json_and_has_a_next_step(name: str) -> None:
 
 def test_every_step_is_told_and_none_else() -> None:
     told = set()
-    for path in Path(cli.__path__[0]).glob("*.py"):
+    for path in Path(cli.__path__[0]).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and node.value in STEPS and path.stem not in ("next_steps", "app"):
                 told.add(node.value)

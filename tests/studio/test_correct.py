@@ -186,4 +186,4 @@ def test_every_kind_of_correction_has_a_form(page: Page) -> None:
     tables = {table["name"]: table for table in page.get("/api/corrections/tables")["tables"]}
     assert "until" in tables["move_landmark"]["values"]["properties"]
     assert tables["swap_landmarks"]["summary"].startswith("Two sheets")
-    assert len(tables) == 14
+    assert len(tables) == 15

@@ -60,6 +60,10 @@ def drops(page: Page, path: Path, wide: int | None) -> None:
     expect(page.get_by_text(path.name)).to_be_visible()
     if wide is None:
         expect(page.get_by_label("Its scale")).to_have_value("file")
+        if path.suffix == ".zip":  # its other level shows that one can be chosen
+            expect(page.get_by_label("Level")).to_have_value("0")
+            page.get_by_label("Level").select_option("1")
+            page.get_by_label("Level").select_option("0")
     else:
         sets_two_points(page, wide)
     press(page.get_by_role("button", name="Add the floor"))

@@ -241,7 +241,6 @@ def test_labels_that_are_missing_are_made(browser: Browser, faulty: Path, tmp_pa
         count = walks.count()
         expect(walks.filter(has_text="no labels")).to_have_count(count)
         page.get_by_role("button", name=f"Make the labels of {count} walks").click()
-        expect(page.get_by_role("progressbar", name="Mapping again")).to_be_visible(timeout=LATEST_MS)
         expect(walks.filter(has_text="% labelled")).to_have_count(count, timeout=LATEST_MS)
         expect(page.get_by_role("button", name="Make the labels of")).to_have_count(0)
         assert len(list((folder / "labels" / "trajectory").glob("*.parquet"))) == count

@@ -69,8 +69,9 @@ export const features = async (layer: string, floor: number) =>
 
 /** Bring a file, which the server keeps under a number while it runs. */
 export const drop = (file: File) => json<DroppedFile>('POST', `/api/prepare/files?name=${name(file.name)}`, file);
-export const look = (file: number, page: number) => get<PlanLook>(`prepare/files/${file}/look`, { page });
-export const pictureOf = (file: number, page: number) => `/api/prepare/files/${file}/picture?page=${page}`;
+/** An empty level is the first of a file that has levels. */
+export const look = (file: number, page: number, level: string) => get<PlanLook>(`prepare/files/${file}/look`, { page, level });
+export const pictureOf = (file: number, page: number, level: string) => `/api/prepare/files/${file}/picture?page=${page}&level=${name(level)}`;
 export const addFloor = (request: FloorRequest) => json<AddedFloor>('POST', '/api/prepare/floors', request);
 export const plan = (wish: PlanWish) => json<Planned>('POST', '/api/prepare/plans', wish);
 export const changePlan = (change: PlanChange) => json<Planned>('POST', '/api/prepare/plans/change', change);

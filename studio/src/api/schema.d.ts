@@ -1563,6 +1563,8 @@ export interface components {
             has_scale: boolean;
             /** Is Picture */
             is_picture: boolean;
+            /** Levels */
+            levels: string[];
             /** Name */
             name: string;
             /** Paper M */

@@ -21,6 +21,7 @@ class Draft {
   file = $state<number | null>(null);
   look = $state.raw<PlanLook | null>(null);
   page = $state(1);
+  level = $state('');
   /** In the plan's own coordinates. */
   points = $state.raw<Place[]>([]);
   metres = $state('');
@@ -76,18 +77,19 @@ export const draft = new Draft();
 
 export async function take(file: File, floor: number): Promise<void> {
   const { id } = await api.drop(file);
-  [draft.file, draft.page, draft.points, draft.metres, draft.building, draft.floor, draft.name] = [id, 1, [], '', true, floor, ''];
+  [draft.file, draft.page, draft.level, draft.points, draft.metres, draft.building, draft.floor, draft.name] = [id, 1, '', [], '', true, floor, ''];
   await lookAt();
 }
 
-/** Look at the chosen page of the dropped file. */
+/** Look at the chosen page or level of the dropped file. */
 export async function lookAt(): Promise<void> {
-  const [id, page] = [draft.file!, draft.page];
+  const [id, page, level] = [draft.file!, draft.page, draft.level];
   draft.points = [];
   try {
-    const look = await api.look(id, page);
-    draft.picture = await loadPicture(api.pictureOf(id, page));
+    const look = await api.look(id, page, level);
+    draft.picture = await loadPicture(api.pictureOf(id, page, level));
     draft.look = look;
+    draft.level ||= look.levels[0] ?? '';
     draft.by = look.has_scale ? 'file' : 'distance';
   } catch (error) {
     if (!draft.look) draft.file = null;
@@ -106,7 +108,7 @@ export async function addFloor(): Promise<string[]> {
   const { by, points, area } = draft;
   const scale =
     by === 'distance' ? { distance: { from: points[0], to: points[1], metres: draft.typed } } : by === 'paper' ? { scale: { one_to: Number(draft.oneTo) } } : {};
-  const plan = { file: draft.look!.name, page: draft.page, area, ...scale };
+  const plan = { file: draft.look!.name, page: draft.page, level: draft.level || null, area, ...scale };
   const { floor, notes } = await api.addFloor({ file: draft.file!, whole: !draft.building, part: { number: draft.floor, name: draft.name, plan } });
   forget();
   choice.floor = floor;

@@ -329,6 +329,7 @@ export const de: Record<Word, string> = {
   'prepare.floor_name': 'Name',
   'prepare.floor_taken': 'Stockwerk {floor} gibt es schon; eine andere Nummer wählen.',
   'prepare.page': 'Seite',
+  'prepare.level': 'Ebene',
   'prepare.scale_by': 'Maßstab',
   'prepare.by_distance': 'zwei Klicks und eine Länge',
   'prepare.by_paper': 'wie gedruckt, 1 : …',

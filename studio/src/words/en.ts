@@ -327,6 +327,7 @@ export const en = {
   'prepare.floor_name': 'Name',
   'prepare.floor_taken': 'Floor {floor} is there already; choose another number.',
   'prepare.page': 'Page',
+  'prepare.level': 'Level',
   'prepare.scale_by': 'Its scale',
   'prepare.by_distance': 'two clicks and a distance',
   'prepare.by_paper': 'as printed, 1 : …',

@@ -74,6 +74,7 @@ def look(path: Path, source: PlanSource, root: Path) -> PlanLookView:
         downwards=found.downwards,
         paper_m=found.paper_m,
         has_scale=_has_scale(path, source, root),
+        levels=list(found.levels),
     )
 
 

@@ -49,6 +49,8 @@ class PlanLookView(FiniteRecord):
     """Metres on paper a unit, where the file tells."""
     has_scale: bool
     """Whether the file itself tells how large it is."""
+    levels: list[str]
+    """Names of the file's levels, of which one is looked at; empty where it has none."""
 
 
 class FloorRequest(FiniteRecord):

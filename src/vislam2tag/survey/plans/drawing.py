@@ -44,6 +44,8 @@ class PlanDrawing:
     """Whether the file counts y downwards from the upper edge: known points are given so."""
     pixels: bool = False
     """Whether a unit is a pixel: more of them than units show nothing more."""
+    levels: tuple[str, ...] = ()
+    """Names of all levels of its file, where that has levels."""
     unit_m: float | None = None
     """Metres a unit, where the file tells; its origin is then the BCS's."""
     paper_m: float | None = None

@@ -108,6 +108,8 @@ class PlanLook:
     downwards: bool
     paper_m: float | None
     """Metres on paper a unit, where the file tells."""
+    levels: tuple[str, ...] = ()
+    """Names of the file's levels, where it has levels."""
 
     def box_of(self, area: Sequence[float] | None) -> Bounds:
         """The box of an ``area`` of the plan, else of all of it."""
@@ -153,7 +155,8 @@ def _look(path: Path, source: PlanSource) -> PlanLook:
     if building is not None and drawing.downwards:
         top, bottom = drawing.bounds[3], drawing.bounds[2]
         building = (*building[:2], top + bottom - building[3], top + bottom - building[2])
-    return PlanLook(drawing.bounds, building, framed, drawing.picture is not None, drawing.downwards, drawing.paper_m)
+    picture, levels = drawing.picture is not None, drawing.levels
+    return PlanLook(drawing.bounds, building, framed, picture, drawing.downwards, drawing.paper_m, levels)
 
 
 def _unplaced(path: Path, source: PlanSource, side_px: int) -> npt.NDArray[np.uint8]:

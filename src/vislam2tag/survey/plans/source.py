@@ -80,7 +80,7 @@ class PlanSource(_Part):
     page: Annotated[int, Field(ge=1)] = 1
     """Of a PDF."""
     level: str | None = None
-    """Of an IMDF archive: id, ordinal or short name."""
+    """Of an IMDF archive: id, ordinal or short name; the first level where this is empty."""
     layers: tuple[str, ...] = ()
     """Of a DXF: those that hold walls; none given: those that are called so, else all but doors and text."""
     others: Literal["walkable", "obstacle"] | None = None

@@ -45,8 +45,9 @@ class ImdfFormat:
             return path.suffix.lower() == ".imdf"
 
     def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read the level that the source names, or the only one."""
-        level = _level(_features(path, _LEVELS), source.level)
+        """Read the level that the source names, the first where that is empty, or the only one."""
+        levels = _features(path, _LEVELS)
+        level = _level(levels, source.level)
         own = str(level.get("id"))
         polygons = _polygons([level], {})
         polygons += _polygons(_of_level(path, _UNITS, own), {"walkable": Use.WALKABLE, "closed": Use.OBSTACLE})
@@ -58,7 +59,13 @@ class ImdfFormat:
             if kind == "LineString"
         )
         points = np.concatenate([np.empty((0, 2)), *(each.outline for each in polygons), *passages])
-        return PlanDrawing(bounds_of(points), polygons=tuple(polygons), passages=passages, epsg=_WGS84)
+        return PlanDrawing(
+            bounds_of(points),
+            polygons=tuple(polygons),
+            passages=passages,
+            levels=tuple(_names(each)[-1] for each in levels),
+            epsg=_WGS84,
+        )
 
 
 def _polygons(features: Sequence[Feature], uses: Mapping[str, Use]) -> list[PlanPolygon]:
@@ -80,7 +87,9 @@ def _label(labels: object) -> str:
 
 
 def _level(levels: Sequence[Feature], wanted: str | None) -> Feature:
-    """The level of this id, ordinal or short name; the only one where none is wanted."""
+    """The level of this id, ordinal or short name; the first for an empty text, the only one where none is wanted."""
+    if wanted == "" and levels:
+        return levels[0]
     names = [_names(level) for level in levels]
     there = ", ".join(each[-1] for each in names)
     if wanted is None:
