@@ -105,7 +105,7 @@ def test_first_steps_of_a_recording_tell_less_than_later_ones() -> None:
 
 def test_a_walker_unlike_those_of_whom_the_speed_was_learned_is_followed() -> None:
     time_s = np.arange(0, 60.5, 0.5)
-    motion = 0.6 * np.exp(1j * np.repeat((0.0, np.pi / 2, np.pi, np.pi / 2), 30))
+    motion = np.asarray(0.6 * np.exp(1j * np.repeat((0.0, np.pi / 2, np.pi, np.pi / 2), 30)), dtype=np.complex128)
     still, known = np.zeros(120), np.ones(120, dtype=bool)
     model = PathModel(Nodes(time_s, motion, np.abs(motion), still, known, np.zeros(121)), DeadReckoningSettings())
     true = np.concatenate(([0.0], np.cumsum(1.35 * motion)))

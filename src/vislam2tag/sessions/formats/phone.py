@@ -256,8 +256,8 @@ def _presses(reading: SessionFiles, camera: CameraTrack) -> tuple[IntArray, pl.D
     reading.findings += clock_mismatch(presses_ns, file, camera)
     if not has_places:
         return presses_ns, kept.clear(), file
-    places = {"x": pl.col("x_m").fill_null(np.nan), "y": pl.col("y_m").fill_null(np.nan), "sigma_m": "sigma_m"}
-    return presses_ns, kept.filter(action="tap").select("row", "time_ns", **places), file
+    x, y = (pl.col(name).fill_null(np.nan).alias(name[0]) for name in ("x_m", "y_m"))
+    return presses_ns, kept.filter(action="tap").select("row", "time_ns", x, y, "sigma_m"), file
 
 
 def _recording(reading: SessionFiles, record: PhoneRecord | None) -> tuple[Recording, ToldFloors | None]:
