@@ -20,6 +20,7 @@ MAKERS = {"Finding", "at_lines", "Fault"}
 REFUSING = (
     "planning",
     "registration",
+    "sheets",
     "studio/prepare",
     "studio/jobs.py",
     "pipeline/site/plan.py",
