@@ -67,7 +67,7 @@ export const de: Record<Word, string> = {
   'collect.received': 'Empfangen',
   'collect.already': 'war schon da',
   'collect.covered': 'Bisher begangen',
-  'collect.shares': '{walked} von {area} m² begangen, {scanned} mit Suchen',
+  'collect.shares': '{walked} von {area} m² begangen, {scanned} mit WLAN-Messungen',
   'collect.rooms': '{count} Räume wurden nie betreten',
   'collect.left': 'Was fehlt, ist ein Weg von {minutes} min.',
   'collect.next': 'Hierhin als Nächstes',
