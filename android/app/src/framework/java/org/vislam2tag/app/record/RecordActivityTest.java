@@ -197,12 +197,39 @@ public class RecordActivityTest {
     shown();
     comes("update", 1);
     Object before = link.recording();
+    isMadeAnew();
+    trackerComesBack();
+    assertEquals(before, link.recording());
+  }
+
+  private void isMadeAnew() throws Exception {
     screen = screen.recreate();
     phone.idle();
     camera = (CameraView) ((ViewGroup) screen.activity.findViewById(R.id.camera)).getChildAt(0);
     surface();
-    trackerComesBack();
-    assertEquals(before, link.recording());
+  }
+
+  /** Every order of three of: a dialog above it, the home key, being made anew. */
+  @Test public void inEveryOrderOfLeavingAndReturningOneTrackerHasTheCameraAndOneWalkGoesOn() throws Exception {
+    shown();
+    comes("update", 1);
+    Object walk = link.recording();
+    for (int order = 0; order < 27; order++) {
+      for (int step = 0, rest = order; step < 3; step++, rest /= 3) {
+        if (rest % 3 == 2) {
+          isMadeAnew();
+        } else {
+          screen.pause();
+          phone.until("the camera is given back", () -> Session.RESUMED.get() == 0);
+          if (rest % 3 == 1) {
+            screen.stop().restart();
+          }
+          screen.resume();
+        }
+        trackerComesBack();
+        assertEquals(walk, link.recording());
+      }
+    }
   }
 
   @Test public void littleMemoryAndAPermissionTakenAwayEndNoRecording() throws Exception {
