@@ -4,7 +4,6 @@ import java.io.File;
 import java.io.IOException;
 import java.nio.charset.StandardCharsets;
 import java.nio.file.Files;
-import java.nio.file.StandardCopyOption;
 import java.util.ArrayList;
 import java.util.LinkedHashMap;
 import java.util.LinkedHashSet;
@@ -13,14 +12,13 @@ import java.util.Map;
 import java.util.Set;
 import org.vislam2tag.core.json.JsonReader;
 import org.vislam2tag.core.json.JsonWriter;
+import org.vislam2tag.core.json.WholeFile;
 
 /**
  * Which sessions wait to be sent, to which computer, and which were filed where: kept in a file, so that sending goes on after
  * the app was ended, and what was sent stays marked. From any thread.
  */
 public final class Outbox {
-  private static final String UNFINISHED = ".tmp";
-
   private final File file;
   private String link = "";
   private final Set<String> waiting = new LinkedHashSet<>();
@@ -110,8 +108,6 @@ public final class Outbox {
     json.put("waiting", new ArrayList<>(waiting));
     json.put("filed", filed);
     json.put("refused", refused);
-    File unfinished = new File(file.getPath() + UNFINISHED);
-    Files.write(unfinished.toPath(), JsonWriter.write(json).getBytes(StandardCharsets.UTF_8));
-    Files.move(unfinished.toPath(), file.toPath(), StandardCopyOption.ATOMIC_MOVE, StandardCopyOption.REPLACE_EXISTING);
+    WholeFile.write(file, JsonWriter.write(json));
   }
 }

@@ -9,19 +9,18 @@ import java.io.IOException;
 import java.io.InputStream;
 import java.nio.charset.StandardCharsets;
 import java.nio.file.Files;
-import java.nio.file.StandardCopyOption;
 import java.util.Calendar;
 import java.util.GregorianCalendar;
 import java.util.Map;
 import java.util.TreeMap;
 import java.util.zip.ZipEntry;
 import java.util.zip.ZipOutputStream;
+import org.vislam2tag.core.json.WholeFile;
 
 /** A session as one zip with checksums (docs/reference/phone-handover.md). The same session gives the same bytes. */
 public final class SessionZip {
   /** The file in the zip that holds the checksums of all others. */
   static final String SUMS = "SHA256SUMS";
-  private static final String UNFINISHED = ".tmp";
   private static final int BUFFER = 1 << 16;
   /** Local time in whatever zone; not 1980-01-01, which Java stores a second time, in UTC. */
   private static final long ENTRY_TIME = new GregorianCalendar(1980, Calendar.FEBRUARY, 1).getTimeInMillis();
@@ -59,12 +58,12 @@ public final class SessionZip {
     }
     ofBytes += sums.length();
     files.put(SUMS, null);
-    File unfinished = new File(target.getPath() + UNFINISHED);
+    File unfinished = WholeFile.unfinished(target);
     try {
       try (ZipOutputStream zip = new ZipOutputStream(new BufferedOutputStream(new FileOutputStream(unfinished), BUFFER))) {
         new SessionZip(zip, session.getName(), ofBytes, progress).addAll(files, sums.toString());
       }
-      Files.move(unfinished.toPath(), target.toPath(), StandardCopyOption.REPLACE_EXISTING, StandardCopyOption.ATOMIC_MOVE);
+      WholeFile.finish(unfinished, target);
     } finally {
       Files.deleteIfExists(unfinished.toPath());
     }
@@ -94,7 +93,7 @@ public final class SessionZip {
   }
 
   private static Map<String, File> files(File session) throws IOException {
-    File[] found = session.listFiles(file -> file.isFile() && !file.getName().endsWith(UNFINISHED));
+    File[] found = session.listFiles(file -> file.isFile() && !file.getName().endsWith(WholeFile.UNFINISHED));
     if (found == null || found.length == 0) {
       throw new IOException("no session in " + session);
     }

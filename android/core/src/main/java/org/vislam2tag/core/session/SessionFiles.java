@@ -1,24 +1,20 @@
 package org.vislam2tag.core.session;
 
 import java.io.File;
-import java.io.FileOutputStream;
 import java.io.IOException;
-import java.io.OutputStream;
 import java.nio.charset.StandardCharsets;
 import java.nio.file.Files;
-import java.nio.file.StandardCopyOption;
 import java.time.ZoneId;
 import java.util.Map;
 import org.vislam2tag.core.clock.WallTime;
 import org.vislam2tag.core.json.JsonReader;
 import org.vislam2tag.core.json.JsonWriter;
+import org.vislam2tag.core.json.WholeFile;
 
 /** A session's folder and its session.json. */
 public final class SessionFiles {
   /** The file that says who, where, which clocks, and how it ended. */
   public static final String JSON = "session.json";
-  /** Files of this ending are being written and are no part of a session. */
-  static final String UNFINISHED = ".tmp";
   private static final int MOST_IN_A_SECOND = 1000;
 
   private SessionFiles() {}
@@ -45,13 +41,7 @@ public final class SessionFiles {
 
   /** Writes session.json whole or not at all. */
   static void writeJson(File folder, Map<String, Object> json) throws IOException {
-    File unfinished = new File(folder, JSON + UNFINISHED);
-    try (FileOutputStream file = new FileOutputStream(unfinished); OutputStream out = file) {
-      out.write(JsonWriter.write(json).getBytes(StandardCharsets.UTF_8));
-      file.getFD().sync();
-    }
-    Files.move(unfinished.toPath(), new File(folder, JSON).toPath(), StandardCopyOption.ATOMIC_MOVE,
-        StandardCopyOption.REPLACE_EXISTING);
+    WholeFile.write(new File(folder, JSON), JsonWriter.write(json));
   }
 
   /** Reads session.json; throws an IOException where it is not there or broken. */

@@ -6,6 +6,7 @@ import java.io.RandomAccessFile;
 import java.nio.file.Files;
 import java.util.LinkedHashMap;
 import java.util.Map;
+import org.vislam2tag.core.json.WholeFile;
 import org.vislam2tag.core.table.Table;
 
 /** A session on disk that is not being recorded. */
@@ -60,7 +61,7 @@ public final class StoredSession {
    * @throws IOException if the folder cannot be written
    */
   static void recover(File folder) throws IOException {
-    Files.deleteIfExists(new File(folder, SessionFiles.JSON + SessionFiles.UNFINISHED).toPath());
+    Files.deleteIfExists(WholeFile.unfinished(new File(folder, SessionFiles.JSON)).toPath());
     for (Table table : Table.values()) {
       File file = new File(folder, table.fileName);
       if (file.isFile()) {

@@ -4,8 +4,8 @@ import java.io.File;
 import java.io.IOException;
 import java.nio.charset.StandardCharsets;
 import java.nio.file.Files;
-import java.nio.file.StandardCopyOption;
 import java.util.Map;
+import org.vislam2tag.core.json.WholeFile;
 
 /** The building that was taken from a computer last, kept on the phone with the plans of its floors. */
 public final class SiteStore {
@@ -40,10 +40,7 @@ public final class SiteStore {
     for (Map.Entry<Integer, byte[]> plan : plans.entrySet()) {
       Files.write(new File(folder, name(plan.getKey())).toPath(), plan.getValue());
     }
-    File unfinished = new File(folder, TOLD + ".tmp");
-    Files.write(unfinished.toPath(), told.getBytes(StandardCharsets.UTF_8));
-    Files.move(unfinished.toPath(), new File(folder, TOLD).toPath(), StandardCopyOption.ATOMIC_MOVE,
-        StandardCopyOption.REPLACE_EXISTING);
+    WholeFile.write(new File(folder, TOLD), told);
   }
 
   /** From here on there is none. */
