@@ -81,7 +81,12 @@ class CameraTrack:
     @property
     def without_poses(self) -> bool:
         """Whether there was no tracker: no frame has a pose, and they stand for moments of the inertial readings."""
-        return self.inertial is not None and not np.isfinite(self.position_acs).any()
+        return self.inertial is not None and not self.tracked
+
+    @property
+    def tracked(self) -> bool:
+        """Whether any frame has a pose."""
+        return bool(np.isfinite(self.position_acs).any())
 
     @property
     def duration_s(self) -> float:

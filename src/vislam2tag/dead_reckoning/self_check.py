@@ -37,7 +37,7 @@ class LeftOut:
         own = variance * weight
         freedom = np.where(own < 1 - LEAST_FREEDOM, 1 - own, np.nan)
         without = as_points(error) / freedom[:, None]
-        return cls(without, np.sqrt((walk.path.scatter_m[node] * walk.ties.share) ** 2 + variance / freedom))
+        return cls(without, np.sqrt(walk.fix_scatter_m**2 + variance / freedom))
 
     @property
     def doubtful(self) -> BoolArray:

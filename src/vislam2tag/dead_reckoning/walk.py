@@ -105,6 +105,11 @@ class ReckonedWalk:
         return self._between(self.positions, time_s), self._between(self.path.covariance[:, :2, :2] + scatter, time_s)
 
     @property
+    def fix_scatter_m(self) -> FloatArray:
+        """(f,) how far each fix is expected to be, per axis, from where the walker was, metres."""
+        return np.asarray(self.path.scatter_m[self.ties.node] * self.ties.share)
+
+    @property
     def positions(self) -> FloatArray:
         """(k, 2) position of each node in the BCS, metres."""
         return as_points(self.path.state.position)

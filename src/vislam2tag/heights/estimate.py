@@ -179,7 +179,7 @@ def _sightings(
 
 
 def _told(camera: CameraTrack, storeys: Storeys) -> tuple[IntArray, IntArray]:
-    """Usable ranks (t,) at which the walker told a floor, and its number (t,); first the first frame and the own."""
+    """Usable ranks (t,) at which the walker told a floor, and its number (t,); the walk begins on its own."""
     told = camera.told_floors
     if told is None:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)

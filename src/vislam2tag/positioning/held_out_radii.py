@@ -28,6 +28,8 @@ LEVELS = np.append(np.arange(1, 100) / 100, 0.995)
 PRIOR_SCANS = 5.0
 """What all ways alike count beside the scans of a walk."""
 _ROUNDS, _HALVINGS = 30, 12
+_LEAST_SPREAD = 1e-3
+"""Features that differ by less tell nothing of the way."""
 _LINE_WITH = 500
 """Most scans that a quantile regression looks at; that circles hold does not depend on it."""
 
@@ -144,7 +146,7 @@ def _likeness(ways: Sequence[HeldOut]) -> FloatArray:
     features = np.concatenate([way.features for way in ways])
     if len(ways) == 1:
         return np.zeros((1, features.shape[1] + 1))
-    mean, deviation = features.mean(axis=0), np.maximum(features.std(axis=0), SMALLEST_SCALE_M**3)
+    mean, deviation = features.mean(axis=0), np.maximum(features.std(axis=0), _LEAST_SPREAD)
     which = np.repeat(np.arange(len(ways)), [len(way.error_m) for way in ways])
     found = LogisticRegression(class_weight="balanced", max_iter=500).fit((features - mean) / deviation, which)
     slope, level = found.coef_ / deviation, found.intercept_

@@ -24,7 +24,7 @@ def with_taps_corrected(session: Session, entries: Sequence[SetTap]) -> tuple[Se
     One entry after the other: each moves the tap of its moment, takes it out, or places one where none is. A session
     with poses stays as it is; one without fixes, too, is walked by dead reckoning from then on.
     """
-    if not entries or np.isfinite(session.camera.position_acs).any():
+    if not entries or session.camera.tracked:
         return session, ()
     if not session.camera.without_poses:
         begun = without_tracker(session, _NO_FIXES)

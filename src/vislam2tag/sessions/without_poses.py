@@ -109,8 +109,8 @@ def with_presses_as_fixes(session: Session, points: ControlPoints) -> Session:
     They are then no presses any more. A session stays as it is that has poses, fewer than two presses or more than
     there are points, or no inertial readings.
     """
-    presses, tracked = len(session.presses_ns), np.isfinite(session.camera.position_acs).any()
-    if tracked or session.camera.inertial is not None or not 1 < presses <= len(points.ids):
+    presses = len(session.presses_ns)
+    if session.camera.tracked or session.camera.inertial is not None or not 1 < presses <= len(points.ids):
         return session
     time_ns = np.unique(session.presses_ns)
     names = tuple(f"press {k + 1}, {name}" for k, name in enumerate(points.ids[:presses]))

@@ -117,7 +117,7 @@ def taps(workspace: Workspace, id: str) -> TapsView:
     camera = prepared_session(
         session_task(now.refs[id], now.survey, now.corrections, workspace.settings)
     ).session.camera
-    if np.isfinite(camera.position_acs).any():
+    if camera.tracked:
         return TapsView(taps=None)
     if camera.fixes is None:
         return TapsView(taps=[])

@@ -29,9 +29,10 @@ that it touches are mapped again into the folder of --labels, as by process. Raw
 it.
 
 With --export DIR nothing is opened: DIR becomes the same page on files, which only shows, for any web server or
-bucket. Names of networks, those that opted out and what people wrote beside corrections are left out, addresses of
-networks are hashed; what is told of the building and of devices, stays. Where SURVEY is a fleet, or a fleet's address,
-the page is a list of its surveys to search, and the walks of each that has labels are behind it; --survey chooses.
+bucket. Names of networks, networks that opted out (_nomap) and what people wrote beside corrections are left out,
+addresses of networks are hashed; what is told of the building and of devices, stays. Where SURVEY is a fleet, or a
+fleet's address, the page is a list of its surveys to search, and the walks of each that has labels are behind it;
+--survey chooses.
 
 The address that is shown works once, for one browser; the page gives further ones. Only this computer can open it
 unless --host says more: then use a network that you trust, what is sent can be read there.

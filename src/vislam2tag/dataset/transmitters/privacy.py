@@ -18,7 +18,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, RTT
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, OF_ACCESS_POINTS
 
 LEAST_KEY_BYTES = 16
 """Shorter keys can be tried out."""
@@ -91,13 +91,12 @@ def _without_nomap(dataset: Dataset, points: pl.DataFrame) -> tuple[Dataset, pl.
         return dataset, points
     names = unwanted.select("bssid").lazy()
     out = dataset.readings.join(names, on="bssid", how="semi")
-    tables = {
-        **dataset.tables,
-        READINGS: dataset.readings.join(names, on="bssid", how="anti", maintain_order="left"),
-        FINGERPRINTS: _counted_without(dataset.fingerprints, out),
+    heard = {
+        name: dataset.tables[name].join(names, on="bssid", how="anti", maintain_order="left")
+        for name in OF_ACCESS_POINTS
+        if name in dataset.tables
     }
-    if RTT in tables:
-        tables[RTT] = tables[RTT].join(names, on="bssid", how="anti", maintain_order="left")
+    tables = {**dataset.tables, **heard, FINGERPRINTS: _counted_without(dataset.fingerprints, out)}
     left = points.join(unwanted, on="bssid", how="anti", maintain_order="left")
     # A radio is named by an address: not by one that was left out.
     left = left.with_columns(radio=pl.when(pl.col("radio").is_not_null()).then(pl.col("bssid").min().over("radio")))
@@ -144,7 +143,7 @@ def _with_hashes(dataset: Dataset, points: pl.DataFrame, key: bytes) -> tuple[Da
         .join(codes.lazy(), on="bssid", how="inner", maintain_order="left")
         .with_columns(bssid="code")
         .drop("code")
-        for name in (READINGS, RTT)
+        for name in OF_ACCESS_POINTS
         if name in dataset.tables
     }
     table = points.join(codes, on="bssid", how="left").join(

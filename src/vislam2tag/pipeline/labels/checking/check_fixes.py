@@ -70,7 +70,7 @@ def _rounded(place: complex) -> tuple[float, float]:
 
 def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[LeftOutMark]:
     """The fixes of which the others say something."""
-    scatter_m2 = (walk.path.scatter_m[walk.ties.node] * walk.ties.share) ** 2
+    scatter_m2 = walk.fix_scatter_m**2
     return [
         LeftOutMark(
             floor=floor,
