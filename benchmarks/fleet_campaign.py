@@ -29,10 +29,15 @@ import psutil
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT)]
-os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(Path(__file__).parent), os.environ.get("PYTHONPATH"))))
 
-from fleet_tasks import Nothing, do_nothing, give_nothing_up, no_code  # noqa: E402
-from tests.dask_processes import DaskProcesses, dask_processes  # noqa: E402
+from tests.dask_processes import (  # noqa: E402
+    DaskProcesses,
+    Nothing,
+    dask_processes,
+    do_nothing,
+    give_nothing_up,
+    no_code,
+)
 from tests.surveys import make_survey  # noqa: E402
 
 from vislam2tag.common.files.folder_store import any_store_at  # noqa: E402

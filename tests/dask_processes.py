@@ -110,3 +110,26 @@ def run_or_die(job: AnyJob) -> Outcome:
 def code_of_this_worker(job: AnyJob) -> str:
     """The key of the source, which is another on workers that the environment says so of."""
     return "another" if os.environ.get(OTHER_CODE) else code_here(job)
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """A task of no content."""
+
+    slug: str
+    code: str = ""
+
+
+def do_nothing(job: Nothing) -> str:
+    """Work at a task of no content."""
+    return job.slug
+
+
+def no_code(job: Nothing) -> str:
+    """All sources are the same to a task of no content."""
+    return job.code
+
+
+def give_nothing_up(job: Nothing, error: str) -> str:
+    """End a task whose workers died."""
+    return f"{job.slug}: {error}"

@@ -15,8 +15,12 @@ import pytest
 from tests.dask_processes import (
     OTHER_CODE,
     DaskProcesses,
+    Nothing,
     code_of_this_worker,
     dask_processes,
+    do_nothing,
+    give_nothing_up,
+    no_code,
     run_or_die,
 )
 from tests.stores import ROOT, Bucket
@@ -104,6 +108,26 @@ def test_killed_when_so_many_files_are_written(
         processed(survey, name, own, told)
     record_property("repeated", told.repeated.count(True))
     assert bytes_of(survey.s3.download(name, tmp_path)) == survey.labels
+
+
+def test_the_scheduler_gets_several_sessions_a_message(cluster: DaskProcesses, monkeypatch: pytest.MonkeyPatch) -> None:
+    ended: list[str] = []
+    messages: list[int] = []
+    with connected(cluster.address, None, lambda _: None) as client:
+        client.wait_for_workers(2)
+        send = client.map
+
+        def counted(function: object, jobs: list[Nothing], **options: object) -> object:
+            messages.append(len(jobs))
+            return send(function, jobs, **options)
+
+        monkeypatch.setattr(client, "map", counted)
+        executor: DaskExecutor[Nothing, str] = DaskExecutor(client, no_code, give_nothing_up, print)
+        jobs = [Nothing(f"nothing-{number}") for number in range(100)]
+        executor(do_nothing, iter(jobs), report=ended.append)
+    assert sorted(ended) == sorted(job.slug for job in jobs)
+    assert sum(messages) == 100
+    assert len(messages) <= 100 / 4
 
 
 def test_a_worker_killed_meanwhile_changes_nothing(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from logging import LogRecord
 from queue import Empty, SimpleQueue
 from threading import Lock
@@ -104,25 +105,26 @@ class _Run(Generic[_Job, _Outcome]):
     def outcomes(self) -> Iterator[tuple[int, tuple[_Outcome, list[LogRecord]]]]:
         self._submit()
         while self.running:
-            future = self._next()
-            number, job = self.running.pop(future)
-            ended = self._ended(future, number, job)
-            if ended is not None:
-                yield number, ended
+            yield from self._results(self._next())
             self._submit()
 
-    def _next(self) -> Any:
-        """Wait for a session to end; raises OutputError where the scheduler is lost, which ends none."""
+    def _next(self) -> list[Any]:
+        """Wait for sessions to end; raises OutputError where the scheduler is lost, which ends none."""
         while True:
             try:
-                return self.done.get(timeout=_LOOK_S)
+                ended = [self.done.get(timeout=_LOOK_S)]
             except Empty:
                 lost = self.executor.client.status != "running"
                 if lost or any(future.status == "cancelled" for future in self.running):
                     raise self._lost() from None
+            else:
+                with suppress(Empty):
+                    while True:
+                        ended.append(self.done.get_nowait())
+                return ended
 
     def _submit(self) -> None:
-        """Keep the scheduler supplied."""
+        """Keep the scheduler supplied, several sessions a message: a message costs more than what it holds."""
         if len(self.running) > self.wanted // 2:
             return
         first = self.supply.take()
@@ -132,8 +134,24 @@ class _Run(Generic[_Job, _Outcome]):
         if first is None:
             return
         self.supply.give_back(*first)
+        accepted = self._accepted()
+        self.wanted = AHEAD * max(1, sum(accepted.values()))
+        free = self.wanted - len(self.running)
+        taken = [each for each in (self.supply.take() for _ in range(free)) if each is not None]
+        futures = self.executor.client.map(
+            partial(_on_worker, self.work, self.executor.code_here),
+            [job for _, job in taken],
+            key=[f"{job.slug}-{secrets.token_hex(4)}" for _, job in taken],
+            workers=list(accepted) if self.refused else None,
+        )
+        self.running.update(zip(futures, taken, strict=True))
+        for future in futures:
+            future.add_done_callback(self.done.put)
+
+    def _accepted(self) -> dict[str, int]:
+        """Threads of each worker that has this source, by address; raises OutputError where all have another."""
         workers = self.executor.client.scheduler_info(n_workers=-1)["workers"]
-        accepted = [address for address in workers if address not in self.refused]
+        accepted = {address: each["nthreads"] for address, each in workers.items() if address not in self.refused}
         if workers and not accepted:
             raise OutputError(
                 f"all workers have another source of vislam2tag than this machine: {', '.join(self.refused.values())}; "
@@ -141,50 +159,47 @@ class _Run(Generic[_Job, _Outcome]):
             )
         if not workers and not self.running:
             self.executor.tell(f"the scheduler at {self.scheduler} has no workers yet: waiting for one")
-        self.wanted = AHEAD * max(1, sum(workers[address]["nthreads"] for address in accepted))
-        while len(self.running) < self.wanted and (taken := self.supply.take()) is not None:
-            number, job = taken
-            future = self.executor.client.submit(
-                _on_worker,
-                self.work,
-                self.executor.code_here,
-                job,
-                key=f"{job.slug}-{secrets.token_hex(4)}",
-                workers=accepted if self.refused else None,
-            )
-            self.running[future] = number, job
-            future.add_done_callback(self.done.put)
+        return accepted
 
-    def _ended(self, future: Any, number: int, job: _Job) -> tuple[_Outcome, list[LogRecord]] | None:
-        """What a job came to; None where it is to be submitted again."""
-        killed = import_extra("distributed").KilledWorker
-        if future.status == "finished":
-            try:
-                result: tuple[_Outcome, list[LogRecord]] = future.result()
-            except killed:  # the worker that held the result died, of another job
-                self.supply.give_back(number, job)
-                return None
-            return result
+    def _results(self, ended: list[Any]) -> Iterator[tuple[int, tuple[_Outcome, list[LogRecord]]]]:
+        """What sessions came to, of those that are not to be submitted again."""
+        jobs = {future: self.running.pop(future) for future in ended}
+        finished = [future for future in ended if future.status == "finished"]
+        try:
+            results = self.executor.client.gather(finished)
+        except import_extra("distributed").KilledWorker:  # the worker that held a result died, of another job
+            for future in finished:
+                self.supply.give_back(*jobs[future])
+        else:
+            yield from ((jobs[future][0], result) for future, result in zip(finished, results, strict=True))
+        for future in (each for each in ended if each not in finished):
+            if (given_up := self._failed(future, *jobs[future])) is not None:
+                yield given_up
+
+    def _failed(self, future: Any, number: int, job: _Job) -> tuple[int, tuple[_Outcome, list[LogRecord]]] | None:
+        """What a job came to that failed; None where it is to be submitted again."""
         if future.status != "error":
             raise self._lost()
         error = future.exception()
         if isinstance(error, OtherCodeError):
-            address, name = error.args
-            if address not in self.refused:
-                self.refused[address] = name
-                self.executor.tell(
-                    f"worker {name} at {address} is refused: it has another source of vislam2tag, or of its libraries"
-                )
+            self._refuse(*error.args)
             self.supply.give_back(number, job)
             return None
-        if isinstance(error, killed):
-            if not self.alone:
-                self.suspects.append((number, job))
-                return None
-            times, last = error.allowed_failures + 1, error.last_worker.name
-            cause = f"{times} workers died of it (out of memory, or a library crashed), the last one {last}"
-            return self.executor.give_up(job, cause), []
-        raise error
+        if not isinstance(error, import_extra("distributed").KilledWorker):
+            raise error
+        if not self.alone:
+            self.suspects.append((number, job))
+            return None
+        times, last = error.allowed_failures + 1, error.last_worker.name
+        cause = f"{times} workers died of it (out of memory, or a library crashed), the last one {last}"
+        return number, (self.executor.give_up(job, cause), [])
+
+    def _refuse(self, address: str, name: str) -> None:
+        if address not in self.refused:
+            self.refused[address] = name
+            self.executor.tell(
+                f"worker {name} at {address} is refused: it has another source of vislam2tag, or of its libraries"
+            )
 
     def _lost(self) -> OutputError:
         return OutputError(
