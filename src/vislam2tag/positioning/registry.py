@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -61,7 +62,8 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Say where scans were taken; those that hear none of the known access points are unknown."""
         known = scans.over(self.access_points_)
         deaf = known.heard == 0
-        return self._predict(known).without(deaf)
+        alone = replace(known, session=np.where(deaf, "", known.session))  # deaf ones tell nothing of their walk
+        return self._predict(alone).without(deaf)
 
     def score(self, scans: RadioScans, places: ScanPlaces) -> float:
         """Return the mean error in the plane in metres, negated (scikit-learn: greater is better)."""

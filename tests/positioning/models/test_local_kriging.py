@@ -48,6 +48,14 @@ def test_a_scan_like_nothing_that_was_learned_says_so(fitted: LocalKriging) -> N
     assert strange.mean() > 0.6
 
 
+def test_a_scan_that_hears_nothing_tells_nothing_of_its_walk(fitted: LocalKriging) -> None:
+    scans, _ = radio_world(seed=2)
+    deaf = scans.only(scans.row % 6 != 0)
+    heard = np.flatnonzero(deaf.heard)
+    radii = fitted.predict(deaf).radius_68_m
+    np.testing.assert_allclose(radii[heard], fitted.predict(deaf[heard]).radius_68_m)
+
+
 def test_what_is_saved_predicts_the_same(fitted: LocalKriging) -> None:
     again = LocalKriging()
     again.access_points_, again.storeys_ = fitted.access_points_, fitted.storeys_
