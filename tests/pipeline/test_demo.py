@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.pipeline.positioning.serving.test_app import asked
+from tests.positioning.in_an_app import answered, assert_same, question
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
 from vislam2tag.evaluation.metrics import ErrorSummary
@@ -30,25 +31,25 @@ def demonstrated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[s
     return out, run_demo(out, say=lambda _: None)
 
 
-def test_a_model_learned_from_the_demonstration_answers_over_http(
-    demonstrated: tuple[Path, dict[str, ErrorSummary]], tmp_path: Path
+@pytest.mark.parametrize("name", ["weighted-knn", "local-kriging"])
+def test_a_model_learned_from_the_demonstration_answers_over_http_and_in_an_app(
+    demonstrated: tuple[Path, dict[str, ErrorSummary]], tmp_path: Path, name: str
 ) -> None:
     out, _ = demonstrated
     dataset = build_dataset(out / "smoother", tmp_path / "set", options=BuildOptions(surveys=(out / "survey",)))
-    made = train(tmp_path / "set", TrainPlan("weighted-knn", {}), tmp_path / "demo.v2t")
-    learned = learning_data(dataset)
-    scan = learned.scans[np.array([0])]
-    names = (scan.access_points[column] for column in scan.column)
-    scans = [{"scan_id": "first", "readings": dict(zip(names, scan.rssi_dbm.tolist(), strict=True))}]
+    made = train(tmp_path / "set", TrainPlan(name, {}), tmp_path / "demo.v2t")
+    scans = learning_data(dataset).scans[np.arange(0, 200, 5)]
     answers = ServedAnswers(load_model(tmp_path / "demo.v2t"), tmp_path / "set")
-    answer = asked(answers, "POST", "/locate", json={"scans": scans})
+    answer = asked(answers, "POST", "/locate", json=question(scans))
     assert answer.status_code == 200
-    (found,) = answer.json()["positions"]
-    expected = made.saved.model.predict(scan)
-    assert (found["x"], found["y"]) == pytest.approx(tuple(expected.xy[0]), abs=0.001)
-    assert 0 < found["radius_68_m"] <= found["radius_95_m"]
+    found = answer.json()["positions"]
+    expected = made.saved.model.predict(scans)
+    np.testing.assert_allclose([(one["x"], one["y"]) for one in found], expected.xy, atol=0.001)
+    assert all(0 < one["radius_68_m"] <= one["radius_95_m"] for one in found)
     floors = asked(answers, "GET", "/model").json()["floors"]
     assert asked(answers, "GET", floors[0]["plan"]).headers["content-type"].startswith("image/")
+    (tmp_path / "app.v2t").write_bytes(asked(answers, "GET", "/model.v2t").content)
+    assert_same(answered(tmp_path / "app.v2t", scans), expected)
 
 
 def test_demo_scores_each_strategy_and_repeats_nothing(

@@ -1,7 +1,8 @@
 """A learned model as one file that holds numbers and text only: nothing in it is ever run.
 
 The file is safetensors (https://github.com/huggingface/safetensors): the model's arrays, and as the only entry of its
-metadata a :class:`ModelHeader` as JSON. The same model gives the same bytes.
+metadata a :class:`ModelHeader` as JSON. The same model gives the same bytes. What the arrays mean, and how to answer by
+them without this package, stands in docs/reference/model-files.md.
 """
 
 from __future__ import annotations
@@ -78,7 +79,12 @@ class SavedModel:
 
 def save_model(saved: SavedModel, path: AnyPath) -> None:
     """Write the file, whole or not at all; raises OutputError where it cannot be written."""
-    path = Path(path)
+    with whole_file(Path(path)) as place:
+        place.write_bytes(model_bytes(saved))
+
+
+def model_bytes(saved: SavedModel) -> bytes:
+    """Return what a model's file holds."""
     arrays = {name: np.array(array, order="C") for name, array in saved.model.arrays().items()}
     header = ModelHeader(
         model=saved.name,
@@ -89,9 +95,7 @@ def save_model(saved: SavedModel, path: AnyPath) -> None:
     )
     fields = header.model_dump(mode="json")
     text = json.dumps(fields | {_CHECKSUM: _checksum(fields, arrays)}, ensure_ascii=False)
-    with whole_file(path) as place:
-        # One entry: several would come in any order.
-        place.write_bytes(packed(arrays, {_KEY: text}))
+    return bytes(packed(arrays, {_KEY: text}))  # one entry: several would come in any order
 
 
 def load_model(path: AnyPath) -> SavedModel:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -14,7 +16,7 @@ from vislam2tag.pipeline.positioning.serving import app as serving_app
 from vislam2tag.pipeline.positioning.serving.answers import MOST_LATEST, ServedAnswers
 from vislam2tag.pipeline.positioning.serving.app import locate_app
 from vislam2tag.pipeline.positioning.serving.messages import MOST_SCANS
-from vislam2tag.positioning.model_file import ModelOrigin, SavedModel
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
 from vislam2tag.positioning.registry import model_named
 
 SCANS, PLACES = radio_world(seed=1)
@@ -89,7 +91,7 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
         assert text in answer.text
         assert "script-src 'self'" in answer.headers["content-security-policy"]
     described = asked(answers, "GET", "/openapi.json").json()
-    assert described["paths"].keys() == {"/locate", "/latest", "/model"}
+    assert described["paths"].keys() == {"/locate", "/latest", "/model", "/model.v2t"}
     names = described["components"]["schemas"]
     assert {"LocateRequest", "LocateAnswer", "ServedModel", "Refusal", "Scan", "Position"} <= names.keys()
     assert names["LocateRequest"]["properties"]["scans"]["maxItems"] == MOST_SCANS
@@ -102,6 +104,25 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
     ]
     assert asked(answers, "GET", "/plans/0").status_code == 404
     assert asked(answers, "GET", "/elsewhere").json()["message"].startswith("there is no such address")
+
+
+def test_the_model_s_file_is_served(saved: SavedModel, tmp_path: Path) -> None:
+    save_model(saved, tmp_path / "model.v2t")
+    assert asked(ServedAnswers(saved), "GET", "/model.v2t").content == (tmp_path / "model.v2t").read_bytes()
+
+
+def test_scans_of_a_walk_tell_together_how_large_their_circles_are() -> None:
+    model = model_named("local-kriging").fit(SCANS, PLACES)
+    answers = ServedAnswers(SavedModel("local-kriging", model, ModelOrigin(dataset="world", scans=len(SCANS))))
+    rows = range(12)
+    radii = {}
+    for session in ("", "walk"):
+        scans = [{**scan(row), "session": session} for row in rows]
+        found = asked(answers, "POST", "/locate", json={"scans": scans}).json()["positions"]
+        radii[session] = [one["radius_68_m"] for one in found]
+        asked_for = replace(SCANS[np.array(rows)], session=np.full(len(rows), session))
+        assert radii[session] == pytest.approx(model.predict(asked_for).radius_68_m.tolist(), abs=0.001)
+    assert radii[""] != radii["walk"]
 
 
 def test_another_name_that_leads_here_is_refused(saved: SavedModel) -> None:

@@ -16,7 +16,7 @@ from vislam2tag.pipeline.positioning.serving.messages import (
     ServedFloor,
     ServedModel,
 )
-from vislam2tag.positioning.model_file import SavedModel
+from vislam2tag.positioning.model_file import SavedModel, model_bytes
 from vislam2tag.positioning.scans.radio_scans import scans_from_readings
 
 MOST_LATEST = 100
@@ -70,12 +70,17 @@ class ServedAnswers:
             np.array([self._name(bssid) for scan in scans for bssid in scan.readings], dtype=np.str_),
             np.array([level for scan in scans for level in scan.readings.values()], dtype=np.float64),
             len(scans),
+            session=np.array([scan.session for scan in scans], dtype=np.str_),
         )
         ids = np.array([scan.scan_id for scan in scans], dtype=np.str_)
         table = located_table(ids, self._saved.model.predict(heard))
         positions = [Position(**row) for row in table.rows(named=True)]
         self._latest.extend(positions)
         return LocateAnswer(positions=positions)
+
+    def file(self) -> bytes:
+        """Return the model's file."""
+        return model_bytes(self._saved)
 
     def latest(self) -> LocateAnswer:
         """Return the latest positions, the newest last."""

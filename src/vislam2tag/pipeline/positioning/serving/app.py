@@ -38,6 +38,7 @@ _HEADERS = {
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     ),
 }
+_FILE = "application/octet-stream"
 _PAGE = {
     "/": ("index.html", "text/html"),
     "/page.js": ("page.js", "text/javascript"),
@@ -59,6 +60,7 @@ def locate_app(answers: ServedAnswers) -> Starlette:
         *(Route(path, partial(_page, file, kind), methods=["GET"]) for path, (file, kind) in _PAGE.items()),
         Route("/openapi.json", _openapi, methods=["GET"]),
         Route("/model", partial(_model, answers), methods=["GET"]),
+        Route("/model.v2t", partial(_file, answers), methods=["GET"]),
         Route("/plans/{number:int}", partial(_plan, answers), methods=["GET"]),
         Route("/locate", partial(_locate, answers), methods=["POST"]),
         Route("/latest", partial(_latest, answers), methods=["GET"]),
@@ -84,6 +86,11 @@ async def _openapi(request: Request) -> Response:
 async def _model(answers: ServedAnswers, request: Request) -> Response:
     del request
     return _json(answers.model)
+
+
+async def _file(answers: ServedAnswers, request: Request) -> Response:
+    del request
+    return Response(await run_in_threadpool(answers.file), media_type=_FILE, headers=_HEADERS)
 
 
 async def _plan(answers: ServedAnswers, request: Request) -> Response:
@@ -149,6 +156,7 @@ def openapi() -> dict[str, Any]:
     def answer(name: str) -> dict[str, Any]:
         return {"200": {"description": "the answer"} | content(name)}
 
+    file = {"200": {"description": "the model's file, which an app embeds", "content": {_FILE: {}}}}
     refused = {code: {"description": "refused"} | content("Refusal") for code in ("400", "413", "415", "422")}
     body = {"required": True} | content("LocateRequest")
     return {
@@ -160,6 +168,7 @@ def openapi() -> dict[str, Any]:
             },
             "/latest": {"get": {"operationId": "latest", "responses": answer("LocateAnswer")}},
             "/model": {"get": {"operationId": "model", "responses": answer("ServedModel")}},
+            "/model.v2t": {"get": {"operationId": "file", "responses": file}},
         },
         "components": {"schemas": found["$defs"]},
     }

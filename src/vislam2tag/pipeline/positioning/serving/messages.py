@@ -24,6 +24,8 @@ class Scan(FiniteRecord):
     scan_id: Name
     readings: Annotated[dict[Name, Level], Field(max_length=MOST_READINGS)]
     """Level in dBm of each access point, by its address."""
+    session: Annotated[str, Field(max_length=_LONGEST_NAME)] = ""
+    """Walk; scans of one that are asked for at once tell together how large their circles are. Empty: none."""
 
 
 class LocateRequest(FiniteRecord):
