@@ -68,11 +68,12 @@ def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s:
     status[too_far] = np.where(frames.holed[after[too_far]] == 1, Status.INVALID, Status.GAP)
     outside = (time_ns < frames.time_ns[0]) | (time_ns > frames.time_ns[-1])
     status[outside] = Status.OUTSIDE_FRAMES
-    labelled = has_position(status)
     position = _blend(frames.position_bcs, before, after, share[:, None])
-    sigma = np.where(too_far | outside, np.nan, _blend(frames.sigma_m, before, after, share))
+    position[~has_position(status)] = np.nan
+    sigma = _blend(frames.sigma_m, before, after, share)
+    sigma[too_far | outside] = np.nan
     floor = _chosen(frames.floor, np.where(share < 0.5, before, after))
-    return Labels(np.where(labelled[:, None], position, np.nan), sigma, status, floor)
+    return Labels(position, sigma, status, floor)
 
 
 def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:

@@ -15,12 +15,12 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray
 
 
 def as_complex(points: FloatArray) -> ComplexArray:
-    """View points (..., 2) as complex numbers (...)."""
-    return np.asarray(points[..., 0] + 1j * points[..., 1], dtype=np.complex128)
+    """Points (..., 2) as complex numbers (...)."""
+    return np.array(points, dtype=np.float64, order="C").view(np.complex128)[..., 0]
 
 
 def as_points(values: ComplexArray) -> FloatArray:
-    """View complex numbers (...) as points (..., 2)."""
+    """Complex numbers (...) as points (..., 2)."""
     return np.stack((values.real, values.imag), axis=-1)
 
 

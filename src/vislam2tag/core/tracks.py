@@ -150,13 +150,15 @@ class LandmarkLog:
         renumber = np.full(len(self.ids), -1, dtype=np.int64)
         renumber[wanted] = np.arange(len(wanted))
         landmark = renumber[self.landmark]
-        keep = (landmark >= 0) & rows
+        keep = np.flatnonzero((landmark >= 0) & rows)
+        if len(wanted) == len(self.ids) and len(keep) == len(landmark):
+            return self
         return LandmarkLog(
             ids=tuple(self.ids[i] for i in wanted),
             landmark=landmark[keep],
             frame=self.frame[keep],
-            position_acs=self.position_acs[keep],
-            orientation_acs=self.orientation_acs[keep],
+            position_acs=self.position_acs.take(keep, axis=0),
+            orientation_acs=self.orientation_acs.take(keep, axis=0),
             lost=self.lost[keep],
             row=self.row[keep] if len(self.row) else self.row,
             seen=None if self.seen is None else self.seen[keep],

@@ -42,7 +42,8 @@ def label_readings(
         labels = _less_sure(labels, table["time_ns"].to_numpy(), trajectory, settings.max_gap_s, attached)
     repeated = table["repeated"].to_numpy()
     excluded = _within(table["time_ns"].to_numpy(), excluded_ns)
-    position = np.where((repeated | excluded)[:, None], np.nan, labels.position_bcs)
+    position = labels.position_bcs
+    position[repeated | excluded] = np.nan
     status = with_uncertain(labels.status, labels.sigma_m, settings.max_sigma_m)
     status[excluded] = Status.INVALID
     status[repeated] = Status.DUPLICATE

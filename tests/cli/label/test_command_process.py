@@ -6,6 +6,8 @@ import hashlib
 import json
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import polars as pl
@@ -43,6 +45,23 @@ def test_all_right_is_0_with_a_summary_on_standard_output_alone(survey: Path, tm
     other = ("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--strategy", "local")
     assert "give --replace to replace them by labels of local" in the_error(vislam2tag(*other))
     assert vislam2tag(*other, "--replace").returncode == 0
+
+
+@pytest.mark.skipif(os.cpu_count() == 1, reason="Polars has one thread anyhow")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_each_of_several_processes_calculates_in_one_thread(tmp_path: Path, jobs: int) -> None:
+    code = (
+        "import atexit\n"
+        "atexit.register(lambda: print(__import__('polars').thread_pool_size()))\n"
+        "from vislam2tag.cli.app import main\n"
+        "main()\n"
+    )
+    command = ["process", str(tmp_path), "--out", str(tmp_path / "out"), "--jobs", str(jobs)]
+    environment = {name: value for name, value in os.environ.items() if name != "POLARS_MAX_THREADS"}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *command], check=False, capture_output=True, text=True, env=environment
+    )
+    assert (int(done.stdout) == 1) is (jobs == 2), done.stderr
 
 
 def test_a_file_of_settings_is_resolved_beside_the_labels(survey: Path, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,6 +28,7 @@ from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.files.store import shown
+from vislam2tag.common.garbage import keep_freed_memory
 from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
@@ -92,6 +94,9 @@ def _process(
     together: Annotated[bool | None, setting("together")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
+    keep_freed_memory()
+    if jobs > 1:  # threads of this process would compete with its workers, which have one each
+        os.environ.setdefault("POLARS_MAX_THREADS", "1")
     from vislam2tag.pipeline.labels.dry_run import dry_run_on_dask
     from vislam2tag.pipeline.labels.stored_session import on_dask
 

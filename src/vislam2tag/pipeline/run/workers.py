@@ -20,7 +20,7 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.garbage import search_seldom
+from vislam2tag.common.garbage import keep_freed_memory, search_seldom
 from vislam2tag.pipeline.run.failures import LOG, LogInOrder
 from vislam2tag.pipeline.run.steps import InSteps, overlapped, worked
 
@@ -208,6 +208,7 @@ def _start_worker() -> None:
     """Calculate in one thread, leave interrupts to the main process, and end at once when that dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     search_seldom()
+    keep_freed_memory()
     threadpool_limits(limits=1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

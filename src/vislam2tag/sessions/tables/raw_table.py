@@ -45,6 +45,9 @@ def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[
     understood, and decided by the bytes: a file that mixes them is a finding. Text columns come out stripped.
     Lines with a missing, surplus or untypable field are counted as unreadable.
     """
+    if not data:
+        rows = pl.DataFrame(schema={"row": pl.Int64, **schema})
+        return RawTable(file, 0, rows, (), tuple(_unreadable_findings(data, file, 0, ())))
     # The header makes the parser expect exactly these columns whatever the first line looks like, and turns blank
     # lines into empty rows, which keeps line numbers exact.
     header = SEPARATOR.join((*schema, _EXTRA)).encode() + b"\n"
