@@ -46,8 +46,9 @@ export function cellDensity({ access_points: { length: width }, parameters }, ar
       const share = half === 0 ? 1 : half === Infinity ? 0 : novelty ** 2 / (novelty ** 2 + half ** 2);
       const field = share > 0 ? fieldPlace(scan, storey, arrays) : dense;
       const [x, y] = [0, 1].map((axis) => (1 - share) * dense[axis] + share * field[axis]);
-      const z = arrays.height_m.data[storey];
-      return { storey, probability, x, y, z, ...radii(Math.sqrt(apart * dispersal), novelty, arrays.radii.data) };
+      const stated = radii(Math.sqrt(apart * dispersal), novelty, arrays.radii.data);
+      const unlike = novelty > arrays.like.data[0];
+      return { storey, probability, x, y, z: arrays.height_m.data[storey], ...stated, unlike };
     });
 }
 

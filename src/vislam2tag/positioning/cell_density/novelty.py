@@ -23,6 +23,8 @@ TIE = 1e-7
 """Of equally similar scans the first ones count: each is taken for so much less similar than the one before it."""
 LEAST_EXCESS = 1e-6
 """Distances between directions are no more exact than this."""
+MOST_NOVEL = 4.0
+"""No scan is newer: directions lie 2 apart at most."""
 _MOST_GROWTH = 16.0
 """Radii of scans from places that were left out are at most so many times those of familiar ones, in the median: where
 signals hardly tell both apart, familiar ones would pay for the others."""

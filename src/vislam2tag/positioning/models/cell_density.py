@@ -31,6 +31,7 @@ from vislam2tag.positioning.cell_density.density_model import (
 from vislam2tag.positioning.cell_density.kernel_regression import KernelRegression
 from vislam2tag.positioning.cell_density.level_field import NOISES_DB, LevelField, learned_fields
 from vislam2tag.positioning.cell_density.novelty import (
+    MOST_NOVEL,
     HeldOutErrors,
     NoveltyRadii,
     ReferenceScans,
@@ -38,6 +39,7 @@ from vislam2tag.positioning.cell_density.novelty import (
 )
 from vislam2tag.positioning.cell_density.scan_kernels import DirectionKernel, StoreyKernel
 from vislam2tag.positioning.checked_arrays import CheckedArrays
+from vislam2tag.positioning.error_radii import conformal_quantile
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import area_numbers, folds, usable_validation, walk_numbers
 from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
@@ -55,6 +57,8 @@ _FOLDS, _FOLDS_LEFT_OUT = 5, 3
 """Scans and areas are dealt to so many folds, of which so many are left out in turn."""
 _HALF_NOVELTIES = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
 """Tried, in median novelties of scans from areas that were left out."""
+LIKE = 0.99
+"""A scan is unlike all that was learned where it is newer than this share of scans from areas that were left out."""
 _AREA_M = 15.0
 """Side of the squares that are left out to learn how radii grow where nobody was."""
 FoldMasks = tuple[BoolArray, BoolArray]
@@ -85,6 +89,8 @@ class CellDensity(Positioner):
     half_novelty_: float
     """Where density and field count the same (:meth:`DensityAnswer.blended`)."""
     radii_: NoveltyRadii
+    like_: float
+    """Of novelty: beyond, a scan is unlike all that was learned."""
     height_m_: FloatArray
     """(s,) of each storey, metres; NaN where not known."""
 
@@ -112,7 +118,9 @@ class CellDensity(Positioner):
         self.half_novelty_ = _half_novelty(familiar, strange)
         if np.isinf(self.half_novelty_):
             self.density_ = replace(self.density_, field=None)
-        self.radii_ = fitted_novelty_radii(*(_errors(part, self.half_novelty_) for part in (familiar, strange)))
+        near, far = (_errors(part, self.half_novelty_) for part in (familiar, strange))
+        self.radii_ = fitted_novelty_radii(near, far)
+        self.like_ = conformal_quantile(np.sort(far.novelty), LIKE) if len(far) else MOST_NOVEL
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
         self.progress(1.0, 1)
@@ -184,6 +192,7 @@ class CellDensity(Positioner):
             storey_probability=answer.storey_probability,
             radius_68_m=radius_68_m,
             radius_95_m=radius_95_m,
+            unlike=answer.novelty > self.like_,
         )
 
     def remarks(self) -> Sequence[str]:
@@ -214,6 +223,7 @@ class CellDensity(Positioner):
             "centre_xy": self.density_.references.xy,
             "centre_apart": self.density_.references.apart,
             "radii": self.radii_.array(),
+            "like": np.array([self.like_]),
             "height_m": self.height_m_,
             "contradicted": np.array([self.density_.mislabelled]),
             **(self.density_.field.arrays() if self.density_.field else {}),
@@ -240,6 +250,7 @@ class CellDensity(Positioner):
         )
         self.half_novelty_ = np.inf if without_field else float(known.floats("half", 1, least=0.0)[0])
         self.radii_ = NoveltyRadii.restored(known, "radii")
+        self.like_ = float(known.floats("like", 1)[0])
         self.height_m_ = known.floats("height_m", "s", unknown=True)
 
 
