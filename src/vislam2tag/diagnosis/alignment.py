@@ -177,18 +177,15 @@ class _System:
         blocks = self._worth.reshape(count, 2, count, 2)
         self.worth = np.einsum("ai,piqj,bj->paqb", rotation, blocks, rotation).reshape(2 * count, 2 * count)
         self.arm = place - place.mean()
-        self.frame = self._frame_columns(np.ones(count, dtype=bool))
+        columns = np.tile(np.eye(2, 3), (count, 1, 1))
+        columns[:, :, 2] = as_points(1j * self.arm)
+        self.frame = columns.reshape(-1, 3)
+        """(2k, 3) by x, y and turn of the walk's frame."""
 
-    def _frame_columns(self, inside: BoolArray) -> FloatArray:
-        """(2k, 3) by x, y and turn of the frame of some passes (k,)."""
-        columns = np.zeros((len(self.rows), 2, 3))
-        columns[inside, :, :2] = np.eye(2)
-        columns[inside, :, 2] = as_points(1j * self.arm[inside])
-        return columns.reshape(-1, 3)
-
-    def cut_columns(self, before: int) -> FloatArray:
-        """(2k, 3) of a cut before this pass."""
-        return self._frame_columns(self.rows >= before)
+    def cut_columns(self, before: IntArray | int) -> FloatArray:
+        """(..., 2k, 3) of cuts before these passes (...)."""
+        moved = self.rows >= np.asarray(before)[..., None]
+        return np.asarray(np.repeat(moved, 2, axis=-1)[..., None] * self.frame)
 
     def moved(self, frame: FloatArray) -> None:
         """Move and turn the walk, and linearise anew."""
@@ -227,16 +224,13 @@ class _System:
 
     def cut_gains(self, solved: _Solved, out: BoolArray) -> dict[int, float]:
         """By how much the squared residuals fall with a cut before each pass that has two kept ones on either side."""
-        kept = np.flatnonzero(~out)
-        gains = {}
-        for place in range(2, len(kept) - 1):
-            before = int(self.rows[kept[place]])
-            columns = self.cut_columns(before)
-            pull = columns.T @ solved.worth
-            weighted = pull @ self.residual
-            free = np.diag([FREE_M**-2, FREE_M**-2, CUT_TURN_RAD**-2])
-            gains[before] = float(weighted @ np.linalg.solve(pull @ columns + free, weighted))
-        return gains
+        before = self.rows[~out][2:-1]
+        columns = self.cut_columns(before)
+        pull = columns.transpose(0, 2, 1) @ solved.worth
+        weighted = pull @ self.residual
+        free = np.diag([FREE_M**-2, FREE_M**-2, CUT_TURN_RAD**-2])
+        solution = np.linalg.solve(pull @ columns + free, weighted[..., None])[..., 0]
+        return dict(zip(before.tolist(), (weighted * solution).sum(axis=1).tolist(), strict=True))
 
 
 def _refined(system: _System, free: BoolArray, cuts: tuple[int, ...]) -> Alignment:

@@ -48,7 +48,7 @@ def error_record(
     cannot be read is a finding.
     """
     findings = []
-    if truth_mark(folder):
+    if (folder / TRUTH_FILE).is_file():
         try:
             truth = read_truth(folder / TRUTH_FILE)
             return _counted(TRUTH_FILE, residuals_at_truth(trajectory, truth, settings)), list(truth.findings)

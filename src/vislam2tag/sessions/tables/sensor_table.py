@@ -25,7 +25,8 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
     time_ns = rows["time_ns"].to_numpy()
     repeated = np.zeros(len(time_ns), dtype=bool)
     backward = np.zeros(len(time_ns), dtype=bool)
-    for index in _rows_by_sensor(rows["sensor"]):
+    in_order = bool(np.all(np.diff(time_ns) > 0))
+    for index in [] if in_order else _rows_by_sensor(rows["sensor"]):
         repeated[index], backward[index] = _irregular(time_ns[index])
     table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
     infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
