@@ -72,7 +72,7 @@ class CameraTrack:
     ways: WalkedWays | None = None
     """Where other walks led on the session's floor, for walks without a tracker; None where it is mapped alone."""
 
-    @cached_property
+    @property
     def usable(self) -> BoolArray:
         """Mask (n,) of the frames that mapping may use."""
         mask: BoolArray = self.status == 0
@@ -100,7 +100,7 @@ class CameraTrack:
         time_ns = self.time_ns[self.usable]
         return 1e9 / float(np.median(np.diff(time_ns))) if len(time_ns) > 1 else None
 
-    @cached_property
+    @property
     def plane_acs(self) -> FloatArray:
         """Horizontal camera positions (n, 2), ``(tx, -tz)``, metres."""
         return to_plane(self.position_acs)
@@ -164,7 +164,7 @@ class LandmarkLog:
             seen=None if self.seen is None else self.seen[keep],
         )
 
-    @cached_property
+    @property
     def plane_acs(self) -> FloatArray:
         """Horizontal landmark positions (k, 2), ``(tx, -tz)``, metres."""
         return to_plane(self.position_acs)
