@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,22 @@ def test_what_cannot_be_answered_is_told(
     answer = asked(ServedAnswers(saved), "POST", "/locate", **options)
     assert answer.status_code == status
     assert message in answer.json()["message"]
+
+
+def test_who_sends_too_much_may_send_all_of_it_before_it_is_told(
+    saved: SavedModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serving_app, "MOST_BODY", 1000)
+    sent = []
+
+    async def body() -> AsyncIterator[bytes]:
+        for number in range(10):
+            sent.append(number)
+            yield b" " * 300
+
+    headers = {"content-type": "application/json"}
+    answer = asked(ServedAnswers(saved), "POST", "/locate", content=body(), headers=headers)
+    assert (answer.status_code, len(sent)) == (413, 10)
 
 
 def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:

@@ -119,15 +119,18 @@ async def _latest(answers: ServedAnswers, request: Request) -> Response:
 
 
 async def _body(request: Request) -> bytes:
-    content = b""
+    """Return what a request brings; what is too much is read and dropped, as who still sends does not read why."""
+    content, size = b"", 0
     try:
         async with asyncio.timeout(BODY_S):
             async for block in request.stream():
-                content += block
-                if len(content) > MOST_BODY:
-                    raise RefusedError(413, f"a request may bring {MOST_BODY >> 20} MiB; send fewer scans at once")
+                size += len(block)
+                if size <= MOST_BODY:
+                    content += block
     except (TimeoutError, ClientDisconnect):
         raise RefusedError(400, "the request broke off") from None
+    if size > MOST_BODY:
+        raise RefusedError(413, f"a request may bring {MOST_BODY >> 20} MiB; send fewer scans at once")
     return content
 
 
