@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from types import ModuleType
 
 import pytest
 
+import vislam2tag as package
 from vislam2tag.pipeline.run import keys
 from vislam2tag.pipeline.run.keys import code_key
 
@@ -63,6 +65,32 @@ def test_modules_that_are_imported_by_name_count(monkeypatch: pytest.MonkeyPatch
     before = code_key(entry)
     change(monkeypatch, "vislam2tag.positioning.networks.regression")
     assert code_key(entry) != before
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "import plug.inner.drift",
+        "import numpy as np, plug.inner.drift as drift",
+        "def late():\n    from plug.inner import drift",
+        "from plug.inner import (\n    other,  # (as before)\n    drift,\n)",
+        "from plug.inner import \\\n    other, \\\n    drift",
+        "from .inner import drift",
+        "try: from . import inner; import plug.inner.drift\nexcept ImportError: pass",
+        '"""Reads what comes\n\nfrom the tracker."""\nimport plug.inner.drift',
+        "import_module('plug.inner.drift')",
+    ],
+)
+def test_imports_are_found_however_they_are_written(source: str) -> None:
+    assert "plug.inner.drift" in set(keys._imports(source.encode(), "plug"))
+
+
+def test_no_import_of_ours_is_missed() -> None:
+    for file in sorted(Path(package.__file__).parent.rglob("*.py")):
+        nodes = list(ast.walk(ast.parse(file.read_bytes())))
+        imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+        imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module}
+        assert imported <= set(keys._imports(file.read_bytes(), "vislam2tag")), file
 
 
 def test_libraries_count_with_their_versions(monkeypatch: pytest.MonkeyPatch) -> None:
