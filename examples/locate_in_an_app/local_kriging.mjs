@@ -34,12 +34,12 @@ export function localKriging({ storeys, parameters }, arrays) {
 }
 
 /** What the error follows: how far votes lie apart, how torn the storey, how unlike the scan is. */
-function features({ spread, probability }, away) {
+function features({ spread, torn }, away) {
   const unlike = [1, 10, away.length].map((count) => {
     const some = away.slice(0, count);
     return Math.log(sum(some) / some.length + LEAST_AWAY);
   });
-  return [Math.log(Math.max(spread, LEAST_SPREAD_M)), 1 - Math.max(...probability), ...unlike];
+  return [Math.log(Math.max(spread, LEAST_SPREAD_M)), torn, ...unlike];
 }
 
 /** Ordinary kriging: weights that sum to 1 (but for negative ones), less for scans that say the same. */

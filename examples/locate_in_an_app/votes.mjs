@@ -21,11 +21,12 @@ export function median(weights, places) {
   return at;
 }
 
-/** First the storey with most votes (and what `further` adds), then the `centre` of the places on it. */
+/** First the storey with most votes (and what `further` adds), then the `centre` of the places on it. `torn`: votes for other storeys. */
 export function voted({ index, weight }, { storey, xy, z }, storeys, centre = mean, further = null) {
   const all = sum(weight);
   const share = weight.map((one) => one / all);
   let probability = Array.from({ length: storeys }, (_, s) => sum(share.filter((_, i) => storey.data[index[i]] === s)));
+  const torn = 1 - Math.max(...probability);
   if (further) {
     const both = probability.map((one, s) => one + further[s]);
     probability = both.map((one) => one / sum(both));
@@ -38,7 +39,7 @@ export function voted({ index, weight }, { storey, xy, z }, storeys, centre = me
   const known = here.map((one, i) => (Number.isNaN(z.data[index[i]]) ? 0 : one));
   const height = sum(known.map((one, i) => (one ? one * z.data[index[i]] : 0))) / sum(known);
   const spread = Math.sqrt(sum(share.map((one, i) => one * ((places[i][0] - x) ** 2 + (places[i][1] - y) ** 2))));
-  return { storey: chosen, probability, x, y, z: height, spread };
+  return { storey: chosen, probability, x, y, z: height, spread, torn };
 }
 
 /** Circles that grow with how far the guesses lie apart. */

@@ -88,3 +88,18 @@ def test_where_no_error_is_known_nothing_is_promised() -> None:
 def test_each_group_counts_the_same() -> None:
     values, group = np.array([1.0, 1.0, 1.0, 1.0, 5.0, 9.0]), np.array([0, 0, 0, 0, 1, 2])
     assert group_quantiles(values, group, np.array([0.2, 0.5, 0.75, 0.99])).tolist() == [1.0, 5.0, 9.0, 9.0]
+
+
+@pytest.mark.parametrize("correlated", [0.0, 0.3, 0.7])
+def test_few_groups_make_quantiles_no_greater_than_promised(correlated: float) -> None:
+    rng, group = np.random.default_rng(0), np.repeat(np.arange(24), 30)
+
+    def drawn() -> np.ndarray:
+        common, own = rng.standard_normal(24)[group], rng.standard_normal(len(group))
+        return np.asarray(np.sqrt(correlated) * common + np.sqrt(1 - correlated) * own)
+
+    shares = np.array([[0.68], [0.95]])
+    below = [drawn() <= group_quantiles(drawn(), group, shares) for _ in range(200)]
+    held_68, held_95 = np.mean(below, axis=(0, 2))
+    assert held_68 == pytest.approx(0.68, abs=0.02)
+    assert held_95 == pytest.approx(0.945, abs=0.015)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.positioning.radio_world import radio_world
 from vislam2tag.common.errors import UsageError
+from vislam2tag.positioning.baselines.scan_index import Apart
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.local_kriging import LocalKriging
 
@@ -54,6 +55,14 @@ def test_a_scan_that_hears_nothing_tells_nothing_of_its_walk(fitted: LocalKrigin
     heard = np.flatnonzero(deaf.heard)
     radii = fitted.predict(deaf).radius_68_m
     np.testing.assert_allclose(radii[heard], fitted.predict(deaf[heard]).radius_68_m)
+
+
+def test_scans_that_ask_have_the_features_that_radii_were_fitted_to(fitted: LocalKriging) -> None:
+    scans = radio_world(seed=2)[0].over(fitted.access_points_)
+    nobody = Apart(np.full((len(scans), 1), -1), np.zeros((len(fitted.learned()[0]), 1), np.int64))
+    asked, left_out = (fitted._kriged(scans, apart) for apart in (None, nobody))
+    assert (asked.voted.storey_probability != left_out.voted.storey_probability).any()  # the regression is asked, too
+    np.testing.assert_array_equal(asked.torn, left_out.torn)
 
 
 def test_what_is_saved_predicts_the_same(fitted: LocalKriging) -> None:

@@ -46,9 +46,10 @@ class Apart(NamedTuple):
         learned = np.column_stack(groups)
         return cls(learned[rows], learned)
 
-    def same(self, row: int, members: IntArray | slice = slice(None)) -> BoolArray:
-        """Which of the learned scans (m,) share a group with a scan that asks."""
-        return np.asarray((self.learned[members] == self.asked[row]).any(axis=1))
+    def same(self, rows: IntArray, members: IntArray | slice = slice(None)) -> BoolArray:
+        """Which of the learned scans (m,) share a group with scans that ask (r,): (r, m)."""
+        kinds = zip(self.asked[rows].T, self.learned[members].T, strict=True)
+        return np.asarray(np.logical_or.reduce([asked[:, None] == learned for asked, learned in kinds]))
 
 
 class NearestScans(NamedTuple):
@@ -106,7 +107,7 @@ class ScanIndex:
             own = slice(scans.start[row], scans.start[row + 1])
             distance = self.away(scans.column[own], level[own])
             if apart is not None:
-                distance[apart.same(row)] = np.inf
+                distance[apart.same(np.array([row]))[0]] = np.inf
             index[row] = _smallest(distance, index.shape[1])
             away[row] = distance[index[row]]
         return NearestScans(index, away)
@@ -124,9 +125,9 @@ class ScanIndex:
         for part in np.split(np.arange(len(cell)), np.flatnonzero(np.diff(cell)) + 1):
             own = cells.cells[cell[part[0]]]
             away = self._apart(size[asking[part], None], self.size[own.members], self._common(level, asking[part], own))
+            if apart is not None:
+                away[apart.same(rows[asking[part]], own.members)] = np.inf
             for one, distance in zip(asking[part].tolist(), away, strict=True):
-                if apart is not None:
-                    distance[apart.same(int(rows[one]), own.members)] = np.inf
                 members[one].append(own.members)
                 distances[one].append(distance)
         for one, row in enumerate(rows.tolist()):

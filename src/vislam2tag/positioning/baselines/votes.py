@@ -20,6 +20,16 @@ class Votes:
     weight: FloatArray
     """(n, m) how much each counts, 0 or more; at least one counts."""
 
+    @property
+    def share(self) -> FloatArray:
+        """(n, m) of the whole weight."""
+        return np.asarray(self.weight / self.weight.sum(axis=1, keepdims=True))
+
+    def storey_shares(self, places: ScanPlaces) -> FloatArray:
+        """(n, s) share of the votes for each storey."""
+        share, storey_of = self.share, places.storey[self.index]
+        return np.stack([(share * (storey_of == s)).sum(axis=1) for s in range(len(places.storeys))], axis=1)
+
 
 @dataclass(frozen=True)
 class VotedPositions:
@@ -55,8 +65,7 @@ class VotedPositions:
 
 def counted_votes(votes: Votes, places: ScanPlaces) -> VotedPositions:
     """Count votes for places: first the storey, then the mean of those on it."""
-    share = votes.weight / votes.weight.sum(axis=1, keepdims=True)
-    probability = _storey_shares(share, votes, places)
+    share, probability = votes.share, votes.storey_shares(places)
     storey = probability.argmax(axis=1)
     here = share * (places.storey[votes.index] == storey[:, None])
     return _placed(share, votes, places, probability, here, _mean(here, places.xy[votes.index]))
@@ -67,8 +76,7 @@ def median_votes(votes: Votes, places: ScanPlaces, further: FloatArray | None = 
 
     ``further`` (n, s) are shares for storeys by something else; the votes' sum to 1.
     """
-    share = votes.weight / votes.weight.sum(axis=1, keepdims=True)
-    probability = _storey_shares(share, votes, places)
+    share, probability = votes.share, votes.storey_shares(places)
     if further is not None:
         probability = probability + further
         probability /= probability.sum(axis=1, keepdims=True)
@@ -76,12 +84,6 @@ def median_votes(votes: Votes, places: ScanPlaces, further: FloatArray | None = 
     here = share * (places.storey[votes.index] == storey[:, None])
     here = np.where(here.sum(axis=1, keepdims=True) > 0, here, share)
     return _placed(share, votes, places, probability, here, _median(here, places.xy[votes.index]))
-
-
-def _storey_shares(share: FloatArray, votes: Votes, places: ScanPlaces) -> FloatArray:
-    """(n, s) sums of the shares (n, m)."""
-    storey_of = places.storey[votes.index]
-    return np.stack([(share * (storey_of == s)).sum(axis=1) for s in range(len(places.storeys))], axis=1)
 
 
 def _placed(

@@ -70,6 +70,8 @@ class KrigedAnswer(NamedTuple):
     """What the nearest scans say of ``n`` scans."""
 
     voted: VotedPositions
+    torn: FloatArray
+    """(n,) share of the votes for other storeys than the one with most."""
     away: FloatArray
     """(n, k) distances from the nearest in signal space, 0 to 1, ascending."""
 
@@ -80,9 +82,8 @@ class KrigedAnswer(NamedTuple):
         The last by three means, of the nearest scan's distance, of ten's and of all.
         """
         spread = np.log(np.maximum(self.voted.spread_m, LEAST_SPREAD_M))
-        torn = 1.0 - self.voted.storey_probability.max(axis=1)
         unlike = (np.log(self.away[:, :count].mean(axis=1) + LEAST_AWAY) for count in COMPARED)
-        return np.column_stack([spread, torn, *unlike])
+        return np.column_stack([spread, self.torn, *unlike])
 
 
 class LocalKriging(Positioner):
@@ -169,13 +170,15 @@ class LocalKriging(Positioner):
     def _kriged(self, scans: RadioScans, apart: Apart | None = None) -> KrigedAnswer:
         """Answer; where groups are kept apart, storeys are told by votes alone: the regression has seen the scans."""
         near = self._index.nearest(scans, self._levels(scans), self.k, apart)
-        answers = []
+        answers, torn = [], []
         for rows in (slice(start, start + _AT_ONCE) for start in range(0, max(len(scans), 1), _AT_ONCE)):
             block, which = scans[rows], near.which[rows]
             votes = Votes(which, self._weights(block, which, near.away[rows]))
             further = STOREY_REGRESSION * self._regressed(block) if apart is None else None
             answers.append(median_votes(votes, self._places, further))
-        return KrigedAnswer(joined_answers(answers), np.where(np.isfinite(near.away), near.away, 1.0))
+            torn.append(1.0 - votes.storey_shares(self._places).max(axis=1))
+        away = np.where(np.isfinite(near.away), near.away, 1.0)
+        return KrigedAnswer(joined_answers(answers), np.concatenate(torn), away)
 
     def _regressed(self, scans: RadioScans) -> FloatArray:
         """(n, s) shares of storeys by the regression."""
