@@ -51,9 +51,9 @@ def main() -> None:
 def library(folder: Path) -> None:
     """Ask about each month after the first."""
     data = learning_data(open_dataset(folder))
-    month = data.scans.time_ns.astype("datetime64[ns]").astype("datetime64[M]")
+    month = np.strings.partition(data.scans.session, ".")[0]  # as the set names them; a calendar month may hold two
     walked = np.char.find(data.scans.session, "trn") >= 0
-    first = data[(month == month.min()) & walked]
+    first = data[(month == np.unique(month)[0]) & walked]
     before = model_named(MODEL).fit(first.scans, first.places)
     for one in np.unique(month)[1:]:
         later = data[(month == one) & walked]

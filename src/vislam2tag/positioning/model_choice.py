@@ -22,9 +22,7 @@ from vislam2tag.positioning.scans.places import LabelledScans, Positions
 CANDIDATES = ("weighted-knn", "local-kriging", "extra-trees", "cell-density")
 """Tried in this order, the quickest first."""
 BUDGET_S = 300.0
-GAIN = 0.02
-"""Two models together are taken where they are better by at least this share."""
-_FOLDS = 3
+_FOLDS = 5
 _PROBED_WITH = 300
 """A model learns so many scans first, to tell how long all will take."""
 _SEED = 0
@@ -74,14 +72,19 @@ class _Outcome:
         """(n,) error and penalty of each scan."""
         return self.error_m + FLOOR_PENALTY_M * ~self.right
 
+    def mean_cost_m(self) -> float:
+        """Of all scans."""
+        return float(self.cost_m.mean())
+
 
 def tried_models(
     labelled: LabelledScans,
     budget_s: float = BUDGET_S,
     progress: Progress[float] = silent,
     clock: Callable[[], float] = time.monotonic,
+    candidates: Sequence[str] = CANDIDATES,
 ) -> ModelTrial:
-    """Cross-validate the candidates over walks; of data without walks over scans.
+    """Cross-validate the candidates over walks, of data without walks over scans, and the best two together.
 
     One that would overrun the budget is left out, but never the first. Raises DatasetError where there are too few
     scans to leave any out.
@@ -95,32 +98,35 @@ def tried_models(
         raise DatasetError("one fingerprint alone tells nothing of models; name one by --model")
     truth = [(scans[held_out], places[held_out]) for _, held_out in parts]
     begun, made, too_long = clock(), list[_Outcome](), list[str]()
-    for number, name in enumerate(CANDIDATES):
-        probe = np.sort(np.random.default_rng(_SEED).permutation(len(scans))[:_PROBED_WITH])
-        started = clock()
-        if number and len(probe) < len(scans):
-            model_named(name).fit(scans[probe], places[probe])
-            expected_s = (clock() - started) * len(parts) * len(scans) / len(probe)
-            if clock() - begun + expected_s > budget_s:
-                too_long.append(name)
-                continue
+    for number, name in enumerate(candidates):
+        if number and clock() - begun + len(parts) * _expected_s(name, (scans, places), clock) > budget_s:
+            too_long.append(name)
+            continue
         found = [
             model_named(name).fit(scans[learn], places[learn]).predict(asked)
             for (learn, _), (asked, _) in zip(parts, truth, strict=True)
         ]
         made.append(_outcome((name,), found, truth))
-        progress(number + 1, len(CANDIDATES) + 1)
-    best = sorted(made, key=lambda one: float(one.cost_m.mean()))
-    if len(best) > 1:
-        both = [mean_positions(pair) for pair in zip(best[0].found, best[1].found, strict=True)]
-        made.append(_outcome((*best[0].names, *best[1].names), both, truth))
-    chosen = best[0]
-    if len(made[-1].names) > 1 and made[-1].cost_m.mean() < (1 - GAIN) * chosen.cost_m.mean():
-        chosen = made[-1]
+        progress(number + 1, len(candidates) + 1)
+    made.sort(key=_Outcome.mean_cost_m)
+    if len(made) > 1:
+        both = [mean_positions(pair) for pair in zip(made[0].found, made[1].found, strict=True)]
+        made.append(_outcome((*made[0].names, *made[1].names), both, truth))
+        made.sort(key=_Outcome.mean_cost_m)
     walks = np.concatenate([walk[held_out] for _, held_out in parts])
-    others = sorted((one for one in made if one is not chosen), key=lambda one: float(one.cost_m.mean()))
-    told = [_told(one, chosen, walks) for one in (chosen, *others)]
+    told = [_told(one, made[0], walks) for one in made]
     return ModelTrial((*told, *(_left_out(name) for name in too_long)))
+
+
+def _expected_s(name: str, labelled: LabelledScans, clock: Callable[[], float]) -> float:
+    """Tell by some of the scans how long a model learns; of few scans nothing is expected."""
+    scans, places = labelled
+    probe = np.sort(np.random.default_rng(_SEED).permutation(len(scans))[:_PROBED_WITH])
+    if len(probe) == len(scans):
+        return 0.0
+    started = clock()
+    model_named(name).fit(scans[probe], places[probe])
+    return (clock() - started) * len(scans) / len(probe)
 
 
 def _outcome(names: tuple[str, ...], found: Sequence[Positions], truth: Sequence[LabelledScans]) -> _Outcome:
@@ -132,13 +138,11 @@ def _outcome(names: tuple[str, ...], found: Sequence[Positions], truth: Sequence
 
 def _told(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
     name = COMBINED if len(one.names) > 1 else one.names[0]
-    mean_m, score_m = float(one.error_m.mean()), float(one.cost_m.mean())
+    mean_m, score_m = float(one.error_m.mean()), one.mean_cost_m()
     if one is chosen:
-        why = "chosen: the best" if len(one.names) == 1 else f"chosen: better than each alone by {GAIN:.0%} or more"
-    elif len(one.names) > 1:
-        why = f"not better than {chosen.names[0]} alone by {GAIN:.0%}"
+        why = "chosen: the best" if len(one.names) == 1 else "chosen: better than each alone"
     else:
-        why = f"{score_m / float(chosen.cost_m.mean()) - 1:.0%} worse"
+        why = f"{score_m / chosen.mean_cost_m() - 1:.1%} worse"
     behind_m = None if one is chosen else mean_interval(one.cost_m - chosen.cost_m, walks)
     return TriedModel(name, one.names, mean_m, float(one.right.mean()), score_m, behind_m, why)
 
