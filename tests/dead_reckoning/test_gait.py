@@ -17,7 +17,7 @@ from vislam2tag.dead_reckoning.speed import speed_model
 from vislam2tag.dead_reckoning.walk import SensedWalk
 
 ROUND = corners((20, 0), (0, 15), (-20, 0), (0, -15))
-SETTINGS = DeadReckoningSettings(fix_delay_s=0.0)
+SETTINGS = DeadReckoningSettings()
 
 
 def aside(degrees: float) -> Rotation:

@@ -16,7 +16,7 @@ from vislam2tag.dead_reckoning.shared_ways import SIGMA_M, SharedLines
 from vislam2tag.dead_reckoning.speed import speed_model
 from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
 
-SETTINGS = DeadReckoningSettings(fix_delay_s=0.0)
+SETTINGS = DeadReckoningSettings()
 WAY = corners((30, 0), (0, 25), (-30, 0))
 
 

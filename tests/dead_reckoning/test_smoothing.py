@@ -31,7 +31,8 @@ def made(seed: int, count: int = 12) -> tuple[PathModel, Ties, PathState]:
     time_s = np.cumsum(rng.uniform(0.3, 0.7, count))
     motion = rng.uniform(0.3, 0.8, count - 1) * np.exp(1j * np.cumsum(rng.normal(0, 0.3, count - 1)))
     turn, known = rng.uniform(0, 0.2, count - 1), np.ones(count - 1, dtype=bool)
-    nodes = Nodes(time_s, motion, np.abs(motion), turn, known, rng.normal(0, 0.1, count))
+    still = np.zeros(count - 1)
+    nodes = Nodes(time_s, motion, np.abs(motion), turn, known, rng.normal(0, 0.1, count), still)
     ties = Ties(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
     position = rng.normal(0, 2, count) + 1j * rng.normal(0, 2, count)
     return PathModel(nodes, SETTINGS), ties, PathState(position, rng.normal(0, 0.1, count), rng.normal(0, 0.3, count))
@@ -103,11 +104,20 @@ def test_first_steps_of_a_recording_tell_less_than_later_ones() -> None:
     assert share[-1] > 0.99
 
 
+def test_the_motion_of_a_swinging_phone_tells_less() -> None:
+    held = made(3, 60)[0]
+    swinging = replace(held, nodes=replace(held.nodes, swinging=np.ones(len(held.nodes.motion))))
+    share = swinging.precision / held.precision
+    assert (share[10:, :2] < 0.2).all()
+    assert (share[:, 2:] == 1).all()
+
+
 def test_a_walker_unlike_those_of_whom_the_speed_was_learned_is_followed() -> None:
     time_s = np.arange(0, 60.5, 0.5)
     motion = np.asarray(0.6 * np.exp(1j * np.repeat((0.0, np.pi / 2, np.pi, np.pi / 2), 30)), dtype=np.complex128)
     still, known = np.zeros(120), np.ones(120, dtype=bool)
-    model = PathModel(Nodes(time_s, motion, np.abs(motion), still, known, np.zeros(121)), DeadReckoningSettings())
+    nodes = Nodes(time_s, motion, np.abs(motion), still, known, np.zeros(121), still)
+    model = PathModel(nodes, DeadReckoningSettings())
     true = np.concatenate(([0.0], np.cumsum(1.35 * motion)))
     at = np.array((0, 40, 80, 120))
     found = smooth_path(model, Ties(at, true[at], 0.45)).state

@@ -13,13 +13,14 @@ from scipy.spatial.transform import Rotation
 from tests.dead_reckoning.walks import corners, walked
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.dead_reckoning.carrying import swung
 from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
 from vislam2tag.dead_reckoning.training import train
 from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
 
-SETTINGS = DeadReckoningSettings(fix_delay_s=0.0)
+SETTINGS = DeadReckoningSettings()
 WAY = corners((20, 0), (0, 15), (-10, 0), (0, -15), (5, 0), (0, 10))
 FLAT = Rotation.identity()
 UPRIGHT = Rotation.from_euler("x", 80, degrees=True)
@@ -89,6 +90,21 @@ def test_sigma_grows_away_from_fixes_and_in_gaps() -> None:
     holed = replace(log, force_ns=log.force_ns[heard], force=log.force[heard])
     in_gap = path(holed, fixes, 0, 2, 6).at(np.array((50.0,)))[1][0]
     assert np.trace(in_gap) > np.trace(between)
+
+
+def test_a_walk_knows_when_its_phone_swings() -> None:
+    log, fixes = walked(WAY)
+    held, swinging = (path(each, fixes, 0, 2, 6).nodes.swinging for each in (log, swung(log)))
+    assert held.mean() < 0.4
+    assert swinging.mean() > 0.8
+
+
+def test_fixes_that_are_logged_late_hold_for_where_the_walker_was_before() -> None:
+    log, fixes = walked(WAY)
+    late = replace(fixes, time_ns=fixes.time_ns + 500_000_000)
+    settings = SETTINGS.model_copy(update={"fix_delay_s": 0.5})
+    at_once, delayed = sensed(log).path(fixes, speed_model(), SETTINGS), sensed(log).path(late, speed_model(), settings)
+    assert delayed.positions[delayed.ties.node[:-1]] == pytest.approx(at_once.positions[at_once.ties.node[:-1]])
 
 
 def test_a_fix_in_the_wrong_place_is_found_and_hardly_followed() -> None:

@@ -17,7 +17,7 @@ from vislam2tag.dead_reckoning.speed import speed_model
 from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
 from vislam2tag.dead_reckoning.walls import Walls
 
-SETTINGS = DeadReckoningSettings(fix_delay_s=0.0)
+SETTINGS = DeadReckoningSettings()
 ROUND = corners((40, 0), (0, 30), (-40, 0), (0, -30))
 
 

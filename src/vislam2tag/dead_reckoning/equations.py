@@ -90,8 +90,8 @@ class PathModel:
         nodes, settings = self.nodes, self.settings
         duration = np.diff(nodes.time_s)
         starting = np.exp(-(nodes.time_s[1:] + nodes.time_s[:-1]) / (2 * settings.start_s))
-        noise = settings.step_noise * (1 + settings.start_noise * starting)
-        walked = noise**2 * nodes.length_m**2 / duration
+        harder = 1 + (settings.start_noise * starting) ** 2 + (settings.swing_noise * nodes.swinging) ** 2
+        walked = settings.step_noise**2 * harder * nodes.length_m**2 / duration
         known = walked + STANDING_NOISE_M**2 * duration + LEAST_NOISE_M**2
         position = np.where(nodes.known, known, (UNKNOWN_M_S * duration) ** 2)
         scale = settings.scale_noise**2 * duration

@@ -44,12 +44,13 @@ NAMES = (*_SHAPES, *(f"{name}, swinging" for name in _SHAPES))
 @dataclass(frozen=True)
 class WindowFeatures:
     """``time_s`` (m,) the windows' middles; ``values`` (m, 28) by :data:`NAMES`; ``moving`` (m,) from 0, standing, to
-    1; ``cadence_hz`` (m,) steps a second.
+    1; ``swinging`` (m,) from 0, a phone held still, to 1; ``cadence_hz`` (m,) steps a second.
     """
 
     time_s: FloatArray
     values: FloatArray
     moving: FloatArray
+    swinging: FloatArray
     cadence_hz: FloatArray
 
     @classmethod
@@ -92,9 +93,9 @@ class WindowFeatures:
             )
         )
         moving = _rather(_log_rms(power), STANDING_M_S2)
-        swinging = _rather(_log_rms(mean["tilt"]), SWINGING_RAD_S)[:, None]
-        values = np.column_stack((shapes * (1 - swinging), shapes * swinging))
-        return cls(signals.time_s[middle], values, moving, cadence)
+        swinging = _rather(_log_rms(mean["tilt"]), SWINGING_RAD_S)
+        values = np.column_stack((shapes * (1 - swinging)[:, None], shapes * swinging[:, None]))
+        return cls(signals.time_s[middle], values, moving, swinging, cadence)
 
 
 def _windows(values: FloatArray, middle: IntArray, size: int) -> FloatArray:

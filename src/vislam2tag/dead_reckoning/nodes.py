@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.dead_reckoning.features import WindowFeatures
 from vislam2tag.dead_reckoning.heading import Headings
 from vislam2tag.dead_reckoning.signals import RATE_HZ, WalkSignals
 
@@ -22,7 +23,7 @@ class Nodes:
     ``time_s`` (k,); ``motion`` (k - 1,) complex metres, in a frame that the gyroscope holds still; ``length_m``
     (k - 1,) of the way; ``turn_rad`` (k - 1,) how far the phone turned, either way; ``known`` (k - 1,) mask of the
     stretches without a gap in the readings; ``drift_rad`` (k,) the phone's own heading less the gyroscope's, NaN where
-    it has none.
+    it has none; ``swinging`` (k - 1,) from 0, the phone is held still, to 1.
     """
 
     time_s: FloatArray
@@ -31,9 +32,17 @@ class Nodes:
     turn_rad: FloatArray
     known: BoolArray
     drift_rad: FloatArray
+    swinging: FloatArray
 
     @classmethod
-    def of(cls, signals: WalkSignals, headings: Headings, speed_m_s: FloatArray, at_s: FloatArray) -> Nodes:
+    def of(
+        cls,
+        signals: WalkSignals,
+        headings: Headings,
+        features: WindowFeatures,
+        speed_m_s: FloatArray,
+        at_s: FloatArray,
+    ) -> Nodes:
         """Sum the motion up between nodes: two a second, and one at each of the moments ``at_s`` within the walk."""
         end_s = signals.time_s[-1]
         regular = np.concatenate((np.arange(0, end_s - CLOSE_S, HOP_S), [end_s]))
@@ -50,6 +59,7 @@ class Nodes:
             np.abs(np.diff(np.interp(time_s, signals.time_s, headings.turned_rad))),
             np.diff(np.interp(time_s, signals.time_s, unknown)) == 0,
             np.interp(time_s, signals.time_s, headings.drift_rad),
+            np.interp((time_s[1:] + time_s[:-1]) / 2, features.time_s, features.swinging),
         )
 
     @property

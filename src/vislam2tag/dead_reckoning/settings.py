@@ -14,14 +14,16 @@ class DeadReckoningSettings(FiniteRecord):
     """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
     fix_sigma_spread: float = Field(default=0.6, gt=0)
     """How much that differs between sessions: standard deviation of its logarithm."""
-    fix_delay_s: float = Field(default=0.1, ge=0)
+    fix_delay_s: float = Field(default=0.0, ge=0)
     """How much later than the walker was there a fix is logged, seconds."""
-    step_noise: float = Field(default=0.12, gt=0)
-    """Random part of the motion: metres per square root of a second for each m/s of speed."""
+    step_noise: float = Field(default=0.1, gt=0)
+    """Random part of the motion, phone held still: metres per square root of a second for each m/s of speed."""
     start_s: float = Field(default=2.0, gt=0)
     """How long the first steps of a recording tell less than others, seconds ..."""
     start_noise: float = Field(default=4.0, ge=0)
-    """... and by how much the random part of the motion is greater then, in parts of the usual."""
+    """... and how much random motion they add (squares add up), in parts of the usual."""
+    swing_noise: float = Field(default=3.0, ge=0)
+    """How much random motion a phone adds that swings, in a hand or on a thigh, in parts of the usual."""
     scale_sigma: float = Field(default=0.05, gt=0)
     """Relative error of a walker's speed, one standard deviation; some differ by much more (Student-t)."""
     scale_noise: float = Field(default=0.01, gt=0)

@@ -66,7 +66,7 @@ class SensedWalk:
         """
         at_s = self._moments(fixes, settings).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
-        nodes = Nodes.of(self.signals, self.headings, speed_m_s, at_s)
+        nodes = Nodes.of(self.signals, self.headings, self.features, speed_m_s, at_s)
         told = np.nan if fixes.sigma_m is None else fixes.sigma_m / settings.fix_sigma_m
         share = np.where(np.isnan(told), 1.0, told)
         ties = Ties(nodes.index_of(at_s), as_complex(fixes.position_bcs), settings.fix_sigma_m, share)
