@@ -221,6 +221,24 @@ def test_with_the_noise_estimated_covariances_are_not_too_small_and_hardly_too_g
     assert 0.94 < of_95 < 0.99
 
 
+def test_regions_beside_a_survey_that_does_not_fit_hold_labels_that_follow_it() -> None:
+    walk = loops(3, TYPICAL, marks=10, laps=3, survey_m=0.02)
+    observations = walk.observations()
+    elsewhere, step = np.isin(np.arange(10), [3, 4]), np.array([1.6, -1.2])
+    off = elsewhere * complex(*step)
+    smoothed = solved(replace(walk, surveyed_at=walk.surveyed_at + off), observations=observations)
+    error, covariance = errors(walk, smoothed), mapped_path(smoothed)[1]
+    passes = observations.passes
+    beside = elsewhere[passes.landmark]
+    following = region_probability(error - step, covariance)[passes.at]
+    assert np.all(following[beside] < 0.95)
+    assert np.all(following[~beside] > 0.99)
+    usual = mapped_path(solved(walk, observations=observations))[1]
+    sigma_m = (np.sqrt(np.trace(one, axis1=1, axis2=2) / 2)[passes.at] for one in (covariance, usual))
+    grown = np.divide(*sigma_m)
+    assert grown[beside].min() > 2 * grown[~beside].max()
+
+
 def test_a_walk_in_its_own_frame_keeps_its_shape_and_maps_its_landmarks() -> None:
     walk = loops(13, marks=6, laps=2, drifted=False)
     smoothed = smooth_in_own_frame(walk.observations())

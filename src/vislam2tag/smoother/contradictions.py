@@ -15,15 +15,13 @@ from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.similarity import as_points
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import normal_equations
+from vislam2tag.smoother.noise import DOUBTED
 from vislam2tag.smoother.smoothing import Smoothed
 
 CERTAIN_SIGMAS = 5.0
 """A landmark contradicts the rest where they put it this many standard deviations from its surveyed place ..."""
 LEAST_M = 0.15
 """... and at least this far."""
-SUSPECT = 2.0
-"""Only landmarks are looked at whose survey or one of whose passes the smoother takes for this much less certain
-(variance) than most; none of the others can contradict the rest."""
 FEWEST_OTHERS = 2
 """So many other surveyed landmarks must have been passed to say so."""
 
@@ -35,7 +33,7 @@ def contradictions(smoothed: Smoothed) -> tuple[Contradiction, ...]:
         return ()
     doubt = smoothed.weights.landmark.copy()
     np.maximum.at(doubt, smoothed.model.observations.passes.landmark, smoothed.weights.sighting)
-    suspects = passed[doubt[passed] > SUSPECT]
+    suspects = passed[doubt[passed] > DOUBTED]  # none of the others can contradict the rest
     found = [one for landmark in suspects.tolist() if (one := _contradiction(smoothed, landmark)) is not None]
     return tuple(sorted(found, key=lambda one: -one.size_m))
 

@@ -72,3 +72,5 @@ SIGHTING_TAIL = 3.0
 SHEET_TAIL = 3.0
 LANDMARK_TAIL = 2.0
 """... and for a pass, for the heading of a sheet, and for the survey of a landmark."""
+DOUBTED = 2.0
+"""A surveyed place or a pass is doubtful where re-weighting takes it for so much less certain (variance) than usual."""

@@ -23,6 +23,7 @@ from vislam2tag.smoother.model import Model
 from vislam2tag.smoother.noise import USUAL, NoiseLevels
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.reweighting import equivalent_variances, expected_squares, reweighted
+from vislam2tag.smoother.survey_doubts import beside_the_survey
 
 SETTLED_SIGMAS = 0.1
 """Re-weighting has converged when no node moves any more by this many of its own standard deviations, nor these by this
@@ -249,6 +250,7 @@ def mapped_path(smoothed: Smoothed) -> tuple[FloatArray, FloatArray, FloatArray]
     state = knots.at_frames(knots.state, count)
     covariance = knots.at_frames(knots.covariance[:, :2, :2], count)
     covariance += model.observations.odometry.aside_m2[:, None, None] * np.eye(2)
+    covariance += beside_the_survey(model, smoothed.priors, smoothed.weights, smoothed.solution)
     position = model.path + state[:, 0] + 1j * state[:, 1]
     turn = model.turn * model.observations.odometry.turn
     return as_points(position), covariance, np.angle(turn) + state[:, 3]
