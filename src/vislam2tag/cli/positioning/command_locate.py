@@ -140,7 +140,7 @@ def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None
         if as_json:
             say_json({"url": url, "model": answers.model})
         else:
-            say(f"{url}\nPOST {url}locate takes scans, {url}openapi.json tells how. Ctrl-C ends it.")
+            say(f"{url}\nPOST {url}locate takes scans, {url}api tells how. Ctrl-C ends it.")
         serve(locate_app(answers), opened)
 
 

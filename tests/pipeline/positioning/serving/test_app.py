@@ -11,8 +11,10 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+from playwright.sync_api import Route
 
 from tests.positioning.radio_world import radio_world
+from tests.report.browser import running_browser
 from vislam2tag.pipeline.positioning.serving import app as serving_app
 from vislam2tag.pipeline.positioning.serving.answers import MOST_LATEST, ServedAnswers
 from vislam2tag.pipeline.positioning.serving.app import locate_app
@@ -70,7 +72,7 @@ def test_scans_are_located_and_the_page_learns_of_them(saved: SavedModel) -> Non
         ({"json": {"scans": []}}, 422, "scans"),
         ({"json": {"scans": [scan(0)] * (MOST_SCANS + 1)}}, 422, "scans"),
         ({"json": {"scans": [{"scan_id": "s", "readings": {"a": 100}}]}}, 422, "scans.0.readings.a"),
-        ({"json": {"scans": [{"scan_id": "s"}]}}, 422, "readings: Field required; GET /openapi.json"),
+        ({"json": {"scans": [{"scan_id": "s"}]}}, 422, "readings: Field required; GET /api"),
         ({"content": b"[" * 100, "headers": {"content-type": "application/json"}}, 422, "JSON"),
         ({"content": b" " * 2000, "headers": {"content-type": "application/json"}}, 413, "send fewer scans"),
     ],
@@ -112,6 +114,7 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
     names = described["components"]["schemas"]
     assert {"LocateRequest", "LocateAnswer", "ServedModel", "Refusal", "Scan", "Position"} <= names.keys()
     assert names["LocateRequest"]["properties"]["scans"]["maxItems"] == MOST_SCANS
+    assert names["Scan"]["properties"]["readings"]["description"].startswith("Level in dBm")
     model = asked(answers, "GET", "/model").json()
     assert (model["dataset"], model["access_points"]) == ("world", len(SCANS.access_points))
     assert [(one["building"], one["plan"]) for one in model["floors"]] == [
@@ -121,6 +124,36 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
     ]
     assert asked(answers, "GET", "/plans/0").status_code == 404
     assert asked(answers, "GET", "/elsewhere").json()["message"].startswith("there is no such address")
+
+
+def test_a_page_tells_how_programs_ask(saved: SavedModel) -> None:
+    host = "http://127.0.0.1:8780"
+    answers = {
+        path: asked(ServedAnswers(saved), "GET", path) for path in ("/api", "/api.js", "/page.css", "/openapi.json")
+    }
+    problems: list[str] = []
+
+    def answer(route: Route) -> None:
+        found = answers.get(route.request.url.removeprefix(host))
+        if found is None:
+            route.abort()
+        else:
+            route.fulfill(status=found.status_code, headers=dict(found.headers), body=found.content)
+
+    with running_browser() as browser:
+        page = browser.new_page(viewport={"width": 400, "height": 800})
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.route("**/*", answer)
+        page.goto(f"{host}/api")
+        page.wait_for_selector("#Refusal")
+        text = page.inner_text("body")
+        wide = page.evaluate("document.documentElement.scrollWidth")
+    assert problems == []
+    assert wide == 400
+    assert "POST /locate Locate scans; takes LocateRequest; 200: LocateAnswer; 400: Refusal" in text
+    assert f"curl -H 'Content-Type: application/json' {host}/locate" in text
+    assert f"array of Scan, at least 1, at most {MOST_SCANS}" in text
+    assert "GET /model.v2t The model's file, which an app embeds; 200: application/octet-stream" in text
 
 
 def test_the_model_s_file_is_served(saved: SavedModel, tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from vislam2tag import __version__
-from vislam2tag.pipeline.positioning.serving.answers import ServedAnswers
+from vislam2tag.pipeline.positioning.serving.answers import MOST_LATEST, ServedAnswers
 from vislam2tag.pipeline.positioning.serving.messages import LocateAnswer, LocateRequest, Refusal, ServedModel
 
 MOST_BODY = 1 << 20
@@ -43,6 +43,8 @@ _PAGE = {
     "/": ("index.html", "text/html"),
     "/page.js": ("page.js", "text/javascript"),
     "/page.css": ("page.css", "text/css"),
+    "/api": ("api.html", "text/html"),
+    "/api.js": ("api.js", "text/javascript"),
 }
 
 
@@ -109,7 +111,7 @@ async def _locate(answers: ServedAnswers, request: Request) -> Response:
     except ValidationError as error:
         problem = error.errors()[0]
         place = ".".join(map(str, problem["loc"])) or "body"
-        raise RefusedError(422, f"{place}: {problem['msg']}; GET /openapi.json tells the form") from error
+        raise RefusedError(422, f"{place}: {problem['msg']}; GET /api tells the form") from error
     return _json(await run_in_threadpool(answers.locate, asked))
 
 
@@ -144,7 +146,7 @@ async def _refuse(request: Request, error: Exception) -> Response:
         status, message = error.status, error.message
     else:
         status = error.status_code if isinstance(error, HTTPException) else 500
-        message = "there is no such address or method; GET /openapi.json lists them"
+        message = "there is no such address or method; GET /api lists them"
     return Response(Refusal(message=message).model_dump_json(), status, _HEADERS, "application/json")
 
 
@@ -159,19 +161,25 @@ def openapi() -> dict[str, Any]:
     def answer(name: str) -> dict[str, Any]:
         return {"200": {"description": "the answer"} | content(name)}
 
-    file = {"200": {"description": "the model's file, which an app embeds", "content": {_FILE: {}}}}
+    def get(name: str, summary: str, answered: dict[str, Any]) -> dict[str, Any]:
+        return {"get": {"operationId": name, "summary": summary, "responses": answered}}
+
+    file = {"200": {"description": "the file", "content": {_FILE: {}}}}
     refused = {code: {"description": "refused"} | content("Refusal") for code in ("400", "413", "415", "422")}
-    body = {"required": True} | content("LocateRequest")
+    locate = {
+        "operationId": "locate",
+        "summary": "Locate scans",
+        "requestBody": {"required": True} | content("LocateRequest"),
+        "responses": answer("LocateAnswer") | refused,
+    }
     return {
         "openapi": "3.1.0",
         "info": {"title": "vislam2tag locate", "version": __version__},
         "paths": {
-            "/locate": {
-                "post": {"operationId": "locate", "requestBody": body, "responses": answer("LocateAnswer") | refused}
-            },
-            "/latest": {"get": {"operationId": "latest", "responses": answer("LocateAnswer")}},
-            "/model": {"get": {"operationId": "model", "responses": answer("ServedModel")}},
-            "/model.v2t": {"get": {"operationId": "file", "responses": file}},
+            "/locate": {"post": locate},
+            "/latest": get("latest", f"The last {MOST_LATEST} positions", answer("LocateAnswer")),
+            "/model": get("model", "What answers", answer("ServedModel")),
+            "/model.v2t": get("file", "The model's file, which an app embeds", file),
         },
         "components": {"schemas": found["$defs"]},
     }

@@ -18,23 +18,28 @@ Level = Annotated[float, Field(gt=-GREATEST_DBM, lt=0.0)]
 Name = Annotated[str, Field(min_length=1, max_length=_LONGEST_NAME)]
 
 
-class Scan(FiniteRecord):
+class _Message(FiniteRecord, use_attribute_docstrings=True):
+    """A record whose fields OpenAPI describes by their docstrings."""
+
+
+class Scan(_Message):
     """What a phone heard at one place."""
 
     scan_id: Name
+    """Comes back with the position."""
     readings: Annotated[dict[Name, Level], Field(max_length=MOST_READINGS)]
     """Level in dBm of each access point, by its address."""
     session: Annotated[str, Field(max_length=_LONGEST_NAME)] = ""
     """Walk; scans of one that are asked for at once tell together how large their circles are. Empty: none."""
 
 
-class LocateRequest(FiniteRecord):
+class LocateRequest(_Message):
     """Scans to locate."""
 
     scans: Annotated[list[Scan], Field(min_length=1, max_length=MOST_SCANS)]
 
 
-class Position(FiniteRecord):
+class Position(_Message):
     """Where a scan was taken, as `vislam2tag locate` writes it; all but id and status are null where it is unknown."""
 
     scan_id: str
@@ -43,20 +48,24 @@ class Position(FiniteRecord):
     building: str | None
     floor: int | None
     x: float | None
+    """Metres in the frame of the floor (BCS), as y."""
     y: float | None
     z: float | None
+    """Metres above the building's zero; null where the data set knows no heights."""
     radius_68_m: float | None
+    """The true place lies within so many metres in the plane with 68 % probability."""
     radius_95_m: float | None
     floor_probability: float | None
+    """What the model gives this floor."""
 
 
-class LocateAnswer(FiniteRecord):
+class LocateAnswer(_Message):
     """Positions in the order of the scans."""
 
     positions: list[Position]
 
 
-class ServedFloor(FiniteRecord):
+class ServedFloor(_Message):
     """A floor that the model knows; the plan's extent in metres where a plan is served."""
 
     building: str
@@ -68,7 +77,7 @@ class ServedFloor(FiniteRecord):
     lower_left_m: tuple[float, float] = (0.0, 0.0)
 
 
-class ServedModel(FiniteRecord):
+class ServedModel(_Message):
     """What answers."""
 
     model: str
@@ -82,7 +91,7 @@ class ServedModel(FiniteRecord):
     floors: list[ServedFloor]
 
 
-class Refusal(FiniteRecord):
+class Refusal(_Message):
     """Why a request was not answered."""
 
     message: str
