@@ -130,6 +130,21 @@ def test_the_scheduler_gets_several_sessions_a_message(cluster: DaskProcesses, m
     assert len(messages) <= 100 / 4
 
 
+def test_a_scheduler_that_is_lost_while_results_are_fetched_is_told(
+    cluster: DaskProcesses, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with connected(cluster.address, None, lambda _: None) as client:
+        client.wait_for_workers(2)
+
+        def gone(futures: object) -> None:
+            raise OSError("comm closed")
+
+        monkeypatch.setattr(client, "gather", gone)
+        executor: DaskExecutor[Nothing, str] = DaskExecutor(client, no_code, give_nothing_up, print)
+        with pytest.raises(OutputError, match=rf"the scheduler at {cluster.address} is lost"):
+            executor(do_nothing, iter([Nothing("nothing")]), report=lambda _: None)
+
+
 def test_a_worker_killed_meanwhile_changes_nothing(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:
     told = Told(cluster.kill_worker)
     processed(survey, "worker-killed", cluster, told)

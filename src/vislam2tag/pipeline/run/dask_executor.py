@@ -8,6 +8,7 @@ from __future__ import annotations
 import secrets
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -170,6 +171,8 @@ class _Run(Generic[_Job, _Outcome]):
         except import_extra("distributed").KilledWorker:  # the worker that held a result died, of another job
             for future in finished:
                 self.supply.give_back(*jobs[future])
+        except (OSError, CancelledError) as error:  # not of the sessions: those that raise are not finished
+            raise self._lost() from error
         else:
             yield from ((jobs[future][0], result) for future, result in zip(finished, results, strict=True))
         for future in (each for each in ended if each not in finished):
