@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -133,3 +134,17 @@ def no_code(job: Nothing) -> str:
 def give_nothing_up(job: Nothing, error: str) -> str:
     """End a task whose workers died."""
     return f"{job.slug}: {error}"
+
+
+def pages_asked_for(job: Nothing) -> str:
+    """How many pages the system gives a worker that uses 20 MB again and again, the first time left out."""
+    del job
+
+    def work() -> list[bytes]:
+        return [bytes(range(256)) * 8_000 for _ in range(10)]
+
+    work()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(20):
+        work()
+    return str(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 import subprocess
 import sys
 import time
@@ -21,6 +22,7 @@ from tests.dask_processes import (
     do_nothing,
     give_nothing_up,
     no_code,
+    pages_asked_for,
     run_or_die,
 )
 from tests.stores import ROOT, Bucket
@@ -143,6 +145,16 @@ def test_a_scheduler_that_is_lost_while_results_are_fetched_is_told(
         executor: DaskExecutor[Nothing, str] = DaskExecutor(client, no_code, give_nothing_up, print)
         with pytest.raises(OutputError, match=rf"the scheduler at {cluster.address} is lost"):
             executor(do_nothing, iter([Nothing("nothing")]), report=lambda _: None)
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries decide for themselves")
+def test_a_worker_keeps_the_memory_of_a_session_for_the_next(cluster: DaskProcesses) -> None:
+    pages: list[str] = []
+    with connected(cluster.address, None, lambda _: None) as client:
+        client.wait_for_workers(1)
+        executor: DaskExecutor[Nothing, str] = DaskExecutor(client, no_code, give_nothing_up, print)
+        executor(pages_asked_for, iter([Nothing("memory")]), report=pages.append)
+    assert int(pages[0]) < 12_500, "20 MB are 5,000 pages: the system gave them once, not twenty times more"
 
 
 def test_a_worker_killed_meanwhile_changes_nothing(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.extras import import_extra
+from vislam2tag.common.garbage import keep_freed_memory
 from vislam2tag.pipeline.run.failures import LogInOrder
 from vislam2tag.pipeline.run.steps import worked
 from vislam2tag.pipeline.run.workers import Report, Supply
@@ -215,6 +216,7 @@ def _on_worker(
     work: Callable[[_Job], _Outcome], code_here: Callable[[_Job], str], job: _Job
 ) -> tuple[_Outcome, list[LogRecord]]:
     """Work at a session; of a worker's threads one computes while another one waits for a store."""
+    keep_freed_memory()
     with _ONE_LOOKS:
         code = code_here(job)
     if code != job.code:
