@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.registry import Positioner
 from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
@@ -35,3 +38,15 @@ def radio_world(
     scans = scans_from_readings(np.concatenate(rows), np.array(names), np.concatenate(levels), n, session=session)
     places = ScanPlaces(STOREYS, storey, xy, 3.0 * (storey == 1), np.full(n, 0.1))
     return scans, places
+
+
+def assert_says_what_is_unlike(model: Positioner) -> None:
+    """A model of this building tells usual scans from those of a building with the same access points elsewhere."""
+    scans, _ = radio_world(seed=2)
+    other = np.random.default_rng(0).permutation(len(scans.access_points))
+    nowhere = replace(scans, column=other[scans.column])
+    usual, strange = (model.predict(one).unlike for one in (scans, nowhere))
+    assert usual is not None
+    assert strange is not None
+    assert usual.mean() < 0.05
+    assert strange.mean() > 0.6

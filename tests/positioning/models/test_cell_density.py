@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_fields import TWO_BUILDINGS, surveyed
-from tests.positioning.radio_world import radio_world
+from tests.positioning.radio_world import assert_says_what_is_unlike, radio_world
 from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.cell_density import CellDensity
@@ -36,15 +36,7 @@ def test_a_fainter_phone_is_put_where_the_others_are() -> None:
 
 
 def test_a_scan_like_nothing_that_was_learned_says_so() -> None:
-    model = CellDensity().fit(*radio_world(seed=1))
-    scans, _ = radio_world(seed=2)
-    other = np.random.default_rng(0).permutation(len(scans.access_points))
-    nowhere = replace(scans, column=other[scans.column])  # each access point where another stands
-    usual, strange = (model.predict(one).unlike for one in (scans, nowhere))
-    assert usual is not None
-    assert strange is not None
-    assert usual.mean() < 0.05
-    assert strange.mean() > 0.6
+    assert_says_what_is_unlike(CellDensity().fit(*radio_world(seed=1)))
 
 
 def test_it_comes_back_from_its_arrays_and_repeats() -> None:

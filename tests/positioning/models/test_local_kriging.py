@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.positioning.radio_world import radio_world
+from tests.positioning.radio_world import assert_says_what_is_unlike, radio_world
 from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.baselines.scan_index import Apart
 from vislam2tag.positioning.metrics import score
@@ -39,14 +39,7 @@ def test_a_phone_that_hears_fainter_is_located_alike(fitted: LocalKriging) -> No
 
 
 def test_a_scan_like_nothing_that_was_learned_says_so(fitted: LocalKriging) -> None:
-    scans, _ = radio_world(seed=2)
-    other = np.random.default_rng(0).permutation(len(scans.access_points))
-    nowhere = replace(scans, column=other[scans.column])  # each access point where another stands
-    usual, strange = (fitted.predict(one).unlike for one in (scans, nowhere))
-    assert usual is not None
-    assert strange is not None
-    assert usual.mean() < 0.05
-    assert strange.mean() > 0.6
+    assert_says_what_is_unlike(fitted)
 
 
 def test_a_scan_that_hears_nothing_tells_nothing_of_its_walk(fitted: LocalKriging) -> None:

@@ -138,8 +138,7 @@ class _Run(Generic[_Job, _Outcome]):
         self.supply.give_back(*first)
         accepted = self._accepted()
         self.wanted = AHEAD * max(1, sum(accepted.values()))
-        free = self.wanted - len(self.running)
-        taken = [each for each in (self.supply.take() for _ in range(free)) if each is not None]
+        taken = self.supply.take_some(self.wanted - len(self.running))
         futures = self.executor.client.map(
             partial(_on_worker, self.work, self.executor.code_here),
             [job for _, job in taken],
@@ -167,6 +166,7 @@ class _Run(Generic[_Job, _Outcome]):
         """What sessions came to, of those that are not to be submitted again."""
         jobs = {future: self.running.pop(future) for future in ended}
         finished = [future for future in ended if future.status == "finished"]
+        failed = [future for future in ended if future not in finished]
         try:
             results = self.executor.client.gather(finished)
         except import_extra("distributed").KilledWorker:  # the worker that held a result died, of another job
@@ -176,7 +176,7 @@ class _Run(Generic[_Job, _Outcome]):
             raise self._lost() from error
         else:
             yield from ((jobs[future][0], result) for future, result in zip(finished, results, strict=True))
-        for future in (each for each in ended if each not in finished):
+        for future in failed:
             if (given_up := self._failed(future, *jobs[future])) is not None:
                 yield given_up
 

@@ -54,6 +54,10 @@ class Supply(Generic[_Job]):
             return self._first.popleft()
         return next(((self._number(), job) for job in self._rest), None)
 
+    def take_some(self, most: int) -> list[tuple[int, _Job]]:
+        """The next jobs, ``most`` of them or as many as wait now."""
+        return [taken for taken in (self.take() for _ in range(most)) if taken is not None]
+
     def give_back(self, number: int, job: _Job) -> None:
         """Let a job wait again, before all others."""
         self._first.appendleft((number, job))
@@ -121,7 +125,7 @@ def _shared_out(
     """Keep the pool supplied, and do the next session here meanwhile."""
     running: dict[Future[_Outcome], int] = {}
     while True:
-        taken = [job for job in (supply.take() for _ in range(ahead - len(running))) if job is not None]
+        taken = supply.take_some(ahead - len(running))
         with _interrupts_held_back():
             running |= {pool.submit(work, job): number for number, job in taken}
         mine = supply.take()
