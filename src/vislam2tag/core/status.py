@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import IntEnum
 
+import numpy as np
+
 from vislam2tag.core.arrays import BoolArray, StatusArray
 
 
@@ -37,6 +39,12 @@ def has_position(status: StatusArray) -> BoolArray:
     """Mask (n,) of the codes (n,) of entries that carry coordinates (``ok`` or ``uncertain``)."""
     positioned: BoolArray = (status == Status.OK) | (status == Status.UNCERTAIN)
     return positioned
+
+
+def counts_by_label(status: StatusArray) -> dict[str, int]:
+    """Number of the codes (n,) by label, in code order, those that occur only."""
+    counts = np.bincount(status, minlength=len(STATUS_LABELS))
+    return {label: int(count) for label, count in zip(STATUS_LABELS, counts, strict=True) if count}
 
 
 def labelled_share(counts: Mapping[str, int]) -> float | None:

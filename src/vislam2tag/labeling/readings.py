@@ -13,12 +13,11 @@ import polars as pl
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
-from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
+from vislam2tag.labeling.status_column import status_text
 from vislam2tag.sessions.model import Attachment
-
-_LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
 
 
 def label_readings(
@@ -86,11 +85,6 @@ def with_uncertain(status: StatusArray, sigma_m: FloatArray, max_sigma_m: float)
 def mark_uncertain(trajectory: Trajectory, max_sigma_m: float) -> Trajectory:
     """Mark the frames whose sigma exceeds ``max_sigma_m``, metres (``inf``: none); nothing else changes."""
     return replace(trajectory, status=with_uncertain(trajectory.status, trajectory.sigma_m, max_sigma_m))
-
-
-def status_text(status: StatusArray) -> pl.Series:
-    """Turn status codes (n,) into the text column ``status``."""
-    return _LABELS[status].rename("status")
 
 
 def _within(time_ns: IntArray, spans_ns: Sequence[tuple[int, int]]) -> BoolArray:

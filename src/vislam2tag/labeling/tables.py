@@ -13,11 +13,12 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.status import STATUS_LABELS, has_position
+from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.labeling.readings import label_readings, mark_uncertain, status_text
+from vislam2tag.labeling.readings import label_readings, mark_uncertain
 from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS
 from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.labeling.status_column import status_codes, status_text
 from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.frame_change import FrameChange
@@ -96,7 +97,7 @@ def trajectory_of(table: pl.DataFrame) -> Trajectory:
         position_bcs=columns("x", "y", "z"),
         orientation_bcs=columns("qx", "qy", "qz", "qw"),
         covariance_bcs=columns("cov_xx", "cov_xy", "cov_yy")[:, (0, 1, 1, 2)].reshape(-1, 2, 2),
-        status=table["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy(),
+        status=status_codes(table),
         floor=table["floor"].cast(pl.Int64).to_numpy(),
     )
 

@@ -55,7 +55,7 @@ def _text_of(name: str) -> Markup:
 @cache
 def _packed_plotly() -> str:
     """Plotly for browsers, packed with gzip as Base64: a third of its size, and the page's text is shown before it."""
-    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), mtime=0)).decode("ascii")
+    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), compresslevel=6, mtime=0)).decode("ascii")
 
 
 @cache

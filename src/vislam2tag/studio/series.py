@@ -10,8 +10,8 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.labeling.status_column import STATUS_TYPE
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.studio.tracks import Columns, Track
@@ -88,7 +88,7 @@ def scans_table(workspace: Workspace, output: str) -> pl.DataFrame:
                     pl.col("x", "y").cast(pl.Float32),
                     pl.col("floor").cast(pl.Int16),
                     pl.col("len").cast(pl.UInt16).alias("access_points"),
-                    pl.col("status").cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.UInt8),
+                    pl.col("status").cast(STATUS_TYPE).to_physical().cast(pl.UInt8),
                 )
             )
     return pl.concat(parts) if parts else pl.DataFrame(schema=SCAN_SCHEMA)

@@ -12,9 +12,10 @@ import numpy.typing as npt
 import polars as pl
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
-from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.core.status import Status, has_position
 from vislam2tag.evaluation.point_errors import walking_velocity
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
+from vislam2tag.labeling.status_column import status_codes
 
 Columns: TypeAlias = Mapping[str, npt.NDArray[Any]]
 ARROW = "application/vnd.apache.arrow.stream"
@@ -81,7 +82,7 @@ class Track:
 def track_of(table: pl.DataFrame, start_ns: int) -> Track:
     """The columns of a trajectory's table (:data:`TABLE_COLUMNS`); times count from ``start_ns``."""
     time_ns = table["time_ns"].to_numpy()
-    status = table["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy()
+    status = status_codes(table)
     names = ("x", "y", "z", "sigma", "cov_xx", "cov_xy", "cov_yy", "qx", "qy", "qz", "qw")
     values = {name: table[name].cast(pl.Float64).fill_null(float("nan")).to_numpy() for name in names}
     floor = table["floor"].to_numpy()

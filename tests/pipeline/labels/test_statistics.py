@@ -9,14 +9,13 @@ import polars as pl
 import pytest
 
 from tests.pipeline.labels.mapped import walk
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import Status, counts_by_label
+from vislam2tag.labeling.status_column import status_codes
 from vislam2tag.pipeline.labels.statistics import (
     distance_m,
-    frame_counts,
     frame_seconds,
     scan_statistics,
     sigma_statistics,
-    status_counts,
 )
 
 OK, UNCERTAIN, LOST, INVALID = Status.OK, Status.UNCERTAIN, Status.TRACKING_LOST, Status.INVALID
@@ -25,7 +24,7 @@ OK, UNCERTAIN, LOST, INVALID = Status.OK, Status.UNCERTAIN, Status.TRACKING_LOST
 def test_each_usable_frame_stands_for_the_time_to_the_next() -> None:
     camera, trajectory = walk(np.array([0.0, 0.5, 1.5, 4.0]), [OK, UNCERTAIN, LOST, OK])
     assert frame_seconds(camera, trajectory, 2.0) == {"ok": 0.5, "uncertain": 1.0, "tracking_lost": 2.5}
-    assert frame_counts(trajectory) == {"ok": 2, "tracking_lost": 1, "uncertain": 1}
+    assert counts_by_label(trajectory.status) == {"ok": 2, "tracking_lost": 1, "uncertain": 1}
 
 
 def test_a_mapped_frame_stands_for_no_long_time() -> None:
@@ -61,7 +60,7 @@ def test_scans_and_statuses_of_a_table() -> None:
             "status": ["gap", "ok", "ok", "duplicate"],
         }
     )
-    assert list(status_counts(table).items()) == [("ok", 2), ("gap", 1), ("duplicate", 1)]
+    assert list(counts_by_label(status_codes(table)).items()) == [("ok", 2), ("gap", 1), ("duplicate", 1)]
     found = scan_statistics(table)
     assert found is not None
     assert (found.scans, found.readings, found.repeated, found.access_points) == (3, 4, 1, 2)

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.status import STATUS_LABELS, has_position, labelled_share
+from vislam2tag.core.status import has_position, labelled_share
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
+from vislam2tag.labeling.status_column import status_codes
 
 
 class ComparedSession(FiniteRecord):
@@ -130,7 +130,7 @@ def _read(folder: Path, slug: str) -> Labelled | None:
         return Labelled(result, None)
     table = session.table(TRAJECTORY, ("x", "y", "floor", "status"))
     position = table.select("x", "y").fill_null(float("nan")).to_numpy()
-    status = table["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy()
+    status = status_codes(table)
     return Labelled(result, Positions(position, table["floor"].to_numpy(), has_position(status)))
 
 

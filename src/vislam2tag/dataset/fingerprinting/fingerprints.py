@@ -19,6 +19,7 @@ from vislam2tag.dataset.fingerprinting.radio_tables import mean_position
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
+from vislam2tag.labeling.status_column import STATUS_TYPE
 from vislam2tag.sessions.tables.clocks import FIRST_UNIX_S
 from vislam2tag.survey.corrections.file import session_start
 
@@ -140,7 +141,7 @@ def _summarised(grouped: pl.DataFrame) -> pl.DataFrame:
 
 def _most_frequent(cause: pl.Expr) -> pl.Expr:
     """The most frequent of the causes; of equally frequent ones the first in order of the status codes."""
-    code = cause.cast(pl.Enum(STATUS_LABELS)).to_physical()
+    code = cause.cast(STATUS_TYPE).to_physical()
     return code.mode().min()
 
 

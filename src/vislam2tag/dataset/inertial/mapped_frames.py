@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.pose_lag import estimate_pose_lag
-from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.core.status import Status, has_position
 from vislam2tag.dataset.inertial.sensor_series import (
     FINE,
     JUMP,
@@ -20,6 +20,7 @@ from vislam2tag.dataset.inertial.sensor_series import (
     in_time_order,
 )
 from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.labeling.status_column import status_codes
 
 JUMP_M, FASTEST_M_S = 0.1, 4.0
 """A step between frames longer than both allow, metres and metres a second, was not walked."""
@@ -68,7 +69,7 @@ def mapped_frames(trajectory: pl.DataFrame, gyroscope: SensorSeries) -> MappedFr
     rows = in_time_order(trajectory.filter(~pl.col("status").is_in(unusable)))
     positioned = rows.select(pl.all_horizontal(pl.col("x", "y", "qx", "qy", "qz", "qw").is_not_null())).to_series()
     quaternion = rows.filter(positioned).select("qx", "qy", "qz", "qw").to_numpy(writable=True).reshape(-1, 4)
-    status = rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy().copy()
+    status = status_codes(rows)
     status[has_position(status) & ~positioned.to_numpy()] = Status.NO_MAPPING
     time_ns = rows["time_ns"].to_numpy()
     lag_s = estimate_pose_lag(time_ns[positioned.to_numpy()], quaternion, gyroscope.time_ns, gyroscope.values) or 0.0

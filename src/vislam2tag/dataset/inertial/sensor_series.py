@@ -9,7 +9,8 @@ import polars as pl
 from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
-from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.core.status import Status, has_position
+from vislam2tag.labeling.status_column import status_codes
 
 FINE, SENSOR_GAP, FLOOR_CHANGE, JUMP = 0, 100, 101, 102
 """Faults; others are codes of :class:`~vislam2tag.core.status.Status`."""
@@ -52,7 +53,7 @@ def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) ->
     return SensorSeries(
         rows["time_ns"].to_numpy(),
         rows.select(columns).to_numpy(writable=True).reshape(-1, len(columns)),
-        rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy(),
+        status_codes(rows),
         rows["floor"].cast(pl.Int64).to_numpy(),
     )
 

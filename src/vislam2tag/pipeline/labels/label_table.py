@@ -15,12 +15,13 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.core.interpolation import label_by_interpolation
-from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
 from vislam2tag.labeling.readings import walked_within_sigma
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.labeling.status_column import status_text
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.labels.table_motion import table_aligners
 from vislam2tag.sessions.companions.table import read_table
@@ -224,13 +225,10 @@ def _labelled(
         walked_m = walked_within_sigma(boot_ns, walk.trajectory, max_gap_s, walk.clock.sigma_s)
         sigma[mine] = np.hypot(found.sigma_m, walked_m)
         floor[mine] = found.floor if len(found.floor) else walk.session.result().floor
-    names = pl.Series(STATUS_LABELS, dtype=pl.String)
     columns = [
         *(pl.Series(name, values, nan_to_null=True) for name, values in zip(ADDED, position.T, strict=False)),
         pl.Series("floor", floor, nan_to_null=True).cast(pl.Int32),
         pl.Series("sigma", sigma, nan_to_null=True),
-        names.gather(status).rename("status"),
+        status_text(status),
     ]
-    made = rows.with_columns(columns)
-    counts = made["status"].value_counts(sort=True)
-    return made, dict(zip(counts["status"].to_list(), counts["count"].to_list(), strict=True))
+    return rows.with_columns(columns), counts_by_label(status)

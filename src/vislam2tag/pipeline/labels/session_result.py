@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from vislam2tag import __version__
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.results import FileAccount, SessionResult
 from vislam2tag.labeling.results_in_new_frame import turned_result
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.labeling.status_column import status_codes
 from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels import statistics
 from vislam2tag.pipeline.labels.accuracy import error_record
@@ -44,7 +45,7 @@ def session_result(
         ],
         pose_lag_s=session.camera.pose_lag_s,
         **statistics.walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
-        readings={name: statistics.status_counts(table) for name, table in walk.readings.items()},
+        readings={name: counts_by_label(status_codes(table)) for name, table in walk.readings.items()},
         visits=visit_marks(trajectory, own),
         landmarks_logged=list(session.landmarks.ids),
         floors_told=list(floors_told(session)),

@@ -9,7 +9,7 @@ import polars as pl
 
 from vislam2tag.common import log_bins
 from vislam2tag.core.path_length import step_frames, step_lengths, steps_without_jumps
-from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.core.status import STATUS_LABELS, Status, counts_by_label, has_position
 from vislam2tag.core.tracks import CameraTrack, Trajectory
 from vislam2tag.labeling.results import RecordingRecord, ScanStatistics, SigmaStatistics
 from vislam2tag.sessions.model import Session
@@ -25,15 +25,9 @@ def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: floa
         "duration_s": round(camera.duration_s, 3),
         "distance_m": round(distance_m(camera, trajectory), 2),
         "frame_rate_hz": None if rate_hz is None else round(rate_hz, 3),
-        "frames": frame_counts(trajectory),
+        "frames": counts_by_label(trajectory.status),
         "frame_seconds": frame_seconds(camera, trajectory, max_gap_s),
     }
-
-
-def frame_counts(trajectory: Trajectory) -> dict[str, int]:
-    """Number of frames by status, statuses that occur only."""
-    counts = np.bincount(trajectory.status, minlength=len(STATUS_LABELS))
-    return {label: int(count) for label, count in zip(STATUS_LABELS, counts, strict=True) if count}
 
 
 def frame_seconds(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, float]:
@@ -80,12 +74,6 @@ def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:
         uncertain_share=round(float(np.mean(trajectory.status[known] == Status.UNCERTAIN)), 6),
         frames=log_bins.counts_of(sigma_m),
     )
-
-
-def status_counts(table: pl.DataFrame) -> dict[str, int]:
-    """Number of rows of a labelled table by status, in the order of the status codes."""
-    counts = dict(table["status"].value_counts().iter_rows())
-    return {label: int(counts[label]) for label in STATUS_LABELS if label in counts}
 
 
 def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
