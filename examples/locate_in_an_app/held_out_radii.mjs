@@ -5,6 +5,7 @@ import { sum } from "./scans.mjs";
 
 const LEVELS = [...Array.from({ length: 99 }, (_, at) => (at + 1) / 100), 0.995];
 const PRIOR_SCANS = 5;
+const CORRELATED = 0.5;
 const ROUNDS = 30;
 const HALVINGS = 12;
 
@@ -12,14 +13,14 @@ const HALVINGS = 12;
 export function heldOutRadii(arrays) {
   const [least, greatest] = rows(arrays.radius_bounds);
   const likeness = rows(arrays.radius_likeness);
-  const ways = likeness.length;
+  const learned = Array.from(arrays.radius_learned.data, Boolean);
   const of68and95 = [0, 1].map((at) => ({
     lines: likeness.map((_, way) => slab(arrays.radius_line, at, way)),
     beyond: likeness.map((_, way) => slab(arrays.radius_beyond, at, way)),
   }));
   return (features, walks) => {
     const within = features.map((one) => one.map((value, f) => Math.min(Math.max(value, least[f]), greatest[f])));
-    const shares = sharesOfWays(within.map((one) => likely(likeness, one)), walks, ways);
+    const shares = sharesOfWays(within.map((one) => likeness.map((line) => linear(line, one))), walks, learned);
     return within.map((one, at) => {
       const [small, large] = of68and95.map(({ lines, beyond }, which) =>
         mixtureQuantile(shares[at], lines.map((line) => linear(line, one)), beyond, [0.68, 0.95][which]),
@@ -38,27 +39,41 @@ function linear(line, features) {
   return line[0] + sum(features.map((value, f) => value * line[f + 1]));
 }
 
-function likely(likeness, features) {
-  const logs = likeness.map((line) => linear(line, features));
-  return logs.map((log) => Math.exp(log - Math.max(...logs)));
-}
-
-/** How probable each way is for each scan; the scans of a walk (an empty one: alone) tell it together. */
-function sharesOfWays(likelihoods, walks, ways) {
+/** How probable each way is for each scan, by logarithms of likelihoods; the scans of a walk (an empty one: alone) tell it together. */
+function sharesOfWays(logs, walks, learned) {
   const members = new Map();
   walks.forEach((walk, at) => members.set(walk || at, [...(members.get(walk || at) ?? []), at]));
-  const shares = [];
+  const shares = logs.map((one) => one.map(() => 0));
+  const kinds = [true, false].map((kind) => [...learned.keys()].filter((way) => learned[way] === kind));
   for (const scans of members.values()) {
-    let ofWalk = Array(ways).fill(1 / ways);
-    for (let round = 0; round < ROUNDS; round++) {
-      for (const at of scans) {
-        const weight = likelihoods[at].map((one, way) => one * ofWalk[way]);
-        shares[at] = weight.map((one) => one / sum(weight));
-      }
-      ofWalk = ofWalk.map(
-        (_, way) => (sum(scans.map((at) => shares[at][way])) + PRIOR_SCANS / ways) / (scans.length + PRIOR_SCANS),
-      );
-    }
+    const [known, strange] = kinds.map((ways) => sum(scans.map((at) => meanLikely(ways.map((way) => logs[at][way])))));
+    const evidence = (known - strange) / (1 + (scans.length - 1) * CORRELATED);
+    const chance = kinds[0].length && kinds[1].length ? 1 / (1 + Math.exp(-evidence)) : kinds[0].length ? 1 : 0;
+    kinds.forEach((ways, kind) => {
+      const within = mixture(scans.map((at) => ways.map((way) => logs[at][way])), ways.length);
+      scans.forEach((at, i) => ways.forEach((way, w) => (shares[at][way] = (kind ? 1 - chance : chance) * within[i][w])));
+    });
+  }
+  return shares;
+}
+
+/** The logarithm of the mean of likelihoods. */
+function meanLikely(logs) {
+  const most = Math.max(...logs);
+  return most + Math.log(sum(logs.map((log) => Math.exp(log - most))) / logs.length);
+}
+
+/** How probable each way of one kind is for each scan of a walk. */
+function mixture(logs, ways) {
+  const likelihoods = logs.map((one) => one.map((log) => Math.exp(log - Math.max(...one))));
+  let ofWalk = Array(ways).fill(1 / ways);
+  let shares = likelihoods;
+  for (let round = 0; round < ROUNDS; round++) {
+    shares = likelihoods.map((one) => {
+      const weight = one.map((likelihood, way) => likelihood * ofWalk[way]);
+      return weight.map((part) => part / sum(weight));
+    });
+    ofWalk = ofWalk.map((_, way) => (sum(shares.map((one) => one[way])) + PRIOR_SCANS / ways) / (logs.length + PRIOR_SCANS));
   }
   return shares;
 }

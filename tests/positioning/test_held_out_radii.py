@@ -17,7 +17,7 @@ def left_out(seed: int, error_m: float, at: float, count: int = 600) -> HeldOut:
     rng = np.random.default_rng(seed)
     hard = rng.uniform(0.0, 1.0, count)
     error = error_m * np.exp(hard) * np.hypot(*rng.standard_normal((2, count)))
-    return HeldOut(error, np.column_stack([hard, rng.normal(at, 1.0, count)]), np.arange(count) // 10)
+    return HeldOut(error, np.column_stack([hard, rng.normal(at, 1.0, count)]), np.arange(count) // 10, at == 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,12 @@ def test_a_scan_alone_gets_a_circle_between_those_of_walks(radii: HeldOutRadii) 
     of_walks = [np.median(radii.radii_m(features, named(600, 60))[0]) for features in (near, far)]
     assert of_walks[0] < alone < of_walks[1]
     np.testing.assert_allclose(radii.radii_m(near, named(600, 1))[0], radii.radii_m(near, np.full(600, ""))[0])
+
+
+def test_whether_its_walk_was_learned_is_the_same_for_all_scans_of_a_walk(radii: HeldOutRadii) -> None:
+    share = radii.shares(left_out(7, NEAR_M, 0.0, 200).features, named(200, 20))[:, 1]
+    np.testing.assert_allclose(share, np.repeat(share[::20], 20))
+    assert share.mean() > 0.8 > radii.shares(left_out(7, NEAR_M, 0.0, 200).features, np.full(200, ""))[:, 1].mean()
 
 
 def test_walks_do_not_tell_of_each_other(radii: HeldOutRadii) -> None:
@@ -79,7 +85,7 @@ def test_one_way_needs_no_likeness_and_three_are_told_apart() -> None:
 
 
 def test_where_no_error_is_known_nothing_is_promised() -> None:
-    nothing = HeldOut(np.empty(0), np.empty((0, 3)), np.empty(0, np.int64))
+    nothing = HeldOut(np.empty(0), np.empty((0, 3)), np.empty(0, np.int64), learned=False)
     small, large = held_out_radii([nothing]).radii_m(np.zeros((2, 3)), np.full(2, ""))
     assert small.tolist() == pytest.approx([100.0, 100.0])
     assert large.tolist() == pytest.approx([200.0, 200.0])

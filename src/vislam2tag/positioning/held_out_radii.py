@@ -1,10 +1,12 @@
 """Circles by what a model erred on scans left out in several ways: alone, with their walk, with their place.
 
 Nobody knows which of these a scan that is asked for is like, and radii that suit one way do not suit another. A walk's
-scans tell it together: how much of each way is in them is estimated as the shares of classes are in data whose shares
-differ from those learned (Saerens et al. 2002), walk by walk. Of each way the errors follow features by quantile
-regression (Koenker and Bassett 1978), made to hold by conformal prediction (Romano et al. 2019) in which each walk that
-was left out counts the same (Dunn et al. 2023); the radius is the quantile of their mixture.
+scans tell it together. Whether their walk was learned is the same for all of them: the evidence of each is added up,
+less of it where they are many, as they are not independent (design effect; Kish 1965). How much of each further way is
+in them is estimated as the shares of classes are in data whose shares differ from those learned (Saerens et al. 2002).
+Of each way the errors follow features by quantile regression (Koenker and Bassett 1978), made to hold by conformal
+prediction (Romano et al. 2019) in which each walk that was left out counts the same (Dunn et al. 2023); the radius is
+the quantile of their mixture.
 """
 
 from __future__ import annotations
@@ -14,9 +16,10 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from scipy.special import expit, logsumexp
 from sklearn.linear_model import LogisticRegression, QuantileRegressor
 
-from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M, UNKNOWN_M
 from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
@@ -26,7 +29,9 @@ SHARES = (SIXTY_EIGHT, NINETY_FIVE)
 LEVELS = np.append(np.arange(1, 100) / 100, 0.995)
 """(l,) probabilities whose quantiles are kept."""
 PRIOR_SCANS = 5.0
-"""What all ways alike count beside the scans of a walk."""
+"""What all ways of a kind alike count beside the scans of a walk."""
+CORRELATED = 0.5
+"""Of what two scans of a walk tell of whether it was learned; 0.2 does as well (docs/results/positioning-change.md)."""
 _ROUNDS, _HALVINGS = 30, 12
 _LEAST_SPREAD = 1e-3
 """Features that differ by less tell nothing of the way."""
@@ -44,6 +49,8 @@ class HeldOut:
     """(n, f) what the error may follow."""
     group: IntArray
     """(n,) walk: errors of one are not independent."""
+    learned: bool
+    """Whether others of a scan's walk were learned."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,8 @@ class HeldOutRadii:
     """(2, w, l) quantiles of the logarithms of errors beyond these, at ``LEVELS``."""
     bounds: FloatArray
     """(2, f) least and greatest features that were seen; beyond, these count."""
+    learned: BoolArray
+    """(w,) whether others of a scan's walk were learned."""
 
     def radii_m(self, features: FloatArray, walk: TextArray) -> tuple[FloatArray, FloatArray]:
         """Return the 68 % and 95 % radii (n,), metres, of scans with these features (n, f) of walks (n,).
@@ -75,25 +84,20 @@ class HeldOutRadii:
     def shares(self, features: FloatArray, walk: TextArray) -> FloatArray:
         """(n, w) how probable each way is for scans with features (n, f) of walks (n,)."""
         log_likely = self.likeness[:, 0] + features @ self.likeness[:, 1:].T
-        likely = np.exp(log_likely - log_likely.max(axis=1, keepdims=True, initial=-np.inf))
-        alone = np.flatnonzero(walk == "")
-        number = np.unique(walk, return_inverse=True)[1].reshape(-1)
-        number[alone] = len(walk) + np.arange(len(alone))
-        number = np.unique(number, return_inverse=True)[1].reshape(-1)
-        count = np.bincount(number)[:, None]
-        ways = len(self.likeness)
-        of_walk = np.full((len(count), ways), 1 / ways)
-        share = likely
-        for _ in range(_ROUNDS):
-            weight = likely * of_walk[number]
-            share = weight / weight.sum(axis=1, keepdims=True)
-            total = np.stack([np.bincount(number, one, minlength=len(count)) for one in share.T], axis=1)
-            of_walk = (total + PRIOR_SCANS / ways) / (count + PRIOR_SCANS)
-        return np.asarray(share)
+        number = _walk_numbers(walk)
+        if self.learned.all() or not self.learned.any():
+            return _shares_of_walks(log_likely, number)
+        share = np.empty_like(log_likely)
+        evidence = _mean_likely(log_likely[:, self.learned]) - _mean_likely(log_likely[:, ~self.learned])
+        of_walk = np.bincount(number, evidence) / (1 + (np.bincount(number) - 1) * CORRELATED)
+        for kind, sign in ((self.learned, 1), (~self.learned, -1)):
+            chance = expit(sign * of_walk)[number]
+            share[:, kind] = chance[:, None] * _shares_of_walks(log_likely[:, kind], number)
+        return share
 
     def arrays(self) -> dict[str, AnyArray]:
         """Return all numbers, for saving."""
-        return {f"radius_{name}": getattr(self, name) for name in ("likeness", "line", "beyond", "bounds")}
+        return {f"radius_{name}": getattr(self, name) for name in ("likeness", "line", "beyond", "bounds", "learned")}
 
     @classmethod
     def restored(cls, arrays: CheckedArrays) -> Self:
@@ -102,7 +106,8 @@ class HeldOutRadii:
         columns = 1 + bounds.shape[1]
         likeness = arrays.floats("radius_likeness", "ways", columns)
         line = arrays.floats("radius_line", 2, "ways", columns)
-        return cls(likeness, line, arrays.floats("radius_beyond", 2, "ways", len(LEVELS)), bounds)
+        beyond = arrays.floats("radius_beyond", 2, "ways", len(LEVELS))
+        return cls(likeness, line, beyond, bounds, arrays.booleans("radius_learned", "ways"))
 
 
 def held_out_radii(ways: Sequence[HeldOut]) -> HeldOutRadii:
@@ -111,13 +116,15 @@ def held_out_radii(ways: Sequence[HeldOut]) -> HeldOutRadii:
     if not len(features):
         flat = np.zeros(features.shape[1])
         line = np.array([[[np.log(UNKNOWN_M), *flat]], [[np.log(2 * UNKNOWN_M), *flat]]])
-        return HeldOutRadii(np.zeros((1, len(flat) + 1)), line, np.zeros((2, 1, len(LEVELS))), np.stack([flat, flat]))
+        beyond, unlearned = np.zeros((2, 1, len(LEVELS))), np.zeros(1, np.bool_)
+        return HeldOutRadii(np.zeros((1, len(flat) + 1)), line, beyond, np.stack([flat, flat]), unlearned)
     fitted = [[_line(way, share) for way in ways] for share in SHARES]
     return HeldOutRadii(
         likeness=_likeness(ways),
         line=np.array([[line for line, _ in of_share] for of_share in fitted]),
         beyond=np.array([[beyond for _, beyond in of_share] for of_share in fitted]),
         bounds=np.stack([features.min(axis=0), features.max(axis=0)]),
+        learned=np.array([way.learned for way in ways]),
     )
 
 
@@ -131,6 +138,33 @@ def group_quantiles(values: FloatArray, group: IntArray, shares: FloatArray) -> 
     order = np.argsort(values)
     below = np.cumsum(1 / count[number[order]]) / len(count)
     return np.asarray(values[order][np.minimum(np.searchsorted(below, shares), len(values) - 1)])
+
+
+def _walk_numbers(walk: TextArray) -> IntArray:
+    """(n,) a number for each walk (n,), and one for each scan whose walk is empty."""
+    number = np.unique(walk, return_inverse=True)[1].reshape(-1)
+    alone = np.flatnonzero(walk == "")
+    number[alone] = len(walk) + np.arange(len(alone))
+    return np.asarray(np.unique(number, return_inverse=True)[1].reshape(-1))
+
+
+def _mean_likely(log_likely: FloatArray) -> FloatArray:
+    """(n,) logarithm of the mean of likelihoods whose logarithms are (n, w)."""
+    return np.asarray(logsumexp(log_likely, axis=1) - np.log(log_likely.shape[1]))
+
+
+def _shares_of_walks(log_likely: FloatArray, number: IntArray) -> FloatArray:
+    """(n, w) how probable each way is, by logarithms of likelihoods (n, w), for scans of walks (n,)."""
+    likely = np.exp(log_likely - log_likely.max(axis=1, keepdims=True, initial=-np.inf))
+    count, ways = np.bincount(number)[:, None], log_likely.shape[1]
+    of_walk = np.full((len(count), ways), 1 / ways)
+    share = likely
+    for _ in range(_ROUNDS):
+        weight = likely * of_walk[number]
+        share = weight / weight.sum(axis=1, keepdims=True)
+        total = np.stack([np.bincount(number, one, minlength=len(count)) for one in share.T], axis=1)
+        of_walk = (total + PRIOR_SCANS / ways) / (count + PRIOR_SCANS)
+    return np.asarray(share)
 
 
 def _line(way: HeldOut, share: float) -> tuple[FloatArray, FloatArray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,9 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.cell_density.density_cells import MEDIAN_STEPS, SMOOTH_M
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+
+Middle = Callable[[FloatArray, FloatArray], FloatArray]
+"""From weights (n, m) of places (n, m, 2) to one place each (n, 2)."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +31,9 @@ class Votes:
 
     def storey_shares(self, places: ScanPlaces) -> FloatArray:
         """(n, s) share of the votes for each storey."""
-        share, storey_of = self.share, places.storey[self.index]
-        return np.stack([(share * (storey_of == s)).sum(axis=1) for s in range(len(places.storeys))], axis=1)
+        n, s = len(self.index), len(places.storeys)
+        cell = np.arange(n)[:, None] * s + places.storey[self.index]
+        return np.asarray(np.bincount(cell.reshape(-1), self.share.reshape(-1), n * s).reshape(n, s), np.float64)
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,8 @@ class VotedPositions:
     """(n,) mean of their heights, metres; NaN where none is known."""
     spread_m: FloatArray
     """(n,) root mean square distance in the plane of all places, on whichever storey, from the answer."""
+    torn: FloatArray
+    """(n,) share of the votes for other storeys than the one with most votes."""
 
     def positions(
         self, places: ScanPlaces, radii_m: tuple[FloatArray, FloatArray], unlike: BoolArray | None = None
@@ -65,10 +72,7 @@ class VotedPositions:
 
 def counted_votes(votes: Votes, places: ScanPlaces) -> VotedPositions:
     """Count votes for places: first the storey, then the mean of those on it."""
-    share, probability = votes.share, votes.storey_shares(places)
-    storey = probability.argmax(axis=1)
-    here = share * (places.storey[votes.index] == storey[:, None])
-    return _placed(share, votes, places, probability, here, _mean(here, places.xy[votes.index]))
+    return _counted(votes, places, _mean)
 
 
 def median_votes(votes: Votes, places: ScanPlaces, further: FloatArray | None = None) -> VotedPositions:
@@ -76,28 +80,26 @@ def median_votes(votes: Votes, places: ScanPlaces, further: FloatArray | None = 
 
     ``further`` (n, s) are shares for storeys by something else; the votes' sum to 1.
     """
-    share, probability = votes.share, votes.storey_shares(places)
-    if further is not None:
-        probability = probability + further
-        probability /= probability.sum(axis=1, keepdims=True)
+    return _counted(votes, places, _median, further)
+
+
+def _counted(votes: Votes, places: ScanPlaces, middle: Middle, further: FloatArray | None = None) -> VotedPositions:
+    share, by_votes = votes.share, votes.storey_shares(places)
+    probability = by_votes if further is None else by_votes + further
+    probability = probability / probability.sum(axis=1, keepdims=True)
     storey = probability.argmax(axis=1)
     here = share * (places.storey[votes.index] == storey[:, None])
     here = np.where(here.sum(axis=1, keepdims=True) > 0, here, share)
-    return _placed(share, votes, places, probability, here, _median(here, places.xy[votes.index]))
-
-
-def _placed(
-    share: FloatArray, votes: Votes, places: ScanPlaces, probability: FloatArray, here: FloatArray, xy: FloatArray
-) -> VotedPositions:
-    """Put storeys and places together; ``here`` (n, m) are the shares on the storey."""
-    z_of = places.z[votes.index]
-    away_m2 = ((places.xy[votes.index] - xy[:, None]) ** 2).sum(axis=2)
+    xy_of, z_of = places.xy[votes.index], places.z[votes.index]
+    xy = middle(here, xy_of)
+    away_m2 = ((xy_of - xy[:, None]) ** 2).sum(axis=2)
     return VotedPositions(
         storey_probability=probability,
-        storey=probability.argmax(axis=1),
+        storey=storey,
         xy=xy,
         z=_mean(here * np.isfinite(z_of), np.nan_to_num(z_of)[..., None])[:, 0],
         spread_m=np.sqrt((share * away_m2).sum(axis=1)),
+        torn=1.0 - by_votes.max(axis=1),
     )
 
 

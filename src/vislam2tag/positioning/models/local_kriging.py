@@ -70,8 +70,6 @@ class KrigedAnswer(NamedTuple):
     """What the nearest scans say of ``n`` scans."""
 
     voted: VotedPositions
-    torn: FloatArray
-    """(n,) share of the votes for other storeys than the one with most."""
     away: FloatArray
     """(n, k) distances from the nearest in signal space, 0 to 1, ascending."""
 
@@ -83,11 +81,11 @@ class KrigedAnswer(NamedTuple):
         """
         spread = np.log(np.maximum(self.voted.spread_m, LEAST_SPREAD_M))
         unlike = (np.log(self.away[:, :count].mean(axis=1) + LEAST_AWAY) for count in COMPARED)
-        return np.column_stack([spread, self.torn, *unlike])
+        return np.column_stack([spread, self.voted.torn, *unlike])
 
 
 class LocalKriging(Positioner):
-    """The model; radii are fitted to scans left out alone, with a fold of walks, with all of their place, with both.
+    """The model; radii are fitted to scans left out alone, with a fold of walks, with all of their place besides.
 
     The radii of a walk's scans depend on all of its scans that are asked for at once.
     """
@@ -151,34 +149,33 @@ class LocalKriging(Positioner):
     def _left_out(self, rows: IntArray, group: IntArray, *apart: IntArray) -> HeldOut:
         """Return errors on scans ``rows`` (q,) as if none that share a group ``apart`` (n,) had been learned.
 
-        Errors of scans of the same ``group`` (n,) are not independent.
+        Errors of scans of the same ``group`` (n,) are not independent; where none is given, scans were left out alone.
         """
-        answer = self._kriged(self._scans[rows], Apart.among(rows, *apart))
-        return HeldOut(self._places[rows].distance_m(answer.voted.xy), answer.features, group[rows])
+        answer = self._kriged(self._scans[rows], Apart.among(rows, *(apart or (group,))))
+        return HeldOut(self._places[rows].distance_m(answer.voted.xy), answer.features, group[rows], not apart)
 
     def _held_out(self, given: LabelledScans | None) -> tuple[HeldOut, ...]:
         if given is not None:
             answer = self._kriged(given[0])
-            held_out = HeldOut(given[1].distance_m(answer.voted.xy), answer.features, np.arange(len(given[0])))
+            held_out = HeldOut(given[1].distance_m(answer.voted.xy), answer.features, np.arange(len(given[0])), False)
             return (held_out,)
         rows, walk = _asked_rows(self._scans, self._places, CALIBRATED_WITH), walk_numbers(self._scans, self._places)
         alone, place = np.arange(len(self._scans)), area_numbers(self._places, SAME_PLACE_M)
         fold = fold_numbers(walk, FOLDS, self.seed)
-        ways = [(walk, fold), (alone, alone), *([(place, place), (walk, fold, place)] if place.any() else [])]
+        ways = [(walk, fold), (alone,), *([(walk, fold, place)] if place.any() else [])]
         return tuple(self._left_out(rows, *way) for way in ways)
 
     def _kriged(self, scans: RadioScans, apart: Apart | None = None) -> KrigedAnswer:
         """Answer; where groups are kept apart, storeys are told by votes alone: the regression has seen the scans."""
         near = self._index.nearest(scans, self._levels(scans), self.k, apart)
-        answers, torn = [], []
+        answers = []
         for rows in (slice(start, start + _AT_ONCE) for start in range(0, max(len(scans), 1), _AT_ONCE)):
             block, which = scans[rows], near.which[rows]
             votes = Votes(which, self._weights(block, which, near.away[rows]))
             further = STOREY_REGRESSION * self._regressed(block) if apart is None else None
             answers.append(median_votes(votes, self._places, further))
-            torn.append(1.0 - votes.storey_shares(self._places).max(axis=1))
         away = np.where(np.isfinite(near.away), near.away, 1.0)
-        return KrigedAnswer(joined_answers(answers), np.concatenate(torn), away)
+        return KrigedAnswer(joined_answers(answers), away)
 
     def _regressed(self, scans: RadioScans) -> FloatArray:
         """(n, s) shares of storeys by the regression."""
