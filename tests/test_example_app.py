@@ -18,7 +18,9 @@ from vislam2tag.positioning.scans.radio_scans import RadioScans
 NETWORKS = ("cell-density-networks", "multi-cel", "regression-net")
 NAMES = tuple(name for name in model_names() if not name.startswith("example-"))
 SETTINGS: dict[str, list[dict[str, Any]]] = {
-    "combined": [{"models": ("local-kriging", "weighted-knn", "extra-trees")}],
+    "combined": [
+        {"models": ("local-kriging", "weighted-knn", "extra-trees"), "settings": ({"k": 20}, {"distance": "cosine"})}
+    ],
     "extra-trees": [{"trees": 20}],
     "multi-cel": [{"epochs": 3, "backbone": (16,), "heads": (8,), "device": "cpu"}],
     "regression-net": [{"epochs": 3, "backbone": (16, 8), "head": (), "device": "cpu"}],

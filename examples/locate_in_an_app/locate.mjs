@@ -26,15 +26,6 @@ const MODELS = {
   "regression-net": regressionNet,
   "weighted-knn": neighbours,
 };
-/** Of the parts of `combined`, those that an answer depends on. */
-const DEFAULTS = {
-  "cell-density": { networks: [] },
-  "cell-density-networks": { networks: [1.7, 1.0] },
-  knn: { k: 3, distance: "sorensen", representation: "powed", exponent: 0 },
-  "local-kriging": { k: 30 },
-  probabilistic: { cell_m: 3, smoothing_m: 4, prior_scans: 0.1, noise_db: 6, offset_db: 4, sharpness: 0.3 },
-  "weighted-knn": { k: 5, distance: "sorensen", representation: "powed", exponent: 4 },
-};
 
 /** From a model's file (Uint8Array) to a function from `[{scan_id, readings, session}]` to their positions. */
 export function openModel(bytes) {
@@ -81,10 +72,12 @@ function heardBy({ readings, session = "" }, known) {
 
 /** `combined`: the storey that its parts find likeliest on average, and the mean of those that chose it. */
 function combined(header, arrays) {
-  const parts = header.parameters.models.map((model, number) => {
+  const { models, settings } = header.parameters;
+  if (settings?.length !== models.length) throw new Error("the file does not hold its parts' settings: train again");
+  const parts = models.map((model, number) => {
     const own = Object.entries(arrays).filter(([name]) => name.startsWith(`${number}.`));
     const named = Object.fromEntries(own.map(([name, array]) => [name.slice(`${number}.`.length), array]));
-    return MODELS[model]({ ...header, model, parameters: DEFAULTS[model] }, named);
+    return MODELS[model]({ ...header, model, parameters: settings[number] }, named);
   });
   return (scans) => {
     const all = parts.map((part) => part(scans));

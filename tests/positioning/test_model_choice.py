@@ -53,6 +53,9 @@ def test_combined_is_the_mean_on_the_likeliest_storey_and_is_saved_whole() -> No
     again.access_points_, again.storeys_ = model.access_points_, model.storeys_
     again.restore(model.arrays())
     np.testing.assert_array_equal(again.predict(scans).xy, found.xy)
+    assert model.stated_params()["settings"] == [part.get_params() for part in model.parts_]
+    with pytest.raises(UsageError, match="give at most one"):
+        Combined(models=names, settings=({}, {}, {})).fit(*WORLD)
     with pytest.raises(UsageError, match="none that is combined itself"):
         Combined(models=("combined",)).fit(*WORLD)
 

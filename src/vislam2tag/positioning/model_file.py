@@ -88,7 +88,7 @@ def model_bytes(saved: SavedModel) -> bytes:
     arrays = {name: np.array(array, order="C") for name, array in saved.model.arrays().items()}
     header = ModelHeader(
         model=saved.name,
-        parameters=json.loads(json.dumps(saved.model.get_params())),
+        parameters=json.loads(json.dumps(saved.model.stated_params())),
         access_points=saved.model.access_points_,
         storeys=saved.model.storeys_,
         origin=saved.origin,

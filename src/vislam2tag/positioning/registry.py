@@ -70,6 +70,10 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         error = np.hypot(*(self.predict(scans).xy - places.xy).T)
         return -float(np.nanmean(error))
 
+    def stated_params(self) -> dict[str, Any]:
+        """Return the parameters that a model's file states, so that other defaults change nothing."""
+        return dict(self.get_params())
+
     def remarks(self) -> Sequence[str]:
         """Return what somebody who trained the model should know of its training data, a sentence each."""
         return ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +17,19 @@ NAME = "combined"
 
 
 class Combined(Positioner):
-    """The mean of models with their own settings; radii are the mean of theirs."""
+    """The mean of models; radii are the mean of theirs."""
 
     parts_: tuple[Positioner, ...]
 
-    def __init__(self, *, models: Sequence[str] = ("local-kriging", "weighted-knn")) -> None:
-        """Take the names of the models."""
+    def __init__(
+        self,
+        *,
+        models: Sequence[str] = ("local-kriging", "weighted-knn"),
+        settings: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
+        """Take the names of the models, and the settings of each that are not its defaults."""
         self.models = models
+        self.settings = settings
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         self.parts_ = self._made()
@@ -33,10 +40,18 @@ class Combined(Positioner):
     def _made(self) -> tuple[Positioner, ...]:
         if not self.models or NAME in self.models:
             raise UsageError(f"models={self.models}: name at least one, and none that is combined itself")
-        return tuple(model_named(str(name)) for name in self.models)
+        missing = len(self.models) - len(self.settings)
+        if missing < 0:
+            raise UsageError(f"settings={self.settings}: give at most one for each of models={self.models}")
+        settings = (*self.settings, *({},) * missing)
+        return tuple(model_named(str(name), **own) for name, own in zip(self.models, settings, strict=True))
 
     def _predict(self, scans: RadioScans) -> Positions:
         return mean_positions([part.predict(scans) for part in self.parts_])
+
+    def stated_params(self) -> dict[str, Any]:
+        """Return all settings of the parts."""
+        return {**self.get_params(), "settings": [part.stated_params() for part in self.parts_]}
 
     def remarks(self) -> Sequence[str]:
         """Say what the parts say."""
