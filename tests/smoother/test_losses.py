@@ -7,11 +7,13 @@ import pytest
 
 from tests.drifting import camera_track
 from vislam2tag.smoother.losses import (
+    FOUND_M_S,
     FOUND_SIGMA_M,
     FOUND_TURN_RAD,
     FROZEN_WALK_M,
     FROZEN_WALK_M_S,
     NEW_MAP_TURN_RAD,
+    UNSEEN_M_S,
     frozen_frames,
     loss_turn_rad,
     steps_over_loss,
@@ -28,17 +30,23 @@ def frozen(found_m: complex) -> np.ndarray:
     return step
 
 
-@pytest.mark.parametrize("found_m", [0.4, 3 + 2j, -10j])
+@pytest.mark.parametrize("found_m", [0.4, 3 + 2j, -10j])  # farther than anybody walks in the last step
 def test_who_is_found_where_he_may_have_walked_is_in_the_same_map(found_m: complex) -> None:
     step, variance = steps_over_loss(frozen(found_m), DT)
     assert step.sum() == pytest.approx(found_m)
-    assert variance.sum() == pytest.approx((0.5 * 3.0) ** 2)
+    assert variance.sum() == pytest.approx((FOUND_M_S * 3.0) ** 2)
     assert loss_turn_rad(frozen(found_m), DT) == FOUND_TURN_RAD
 
 
 def test_who_is_found_farther_off_is_in_another_map_of_any_heading() -> None:
     assert loss_turn_rad(frozen(60 + 10j), DT) == NEW_MAP_TURN_RAD
-    assert steps_over_loss(frozen(60 + 10j), DT)[0].sum() == 0
+    step, variance = steps_over_loss(frozen(60 + 10j), DT)
+    assert step.sum() == 0
+    assert variance.sum() == pytest.approx((UNSEEN_M_S * 3.0) ** 2)
+
+
+def test_a_camera_that_only_walks_on_has_not_made_good_for_the_way() -> None:
+    assert steps_over_loss(frozen(0.05), DT)[1].sum() == pytest.approx((UNSEEN_M_S * 3.0) ** 2)
 
 
 def test_the_longer_frozen_the_farther_somebody_may_have_walked() -> None:

@@ -145,7 +145,7 @@ def test_a_camera_that_holds_its_pose_for_long_is_lost() -> None:
     odometry = continuous_odometry(camera, log)
     assert kinds(odometry) == [EventKind.LOSS]
     assert abs(odometry.events[0].frame - 900) <= 1
-    assert odometry.jump_m2[899:990].sum() > 1.0
+    assert odometry.jump_m2[899:990].sum() > 0.5
     assert not odometry.jump_m2[:890].any()
     assert not odometry.jump_m2[1000:].any()
     np.testing.assert_allclose(odometry.path[:899], walk.tracked[:899], atol=1e-6)

@@ -27,6 +27,7 @@ from vislam2tag.smoother.noise import (
     NoiseLevels,
 )
 from vislam2tag.smoother.reweighting import (
+    FEWEST_NUMBERS,
     ExpectedSquares,
     NoiseSquares,
     equivalent_variances,
@@ -202,6 +203,11 @@ def test_a_drift_that_few_numbers_tell_is_stated_less_certain_however_many_tell_
     assert np.all(given.sighting > 1.3 * told.sighting)
     np.testing.assert_array_equal(given.stretch[DriftSource.HEADING], told.stretch[DriftSource.HEADING])
     np.testing.assert_array_equal(given.stretch[DriftSource.JUMP], told.stretch[DriftSource.JUMP])
+    none = stated(replace(USUAL, sighting_numbers=0.0, drift_numbers=few))
+    np.testing.assert_array_equal(
+        none.sighting, stated(replace(USUAL, sighting_numbers=FEWEST_NUMBERS - PRIOR_WEIGHT)).sighting
+    )
+    assert np.all(none.sighting > given.sighting)
 
 
 def test_the_numbers_that_tell_each_level_are_counted_for_each() -> None:

@@ -15,7 +15,10 @@ FASTEST_M_S = 3.0
 """Nobody walks faster: a longer jump over a loss is another map, not the way walked meanwhile."""
 LEAST_JUMP_M = 0.3
 """... nor does a step shorter than this show that anything jumped as tracking was lost."""
-WALKING_M_S = 1.0
+UNSEEN_M_S = 0.5
+"""Somebody who walks while the camera is frozen gets elsewhere by this a second (standard deviation per axis) ..."""
+FOUND_M_S = 0.25
+"""... and by this where the camera makes good for the way as it is found again."""
 FROZEN_WALK_M = 6.0
 FROZEN_WALK_M_S = 1.0
 """Somebody may have walked this far while the camera was frozen, and this much farther a second."""
@@ -55,17 +58,18 @@ def steps_over_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, F
     """Steps (k,) over a loss and their variances (k,) per axis beyond the usual drift, m^2.
 
     A tracker that goes on meanwhile is believed nearly as ever. A frozen camera's way, as far as the tracker says when
-    it finds itself again, is spread evenly, with the freedom of somebody who walks unseen.
+    it finds itself again, is spread evenly, with the freedom of somebody who walks unseen: less where it does.
     """
     share = dt / dt.sum()
     jumped = np.abs(step) > np.maximum(FASTEST_M_S * dt, LEAST_JUMP_M)
-    jumped[-1] = False  # there a frozen camera makes good for the way
+    makes_good, jumped[-1] = jumped[-1], False  # there a frozen camera makes good for the way
     step = np.where(jumped, 0, step)
     if np.abs(step[:-1]).sum() >= STANDING_M_S * dt[:-1].sum() > 0:
         return step, FOUND_SIGMA_M**2 * share
     displacement = complex(step.sum())
-    kept = displacement if abs(displacement) < FASTEST_M_S * (dt.sum() + 1) else 0j
-    return kept * share, (0.5 * WALKING_M_S * dt.sum()) ** 2 * share
+    walkable = abs(displacement) < FASTEST_M_S * (dt.sum() + 1)
+    free_m_s = FOUND_M_S if makes_good and walkable else UNSEEN_M_S
+    return (displacement if walkable else 0j) * share, (free_m_s * dt.sum()) ** 2 * share
 
 
 def loss_turn_rad(step: ComplexArray, dt: FloatArray) -> float:

@@ -39,6 +39,9 @@ from vislam2tag.smoother.noise import (
     NoiseLevels,
 )
 
+FEWEST_NUMBERS = 1.75
+"""Sightings whose level follows from fewer numbers, on walks past two or three landmarks, count as known by so many."""
+
 
 @dataclass(frozen=True)
 class ExpectedSquares:
@@ -220,7 +223,7 @@ def equivalent_variances(model: Model, weights: Weights) -> Weights:
             source: np.asarray(factor * _widening(_freedom(source, noise, model.ranks[source])))
             for source, factor in weights.stretch.items()
         },
-        sighting=weights.sighting * _widening(sighting_freedom),
+        sighting=weights.sighting * _widening(sighting_freedom, FEWEST_NUMBERS),
         sheet=weights.sheet * _widening(SHEET_TAIL + 1),
     )
 
@@ -234,9 +237,10 @@ def _freedom(source: DriftSource, noise: NoiseLevels, rank: IntArray) -> npt.Arr
     return TAIL[source] + rank if numbers is None else PRIOR_WEIGHT + numbers
 
 
-def _widening(freedom: npt.ArrayLike) -> FloatArray:
+def _widening(freedom: npt.ArrayLike, fewest: float = 2.0) -> FloatArray:
     """Variance factor with which a normal distribution holds about as much in its 68 % and 95 % regions as Student's t.
 
-    Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``.
+    Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``; fewer degrees of freedom than
+    ``fewest`` count as so many.
     """
-    return np.asarray(1 + 1.45 / np.maximum(np.asarray(freedom, dtype=np.float64) - 1.45, 0.55))
+    return np.asarray(1 + 1.45 / (np.maximum(np.asarray(freedom, dtype=np.float64), fewest) - 1.45))
