@@ -53,10 +53,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def base(folder: Path, *commands: str) -> str:
     """What commands print, one after the other in one process."""
     path = os.pathsep.join(filter(None, (str(folder), os.environ.get("PYTHONPATH"))))
-    command = [sys.executable, "-c", RUNNING, ";".join(commands)]
+    command = [sys.executable, "-u", "-c", RUNNING, ";".join(commands)]
     environment = {**os.environ, "PYTHONPATH": path}
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
-    return done.stdout + done.stderr
+    return subprocess.run(
+        command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=True
+    ).stdout
 
 
 def test_the_base_serves_from_simulating_to_a_data_set(folder: Path) -> None:
@@ -80,26 +81,27 @@ def test_a_plan_without_its_extra_is_a_finding(folder: Path) -> None:
     assert "process survey --out with_finding --jobs 1 ended with 0" in said
 
 
-@pytest.mark.parametrize(
-    ("command", "extra"),
-    [
-        ("plan survey --out planned", "prepare"),
-        ("sheets --ids 1-2 --out printed", "prepare"),
-        ("site walkable survey --out walkable", "prepare"),
-        ("simulate walked --site survey", "prepare"),
-        ("receive survey --port 0", "receive"),
-        ("train set --model knn --out model.v2t", "positioning"),
-        ("locate model.v2t scans.csv", "positioning"),
-        ("benchmark set --model knn --out compared", "positioning"),
-        ("radio-maps set --out maps", "positioning"),
-        ("inspect s3://bucket/survey", "fleet"),
-    ],
-)
-def test_what_needs_an_extra_names_it(folder: Path, command: str, extra: str) -> None:
-    said = base(folder, command)
-    assert f"pip install 'vislam2tag[{extra}]'" in said
-    assert said.count("\n") == 2
-    assert f"{command} ended with 2" in said
+NEEDED = {
+    "plan survey --out planned": "prepare",
+    "sheets --ids 1-2 --out printed": "prepare",
+    "site walkable survey --out walkable": "prepare",
+    "simulate walked --site survey": "prepare",
+    "receive survey --port 0": "receive",
+    "train set --model knn --out model.v2t": "positioning",
+    "locate model.v2t scans.csv": "positioning",
+    "benchmark set --model knn --out compared": "positioning",
+    "radio-maps set --out maps": "positioning",
+    "inspect s3://bucket/survey": "fleet",
+}
+
+
+def test_what_needs_an_extra_names_it(folder: Path) -> None:
+    """Each command says one line and ends."""
+    said = base(folder, *NEEDED).splitlines()
+    assert len(said) == 2 * len(NEEDED)
+    for (command, extra), message, end in zip(NEEDED.items(), said[::2], said[1::2], strict=True):
+        assert f"pip install 'vislam2tag[{extra}]'" in message, command
+        assert end == f"{command} ended with 2"
 
 
 def test_extras_are_those_of_the_project_file() -> None:
