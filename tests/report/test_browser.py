@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -45,14 +46,33 @@ def problems() -> list[str]:
     return []
 
 
-@pytest.fixture
-def page(browser: Browser, report: Path, problems: list[str]) -> Iterator[Page]:
+@contextmanager
+def opened(browser: Browser, report: Path, problems: list[str]) -> Iterator[Page]:
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     note_problems(page, problems)
     page.goto(report.as_uri())
     page.wait_for_selector("#times .barlayer")
     yield page
     page.close()
+
+
+@pytest.fixture
+def page(browser: Browser, report: Path, problems: list[str]) -> Iterator[Page]:
+    with opened(browser, report, problems) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def kept(browser: Browser, report: Path) -> Iterator[tuple[Page, list[str]]]:
+    """One page for all tests that leave it as it was, and what the browser complains about."""
+    problems: list[str] = []
+    with opened(browser, report, problems) as page:
+        yield page, problems
+
+
+@pytest.fixture
+def kept_page(kept: tuple[Page, list[str]]) -> Page:
+    return kept[0]
 
 
 def points_drawn(page: Page, floor: int) -> dict[str, int]:
@@ -63,43 +83,44 @@ def points_drawn(page: Page, floor: int) -> dict[str, int]:
     return counts
 
 
-def test_opens_offline_without_complaint(page: Page, problems: list[str]) -> None:
+def test_opens_offline_without_complaint(kept: tuple[Page, list[str]]) -> None:
+    page, problems = kept
     page.wait_for_load_state("networkidle")
     assert problems == []
 
 
-def test_every_floor_has_its_map_as_svg(page: Page) -> None:
+def test_every_floor_has_its_map_as_svg(kept_page: Page) -> None:
     for floor in (1, 2):
-        assert page.locator(f"#map-{floor} image").count() == 1
-        assert page.locator(f"#map-{floor} .scatterlayer .trace").count() >= 10
-        assert page.locator(f"#map-{floor} .scatterlayer path.js-line").count() >= 5
-        assert page.locator(f"#map-{floor} .legend .traces").count() >= 10
-    assert page.locator("canvas").count() == 0
-    assert page.locator("#times .barlayer path").count() >= 8
+        assert kept_page.locator(f"#map-{floor} image").count() == 1
+        assert kept_page.locator(f"#map-{floor} .scatterlayer .trace").count() >= 10
+        assert kept_page.locator(f"#map-{floor} .scatterlayer path.js-line").count() >= 5
+        assert kept_page.locator(f"#map-{floor} .legend .traces").count() >= 10
+    assert kept_page.locator("canvas").count() == 0
+    assert kept_page.locator("#times .barlayer path").count() >= 8
 
 
-def test_metres_are_equally_long_on_both_axes(page: Page) -> None:
+def test_metres_are_equally_long_on_both_axes(kept_page: Page) -> None:
     script = """() => { const layout = document.getElementById('map-1')._fullLayout;
         return [layout.xaxis, layout.yaxis].map((axis) => axis._length / (axis.range[1] - axis.range[0])); }"""
-    x, y = page.evaluate(script)
+    x, y = kept_page.evaluate(script)
     assert x == pytest.approx(y, rel=1e-3)
 
 
-def test_chooser_shows_one_session_and_all_again(page: Page) -> None:
-    everything, elsewhere = points_drawn(page, 1), points_drawn(page, 2)
-    options = page.locator("#floor-1 select option").all_inner_texts()
+def test_chooser_shows_one_session_and_all_again(kept_page: Page) -> None:
+    everything, elsewhere = points_drawn(kept_page, 1), points_drawn(kept_page, 2)
+    options = kept_page.locator("#floor-1 select option").all_inner_texts()
     assert options[0] == "all sessions (4)"
     assert len(options) == 5
-    paths = page.locator("#map-1 .scatterlayer path.js-line")
+    paths = kept_page.locator("#map-1 .scatterlayer path.js-line")
     drawn = [paths.nth(index).get_attribute("d") for index in range(paths.count())]
-    page.select_option("#floor-1 select", index=1)
-    one = points_drawn(page, 1)
+    kept_page.select_option("#floor-1 select", index=1)
+    one = points_drawn(kept_page, 1)
     assert 0 < one["ok"] < everything["ok"]
     assert one["raw"] * 4 == everything["raw"]
     assert [paths.nth(index).get_attribute("d") for index in range(paths.count())] != drawn
-    assert points_drawn(page, 2) == elsewhere
-    page.select_option("#floor-1 select", "all")
-    assert points_drawn(page, 1) == everything
+    assert points_drawn(kept_page, 2) == elsewhere
+    kept_page.select_option("#floor-1 select", "all")
+    assert points_drawn(kept_page, 1) == everything
 
 
 def test_legend_hides_a_layer_and_the_chooser_keeps_it_hidden(page: Page) -> None:
@@ -121,11 +142,11 @@ def test_table_sorts_by_a_column_and_keeps_details_with_their_row(page: Page) ->
     assert page.locator("#floor-1 .sessions > tbody > tr.more details").count() == 4
 
 
-def test_failed_session_stands_out_and_its_link_leads_there(page: Page) -> None:
-    failed = page.locator("tbody.failed")
+def test_failed_session_stands_out_and_its_link_leads_there(kept_page: Page) -> None:
+    failed = kept_page.locator("tbody.failed")
     assert failed.count() == 1
-    page.locator("a[data-session]").click()
-    page.wait_for_function("document.querySelector('tbody.failed').getBoundingClientRect().top < innerHeight")
+    kept_page.locator("a[data-session]").click()
+    kept_page.wait_for_function("document.querySelector('tbody.failed').getBoundingClientRect().top < innerHeight")
     assert failed.locator("p.error-box").is_visible()
 
 
@@ -191,12 +212,12 @@ def centre(page: Page) -> tuple[float, float]:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
-@pytest.mark.parametrize("width", [390, 1280])
-def test_page_is_no_wider_than_the_window(page: Page, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 800})
-    script = "document.querySelector('#map-1 .main-svg').getBoundingClientRect().width <= innerWidth"
-    page.wait_for_function(script)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+def test_page_is_no_wider_than_the_window(kept_page: Page) -> None:
+    for width in (390, 1280):
+        kept_page.set_viewport_size({"width": width, "height": 900})
+        script = "document.querySelector('#map-1 .main-svg').getBoundingClientRect().width <= innerWidth"
+        kept_page.wait_for_function(script)
+        assert kept_page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def trace_of(page: Page, floor: int, layer: str) -> dict[str, list[float | None]]:
@@ -228,19 +249,21 @@ def test_band_reaches_as_far_to_both_sides_as_the_95_percent_region(browser: Bro
     assert "sigma" not in str(labelled["hovertext"][-1])
 
 
-def test_events_and_contradictions_are_on_the_map(page: Page) -> None:
-    drawn = points_drawn(page, 1)
+def test_events_and_contradictions_are_on_the_map(kept_page: Page) -> None:
+    drawn = points_drawn(kept_page, 1)
     assert [drawn[f"event_{kind.value}"] for kind in EventKind] == [4] * (len(EventKind) - 1) + [0]
-    assert page.locator("#map-1 .textpoint text", has_text="3: 2.00 m off").count() == 1
-    assert page.locator("#map-2 .textpoint text", has_text="11: 2.00 m off").count() == 1
-    page.select_option("#floor-1 select", index=1)
-    assert points_drawn(page, 1)["event_break"] == 1
-    page.locator("#floor-1 tbody details summary").first.click()
-    assert page.locator("#floor-1 table.events").first.locator("tr").count() == 1 + len(EventKind)
+    assert kept_page.locator("#map-1 .textpoint text", has_text="3: 2.00 m off").count() == 1
+    assert kept_page.locator("#map-2 .textpoint text", has_text="11: 2.00 m off").count() == 1
+    kept_page.select_option("#floor-1 select", index=1)
+    assert points_drawn(kept_page, 1)["event_break"] == 1
+    kept_page.locator("#floor-1 tbody details summary").first.click()
+    assert kept_page.locator("#floor-1 table.events").first.locator("tr").count() == 1 + len(EventKind)
+    kept_page.locator("#floor-1 tbody details summary").first.click()
+    kept_page.select_option("#floor-1 select", "all")
 
 
-def test_reliability_and_coverage_are_drawn(page: Page) -> None:
-    charts = page.locator("#uncertainty .chart")
+def test_reliability_and_coverage_are_drawn(kept_page: Page) -> None:
+    charts = kept_page.locator("#uncertainty .chart")
     assert charts.count() == 2
     for index in range(2):
         assert charts.nth(index).locator(".scatterlayer path.js-line").count() == 2
