@@ -37,14 +37,14 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def studio_page(
-    browser: Browser, folder: Path, tmp_path: Path, *options: str, **view: Any
+    browser: Browser, folder: Path, tmp_path: Path, *options: str, jobs: int = 1, **view: Any
 ) -> Iterator[tuple[Page, Path]]:
     """A page on a copy of a survey and its labels."""
     survey, labels = tmp_path / "survey", tmp_path / "labels"
     shutil.copytree(folder / "survey", survey)
     shutil.copytree(folder / "labels", labels)
     with (
-        running_studio(survey, "--labels", str(labels), "--jobs", "2", *options) as server,
+        running_studio(survey, "--labels", str(labels), "--jobs", str(jobs), *options) as server,
         watched_page(browser, server.url, server.token, **view) as page,
     ):
         expect(page.get_by_role("tab", name="Walks")).to_be_visible(timeout=LATEST_MS)
@@ -214,7 +214,7 @@ def test_every_fault_is_found_corrected_taken_back_and_compared(
 
 @pytest.mark.slow
 def test_the_views_by_hand(browser: Browser, faulty: Path, tmp_path: Path) -> None:
-    view = {"viewport": {"width": 1400, "height": 900}}
+    view: dict[str, Any] = {"viewport": {"width": 1400, "height": 900}}
     others = [made_otherwise(faulty / "labels", tmp_path / name, shift) for name, shift in (("one", 0.0), ("two", 4.0))]
     compared = [option for other in others for option in ("--compare", str(other))]
     with studio_page(browser, faulty, tmp_path, *compared, **view) as (page, folder):
@@ -236,7 +236,7 @@ def test_labels_that_are_missing_are_made(browser: Browser, faulty: Path, tmp_pa
     one = tmp_path / "one"
     shutil.copytree(faulty / "survey", one / "survey", ignore=shutil.ignore_patterns("LG", "OnePlus", "2021-12-22T1*"))
     (one / "labels").mkdir()
-    with studio_page(browser, one, tmp_path) as (page, folder):
+    with studio_page(browser, one, tmp_path, jobs=2) as (page, folder):
         walks = page.locator(".list .row")
         count = walks.count()
         expect(walks.filter(has_text="no labels")).to_have_count(count)
