@@ -48,6 +48,7 @@ export function neighbours({ storeys, parameters }, arrays) {
     asked.map((scan) => {
       const { index, away } = nearest(scan);
       const weight = away.map((one) => (Math.max(away[0], NEAREST) / Math.max(one, NEAREST)) ** exponent);
-      return withRadii(voted({ index, weight }, arrays, storeys.length), arrays.radii.data);
+      const answer = withRadii(voted({ index, weight }, arrays, storeys.length), arrays.radii.data);
+      return { ...answer, unlike: away[0] > (arrays.like?.data[0] ?? Infinity) };
     });
 }

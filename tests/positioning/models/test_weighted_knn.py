@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import shared_folder
-from tests.positioning.radio_world import STOREYS, radio_world
+from tests.positioning.radio_world import STOREYS, assert_says_what_is_unlike, radio_world
 from tests.positioning.scans.test_radio_scans import scans_from
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.format_registry import ImportContext
@@ -55,6 +55,16 @@ def test_the_position_is_of_neighbours_on_the_storey_with_most_votes() -> None:
     np.testing.assert_allclose(found.z, [2.5])
     closer = NearestNeighbours(k=3, exponent=8.0, distance="euclidean", representation="positive")
     assert closer.fit(scans, places([0, 0, 0, 1])).predict(scans[:1]).xy[0, 0] < 1e-3
+
+
+def test_a_scan_like_nothing_that_was_learned_says_so() -> None:
+    model = NearestNeighbours().fit(*radio_world(seed=1))
+    assert_says_what_is_unlike(model)
+    before = {name: array for name, array in model.arrays().items() if name != "like"}  # of an earlier version
+    model.restore(before)
+    unlike = model.predict(radio_world(seed=2)[0]).unlike
+    assert unlike is not None
+    assert not unlike.any()
 
 
 @pytest.mark.parametrize("name", ["knn", "weighted-knn"])

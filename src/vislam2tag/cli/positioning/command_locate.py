@@ -28,8 +28,8 @@ SCANS is CSV (scan_id, bssid, rssi_dbm; one reading a line, the readings of a sc
 names (.jsonl, .ndjson, .json), or a data set. The answer has a line for each scan: scan_id, status, building, floor, x,
 y, z, the radii that hold 68 % and 95 % of errors, and how probable the floor is; as JSON lines where FILE (or, without
 --out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`, never guessed;
-one that is `unlike` all that was learned has a place, but its radii cannot be relied on (local-kriging and
-cell-density tell).
+one that is `unlike` all that was learned has a place, but its radii cannot be relied on (neighbours,
+local-kriging and cell-density tell).
 
 Scans of one walk can help each other: `smoother` looks at the whole walk, `filter` back only, as a phone that walks
 must. Both need the columns session and time_ns (data sets have them). With --track the phone's own motion joins them:

@@ -38,6 +38,11 @@ class VotingPositioner(Positioner):
     def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
         """Return errors and spreads of learned scans (some or all) as if their walks had not been learned, metres."""
 
+    def _asked(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
+        """Return errors and spreads of scans that were not learned, metres."""
+        answer = self._answer(scans)
+        return places.distance_m(answer.xy), answer.spread_m
+
     @abstractmethod
     def _answer(self, scans: RadioScans) -> VotedPositions:
         """Let the learned places vote for where scans were taken."""
@@ -49,8 +54,7 @@ class VotingPositioner(Positioner):
         if held_out is None:
             error_m, spread_m = self._left_out(scans, places)
         else:
-            answer = self._answer(held_out[0])
-            error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
+            error_m, spread_m = self._asked(*held_out)
         self.radii_ = fitted_radii(error_m, spread_m)
         self.progress(1, 1)
 

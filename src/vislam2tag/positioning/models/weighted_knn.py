@@ -6,21 +6,27 @@ and similarity measures for Wi-Fi fingerprinting indoor positioning systems".
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, SignalDistance
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.positioning.baselines.scan_index import Apart, NearestScans, ScanIndex, SignalDistance
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes
 from vislam2tag.positioning.baselines.voting_positioner import VotingPositioner
-from vislam2tag.positioning.registry import register
+from vislam2tag.positioning.checked_arrays import CheckedArrays
+from vislam2tag.positioning.held_out_radii import group_quantiles
+from vislam2tag.positioning.registry import NamedArrays, register
 from vislam2tag.positioning.scans.held_out import calibration_rows, walk_numbers
-from vislam2tag.positioning.scans.places import LabelledScans, ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented_levels
 
 NEAREST = 1e-3
 """Neighbours nearer than this in signal space count alike."""
+LIKE = 0.99
+"""A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
 
 
 class NearestNeighbours(VotingPositioner):
@@ -28,6 +34,9 @@ class NearestNeighbours(VotingPositioner):
 
     Radii follow the spread of the neighbours, calibrated by leaving out each training scan with its walk.
     """
+
+    like_: float
+    """Distance of the nearest: beyond, a scan is unlike all that was learned."""
 
     def __init__(
         self, *, k: int = 5, distance: str = "sorensen", representation: str = "powed", exponent: float = 4.0
@@ -58,21 +67,47 @@ class NearestNeighbours(VotingPositioner):
 
     def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
         walk, rows = walk_numbers(scans, places), calibration_rows(len(scans))
-        answer = self._voted(scans[rows], Apart.among(rows, walk))
-        return places[rows].distance_m(answer.xy), answer.spread_m
+        return self._calibrated(self._near(scans[rows], Apart.among(rows, walk)), places[rows], walk[rows])
+
+    def _asked(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
+        return self._calibrated(self._near(scans), places, np.arange(len(scans)))
+
+    def _calibrated(self, near: NearestScans, places: ScanPlaces, group: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Learn from what is near scans that are held out what is like them; return errors and spreads."""
+        away = near.away[:, 0]
+        known = np.isfinite(away)
+        self.like_ = float(group_quantiles(away[known], group[known], np.array(LIKE))) if known.any() else 0.0
+        answer = self._voted(near)
+        return places.distance_m(answer.xy), answer.spread_m
 
     def _answer(self, scans: RadioScans) -> VotedPositions:
-        return self._voted(scans)
+        return self._voted(self._near(scans))
+
+    def _predict(self, scans: RadioScans) -> Positions:
+        near = self._near(scans)
+        answer = self._voted(near)
+        return answer.positions(self._places, self.radii_.radii_m(answer.spread_m), near.away[:, 0] > self.like_)
+
+    def arrays(self) -> NamedArrays:
+        """Return what others that vote do, and what is like the scans learned."""
+        return {**super().arrays(), "like": np.array([self.like_])}
+
+    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
+        """Take back what :meth:`arrays` gave; a file of an earlier version does not tell what is unlike."""
+        super().restore(arrays)
+        self.like_ = float(CheckedArrays(arrays).floats("like", 1)[0]) if "like" in arrays else np.inf
 
     def learned(self) -> LabelledScans:
         """Return all that was learned from."""
         return self._scans, self._places
 
-    def _voted(self, scans: RadioScans, apart: Apart | None = None) -> VotedPositions:
-        index, away = self._index.nearest(scans, self._levels(scans), self.k, apart)
-        near = np.maximum(away, NEAREST)
+    def _near(self, scans: RadioScans, apart: Apart | None = None) -> NearestScans:
+        return self._index.nearest(scans, self._levels(scans), self.k, apart)
+
+    def _voted(self, found: NearestScans) -> VotedPositions:
+        near = np.maximum(found.away, NEAREST)
         weight = np.where(np.isfinite(near), (near[:, :1] / near) ** self.exponent, 0.0)
-        return counted_votes(Votes(index, weight), self._places)
+        return counted_votes(Votes(found.which, weight), self._places)
 
     def _levels(self, scans: RadioScans) -> FloatArray:
         """(m,) of all readings."""
