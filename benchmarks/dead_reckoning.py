@@ -261,7 +261,7 @@ def led_through(
     """The path through the kept taps of a walk, and when (h,) the hidden ones were, seconds of it."""
     fixes = FixLog(walk.taps.time_ns[kept], walk.taps.position_bcs[kept], ("",) * int(kept.sum()))
     signals = walk.sensed.signals
-    hidden_s = (walk.taps.time_ns[~kept] - signals.start_ns) * 1e-9 - SETTINGS.fix_delay_s
+    hidden_s = (walk.taps.time_ns[~kept] - signals.start_ns) * 1e-9
     return walk.sensed.path(fixes, model, SETTINGS, area, others), np.clip(hidden_s, 0, signals.time_s[-1])
 
 

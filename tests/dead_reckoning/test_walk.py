@@ -99,14 +99,6 @@ def test_a_walk_knows_when_its_phone_swings() -> None:
     assert swinging.mean() > 0.8
 
 
-def test_fixes_that_are_logged_late_hold_for_where_the_walker_was_before() -> None:
-    log, fixes = walked(WAY)
-    late = replace(fixes, time_ns=fixes.time_ns + 500_000_000)
-    settings = SETTINGS.model_copy(update={"fix_delay_s": 0.5})
-    at_once, delayed = sensed(log).path(fixes, speed_model(), SETTINGS), sensed(log).path(late, speed_model(), settings)
-    assert delayed.positions[delayed.ties.node[:-1]] == pytest.approx(at_once.positions[at_once.ties.node[:-1]])
-
-
 def test_a_fix_in_the_wrong_place_is_found_and_hardly_followed() -> None:
     way = corners((8, 0), (0, 8), (8, 0), (0, 8), (8, 0), (0, 8), (8, 0))
     log, fixes = walked(way)

@@ -1,9 +1,10 @@
-"""The least-squares problem of a walk, linearised: unknown at each node are position, scale and heading.
+"""The least-squares problem of a walk, linearised: unknown at each node are position, scale, heading and offset.
 
-``z[k+1] = z[k] + exp(s[k] + i h[k]) u[k] + noise``, with ``u`` the sensors' motion between nodes, ``s`` the logarithm
-of the walker's scale, which begins near 0 and wanders, and ``h`` the heading of the gyroscope's frame, which drifts.
-Fixes tie ``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away. These, and where ``s`` begins,
-have Student-t tails: few walkers differ much from those of whom the speed was learned.
+``z[k+1] = z[k] + exp(s[k] + i (h[k] + o[k])) u[k] + noise``, with ``u`` the sensors' motion between nodes, ``s`` the
+logarithm of the walker's scale, which begins near 0 and wanders, ``h`` the heading of the gyroscope's frame, which
+drifts, and ``o`` how far the walker goes beside where the phone points: a body and a phone do not turn as one, but soon
+they agree again. Fixes tie ``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away. These, and
+where ``s`` begins, have Student-t tails: few walkers differ much from those of whom the speed was learned.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from vislam2tag.dead_reckoning.shared_ways import MEMORY_S, SharedLines
 from vislam2tag.dead_reckoning.walls import Walls
 from vislam2tag.smoother.chain import NormalEquations
 
-STATES = 4
+STATES = 5
 FIX_TAIL = 5.0
 NORTH_TAIL = 3.0
 WALL_TAIL = 3.0
@@ -30,32 +31,41 @@ SCALE_TAIL = 3.0
 STANDING_NOISE_M = 0.01
 """Random part of the motion of somebody who stands, metres per square root of a second."""
 LEAST_NOISE_M = 1e-3
+OFFSET_RAD = 0.1
+"""How far a walker goes beside where the phone points when a recording begins, one standard deviation."""
 UNKNOWN_M_S = 1.5
 """How fast somebody may walk while there are no readings."""
-LOOSE = np.diag((1e-8, 1e-8, 0.0, 1e-4))
+LOOSE = np.diag((1e-8, 1e-8, 0.0, 1e-4, 0.0))
 """Weights that keep what nothing ties regular: 10 km, 100 rad."""
 
 
 @dataclass(frozen=True)
 class PathState:
     """Unknowns at ``k`` nodes: ``position`` (k,) complex metres in the BCS, ``scale`` (k,) its logarithm,
-    ``heading_rad`` (k,) of the gyroscope's frame in the BCS.
+    ``heading_rad`` (k,) of the gyroscope's frame in the BCS, ``offset_rad`` (k,) how far to the left of it the walker
+    goes.
     """
 
     position: ComplexArray
     scale: FloatArray
     heading_rad: FloatArray
+    offset_rad: FloatArray
 
     @classmethod
     def of_columns(cls, columns: FloatArray) -> PathState:
-        """The state whose x, y, scale and heading are these columns (k, 4)."""
-        x, y, scale, heading = columns.T
-        return cls(x + 1j * y, scale, heading)
+        """The state whose x, y, scale, heading and offset are these columns (k, 5)."""
+        x, y, scale, heading, offset = columns.T
+        return cls(x + 1j * y, scale, heading, offset)
 
     @property
     def columns(self) -> FloatArray:
-        """(k, 4) x, y, scale and heading."""
-        return np.column_stack((self.position.real, self.position.imag, self.scale, self.heading_rad))
+        """(k, 5) x, y, scale, heading and offset."""
+        at = self.position
+        return np.column_stack((at.real, at.imag, self.scale, self.heading_rad, self.offset_rad))
+
+    def moved(self, motion: ComplexArray) -> ComplexArray:
+        """The sensors' motion (k - 1,) between nodes as scale, heading and offset have it, complex metres."""
+        return np.asarray(np.exp(self.scale + 1j * (self.heading_rad + self.offset_rad))[:-1] * motion)
 
 
 @dataclass(frozen=True)
@@ -86,17 +96,24 @@ class PathModel:
 
     @property
     def precision(self) -> FloatArray:
-        """(k - 1, 4) inverse variances of each stretch: x, y, scale, heading."""
+        """(k - 1, 5) inverse variances of each stretch: x, y, scale, heading, offset."""
         nodes, settings = self.nodes, self.settings
         duration = np.diff(nodes.time_s)
         starting = np.exp(-(nodes.time_s[1:] + nodes.time_s[:-1]) / (2 * settings.start_s))
-        harder = 1 + (settings.start_noise * starting) ** 2 + (settings.swing_noise * nodes.swinging) ** 2
+        swinging = 1 + (settings.swing_noise * nodes.swinging) ** 2
+        harder = swinging + (settings.start_noise * starting) ** 2
         walked = settings.step_noise**2 * harder * nodes.length_m**2 / duration
         known = walked + STANDING_NOISE_M**2 * duration + LEAST_NOISE_M**2
         position = np.where(nodes.known, known, (UNKNOWN_M_S * duration) ** 2)
         scale = settings.scale_noise**2 * duration
-        heading = settings.heading_noise_rad**2 * duration + settings.turn_noise**2 * nodes.turn_rad
-        return np.asarray(1 / np.column_stack((position, position, scale, heading)))
+        heading = settings.heading_noise_rad**2 * swinging * duration
+        offset = heading + settings.offset_noise**2 * nodes.turn_rad
+        return np.asarray(1 / np.column_stack((position, position, scale, heading, offset)))
+
+    @property
+    def kept(self) -> FloatArray:
+        """(k - 1,) the part of an offset that is left after each stretch."""
+        return np.exp(-np.diff(self.nodes.time_s) / self.settings.offset_memory_s)
 
     @property
     def north_precision(self) -> FloatArray:
@@ -111,12 +128,13 @@ class PathModel:
     def equations(self, state: PathState, ties: Ties) -> NormalEquations:
         """Linearise about a state: the solution is by how much it must change."""
         count, precision = len(state.scale), self.precision
-        moved = np.exp(state.scale[:-1] + 1j * state.heading_rad[:-1]) * self.nodes.motion
+        moved = state.moved(self.nodes.motion)
         residual = self.residual(state)
         before = np.zeros((count - 1, STATES, STATES))
         before[:, range(STATES), range(STATES)] = -1
         before[:, 0, 2], before[:, 1, 2] = -moved.real, -moved.imag
         before[:, 0, 3], before[:, 1, 3] = moved.imag, -moved.real
+        before[:, :2, 4], before[:, 4, 4] = before[:, :2, 3], -self.kept
         upper = (precision[:, :, None] * before).transpose(0, 2, 1)
         diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
         diagonal[:-1] += upper @ before
@@ -127,6 +145,8 @@ class PathModel:
         alike = (SCALE_TAIL + 1) / (SCALE_TAIL + float(state.scale[0] / sigma) ** 2) / sigma**2
         diagonal[0, 2, 2] += alike
         right[0, 2] -= alike * state.scale[0]
+        diagonal[0, 4, 4] += 1 / OFFSET_RAD**2
+        right[0, 4] -= state.offset_rad[0] / OFFSET_RAD**2
         off, weight = self.north(state)
         diagonal[:, 3, 3] += weight
         right[:, 3] -= weight * off
@@ -152,10 +172,10 @@ class PathModel:
         return np.ones(len(state.scale)) if self.walls is None else self.walls.scatter(state.position)
 
     def residual(self, state: PathState) -> FloatArray:
-        """(k - 1, 4) errors of motion, scale and heading between nodes."""
-        moved = np.exp(state.scale[:-1] + 1j * state.heading_rad[:-1]) * self.nodes.motion
-        step = np.diff(state.position) - moved
-        return np.column_stack((step.real, step.imag, np.diff(state.scale), np.diff(state.heading_rad)))
+        """(k - 1, 5) errors of motion, scale, heading and offset between nodes."""
+        step = np.diff(state.position) - state.moved(self.nodes.motion)
+        offset = state.offset_rad[1:] - self.kept * state.offset_rad[:-1]
+        return np.column_stack((step.real, step.imag, np.diff(state.scale), np.diff(state.heading_rad), offset))
 
     def north(self, state: PathState) -> tuple[FloatArray, FloatArray]:
         """How far the heading is from the phone's own (k,), rad, and the weight of that (k,)."""
@@ -180,6 +200,7 @@ class PathModel:
             lines = float((self._share(MEMORY_S) * self.lines.cost(self.lines.distance_m(state.position))).sum())
         motion = self.precision * self.residual(state) ** 2
         first = (SCALE_TAIL + 1) * np.log1p((state.scale[0] / self.settings.scale_sigma) ** 2 / SCALE_TAIL)
+        first += (state.offset_rad[0] / OFFSET_RAD) ** 2
         return float(motion.sum() + north.sum() + fixes.sum() + first) + walls + lines
 
 

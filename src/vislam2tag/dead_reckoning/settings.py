@@ -10,12 +10,10 @@ from vislam2tag.common.records import FiniteRecord
 class DeadReckoningSettings(FiniteRecord):
     """How paths are found from inertial sensors; docs/results/dead_reckoning.md calibrates the defaults."""
 
-    fix_sigma_m: float = Field(default=0.44, gt=0)
+    fix_sigma_m: float = Field(default=0.4, gt=0)
     """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
     fix_sigma_spread: float = Field(default=0.6, gt=0)
     """How much that differs between sessions: standard deviation of its logarithm."""
-    fix_delay_s: float = Field(default=0.0, ge=0)
-    """How much later than the walker was there a fix is logged, seconds."""
     step_noise: float = Field(default=0.1, gt=0)
     """Random part of the motion, phone held still: metres per square root of a second for each m/s of speed."""
     start_s: float = Field(default=2.0, gt=0)
@@ -23,15 +21,17 @@ class DeadReckoningSettings(FiniteRecord):
     start_noise: float = Field(default=4.0, ge=0)
     """... and how much random motion they add (squares add up), in parts of the usual."""
     swing_noise: float = Field(default=3.0, ge=0)
-    """How much random motion a phone adds that swings, in a hand or on a thigh, in parts of the usual."""
+    """How much random motion and drift a phone adds that swings, in a hand or on a thigh, in parts of the usual."""
     scale_sigma: float = Field(default=0.05, gt=0)
     """Relative error of a walker's speed, one standard deviation; some differ by much more (Student-t)."""
     scale_noise: float = Field(default=0.01, gt=0)
     """How much it changes: relative, per square root of a second."""
-    heading_noise_rad: float = Field(default=0.05, gt=0)
-    """Drift of the heading against the walking direction, rad per square root of a second."""
-    turn_noise: float = Field(default=0.1, ge=0)
-    """And of turns, in which a phone is also moved in the hand: rad for a turn of one rad, growing as its root."""
+    heading_noise_rad: float = Field(default=0.03, gt=0)
+    """Drift of the heading, phone held still, rad per square root of a second."""
+    offset_noise: float = Field(default=0.35, ge=0)
+    """How far walkers go beside where the phone points after a turn: rad for one of one rad, growing as its root."""
+    offset_memory_s: float = Field(default=1.5, gt=0)
+    """How long that lasts, seconds."""
     north_sigma_rad: float = Field(default=0.26, gt=0)
     """Error of the phone's own heading against the plan's north, one standard deviation, rad."""
     north_memory_s: float = Field(default=6.0, gt=0)

@@ -32,7 +32,8 @@ LEAST_SHARE = 0.02
 
 @dataclass(frozen=True)
 class SmoothedPath:
-    """A path through a walk's fixes: ``state`` at ``k`` nodes and ``covariance`` (k, 4, 4) of x, y, scale and heading.
+    """A path through a walk's fixes: ``state`` at ``k`` nodes and ``covariance`` (k, 5, 5) of x, y, scale, heading and
+    offset.
 
     Both are means over what the scatter of the fixes may be; ``fix_sigma_m`` is that scatter's root mean square,
     ``scatter_m`` (k,) what it is where each node lies, ``converged`` tells whether another round would change nothing.
@@ -108,7 +109,7 @@ def _turned(raw: ComplexArray, ties: Ties, heading_rad: float) -> PathState:
     """The sensors' path (k,), metres, turned and laid over the fixes."""
     path = raw * np.exp(1j * heading_rad)
     path += ties.position.mean() - path[ties.node].mean()
-    return PathState(path, np.zeros(len(raw)), np.full(len(raw), heading_rad))
+    return PathState(path, np.zeros(len(raw)), np.full(len(raw), heading_rad), np.zeros(len(raw)))
 
 
 def _centred(values: ComplexArray) -> ComplexArray:
@@ -133,7 +134,7 @@ def _fitted(model: PathModel, ties: Ties, state: PathState) -> _Fitted:
 
 
 def _banded(equations: NormalEquations) -> FloatArray:
-    """Upper banded form (8, 4 k) of the chain, as SciPy wants it."""
+    """Upper banded form (10, 5 k) of the chain, as SciPy wants it."""
     width = 2 * STATES - 1
     banded = np.zeros((width + 1, equations.right.size))
     for row in range(STATES):

@@ -47,9 +47,9 @@ class SensedWalk:
         turned_rad = turned_by_gait(signals, headings.up, features)
         return cls(signals, replace(headings, drift_rad=headings.drift_rad + turned_rad), features)
 
-    def usable(self, fixes: FixLog, settings: DeadReckoningSettings) -> BoolArray:
+    def usable(self, fixes: FixLog) -> BoolArray:
         """Mask (k,) of the fixes that lie within the walk."""
-        at = self._moments(fixes, settings)
+        at = self._moments(fixes)
         return np.asarray((at > -BEYOND_S) & (at < self.signals.time_s[-1] + BEYOND_S))
 
     def path(
@@ -64,7 +64,7 @@ class SensedWalk:
 
         It keeps between an area's walls; without them it is drawn sideways onto the lines of others (``ways``).
         """
-        at_s = self._moments(fixes, settings).clip(0, self.signals.time_s[-1]).round(2)
+        at_s = self._moments(fixes).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
         nodes = Nodes.of(self.signals, self.headings, self.features, speed_m_s, at_s)
         told = np.nan if fixes.sigma_m is None else fixes.sigma_m / settings.fix_sigma_m
@@ -80,9 +80,9 @@ class SensedWalk:
         lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
         return replace(alone, path=smooth_path(replace(model, lines=lines), ties))
 
-    def _moments(self, fixes: FixLog, settings: DeadReckoningSettings) -> FloatArray:
+    def _moments(self, fixes: FixLog) -> FloatArray:
         """When (k,) the walker was at the fixes, seconds since the start."""
-        return np.asarray((fixes.time_ns - self.signals.start_ns) * 1e-9 - settings.fix_delay_s)
+        return np.asarray((fixes.time_ns - self.signals.start_ns) * 1e-9)
 
 
 @dataclass(frozen=True)
@@ -116,13 +116,14 @@ class ReckonedWalk:
 
     @property
     def course_rad(self) -> FloatArray:
-        """(n,) direction in the BCS that the walker looks to at each moment of the signals."""
-        drift = np.interp(self.sensed.signals.time_s, self.nodes.time_s, self.path.state.heading_rad)
-        return np.asarray(drift + self.sensed.headings.turned_rad)
+        """(n,) direction in the BCS that the walker goes to at each moment of the signals."""
+        state = self.path.state
+        frame = np.interp(self.sensed.signals.time_s, self.nodes.time_s, state.heading_rad + state.offset_rad)
+        return np.asarray(frame + self.sensed.headings.turned_rad)
 
     @property
     def node_course(self) -> ComplexArray:
-        """(k,) direction in the BCS that the walker looks to at each node, unit; 0 where nobody walks."""
+        """(k,) direction in the BCS that the walker goes to at each node, unit; 0 where nobody walks."""
         course = np.interp(self.nodes.time_s, self.sensed.signals.time_s, self.course_rad)
         moving = np.interp(self.nodes.time_s, self.sensed.features.time_s, self.sensed.features.moving) > MOVING
         return np.asarray(moving * np.exp(1j * course))

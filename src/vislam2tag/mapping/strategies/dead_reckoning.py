@@ -71,7 +71,7 @@ def _reckoned(camera: CameraTrack, area: WalkableArea | None, settings: DeadReck
     sensed = SensedWalk.of(camera.inertial)
     if sensed is None:
         return None
-    usable = sensed.usable(camera.fixes, settings)
+    usable = sensed.usable(camera.fixes)
     fixes = FixLog(
         camera.fixes.time_ns[usable],
         camera.fixes.position_bcs[usable],
