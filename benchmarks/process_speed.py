@@ -6,11 +6,14 @@ median ratio and the peak memory of all processes are printed.
 
     python benchmarks/process_speed.py                     5 floors x 4 devices x 4 sessions of 3 minutes
     python benchmarks/process_speed.py --floors 1 --repeats 1
+    python benchmarks/process_speed.py --least            also what no program with these outputs can leave out
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import os
 import statistics
 import subprocess
 import sys
@@ -38,6 +41,8 @@ def main() -> None:
         vislam2tag("simulate", str(survey), *_simulation(options.floors, 4, options.sessions, 3.0))
         for strategy in options.strategy or ["smoother"]:
             _compare(survey, Path(folder), strategy, options.repeats)
+        if options.least:
+            _least(survey, Path(folder), options.repeats)
         if options.long:
             _long_session(Path(folder), options.repeats)
 
@@ -48,6 +53,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--sessions", type=int, default=4)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--strategy", action="append", help="of process, repeatable (default: smoother)")
+    parser.add_argument("--least", action="store_true", help="also parsing, hashing and writing alone")
     parser.add_argument("--long", action="store_true", help="also one session of 15 minutes against five of 3")
     return parser.parse_args()
 
@@ -88,6 +94,46 @@ def _compare(survey: Path, folder: Path, strategy: str, repeats: int) -> None:
     print(f"  process ({strategy}) / DuckDB = {ratio}; peak memory of all processes {memory.resident_mb:.0f} MB")
 
 
+def _least(survey: Path, folder: Path, repeats: int) -> None:
+    """Two processes that only parse, hash and write the sessions' tables, against DuckDB."""
+    out = folder / "least"
+
+    def least() -> None:
+        halves = [subprocess.Popen([sys.executable, __file__, "least", str(survey), str(out), half]) for half in "01"]
+        if sum(half.wait() for half in halves):
+            raise SystemExit("a half failed")
+
+    ratio = _ratio(least, lambda: _duckdb(survey, folder / "duckdb"), repeats)
+    print(f"parsing, SHA-256 and writing alone, in two processes / DuckDB = {ratio}")
+
+
+def least(survey: str, out: str, half: str) -> None:
+    """Parse and hash every second session's files with Polars; write sensors, Wi-Fi and poses with columns for labels.
+
+    No line is checked, nothing mapped: the labels are other columns' values.
+    """
+    os.environ["POLARS_MAX_THREADS"] = "1"
+    import polars as pl
+
+    types = {"BIGINT": pl.Int64, "DOUBLE": pl.Float64, "VARCHAR": pl.String, "INTEGER": pl.Int32}
+    labels = {"sensors": ("v1", "v2", "v3"), "poses": ("tx", "ty", "tz"), "wifi": ("t", "t", "t")}
+    for number, session in enumerate(sorted(Path(survey).glob("floor_*/*/*"))):
+        if number % 2 != int(half):
+            continue
+        for table, columns in COLUMNS.items():
+            data = (session / f"{table}.csv").read_bytes()
+            hashlib.sha256(data).hexdigest()
+            schema = {name: types[kind] for name, kind in (column.split() for column in columns.split(", "))}
+            rows = pl.read_csv(
+                data, separator=";", has_header=False, schema=schema, quote_char=None, decimal_comma=b"," in data
+            )
+            if table in labels:
+                x, y, sigma = (pl.col(name).cast(pl.Float64) for name in labels[table])
+                rows = rows.with_columns(x.alias("x"), y.alias("y"), sigma.alias("sigma"), status=pl.lit("ok"))
+                Path(out, table).mkdir(parents=True, exist_ok=True)
+                rows.write_parquet(Path(out, table, f"{number}.parquet"), compression="snappy")
+
+
 def _long_session(folder: Path, repeats: int) -> None:
     """One session of 15 minutes against five of 3 minutes, each processed by one process."""
     for name, sessions, minutes in (("five", 5, 3.0), ("one", 1, 15.0)):
@@ -115,9 +161,11 @@ def _megabytes(folder: Path) -> float:
 
 
 def dispatch(arguments: Sequence[str]) -> None:
-    """Dispatch: the script calls itself for DuckDB's part."""
+    """Dispatch: the script calls itself for what runs in processes of its own."""
     if arguments[:1] == ["convert"]:
         convert(*arguments[1:])
+    elif arguments[:1] == ["least"]:
+        least(*arguments[1:])
     else:
         main()
 
