@@ -9,7 +9,7 @@ OUT/failures, with the damaged folder and what was said.
     python benchmarks/fuzz_campaign.py                            100,000 runs, spread over all targets
     python benchmarks/fuzz_campaign.py --commands --runs 10000    commands only
     python benchmarks/fuzz_campaign.py --runs 500 --target site --target "import uji"
-    python benchmarks/fuzz_campaign.py --ci                       as CI: 200 runs a reader
+    python benchmarks/fuzz_campaign.py --ci                       as CI: 500 runs a reader
     python benchmarks/fuzz_campaign.py --again "site" 17          one run again, with its output
 """
 
@@ -49,7 +49,7 @@ from vislam2tag.report import page  # noqa: E402
 
 TARGETS = (*READERS_ATTACKED, *commands())
 RUNS = 100_000
-RUNS_IN_CI = 200
+RUNS_IN_CI = 500
 """Of each reader."""
 READERS_MORE = 20
 """A reader has so many times the runs of a command: it takes so much less time."""
