@@ -22,6 +22,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import duckdb
+import polars as pl
 from measure import process, seconds, vislam2tag, watched
 
 POSE = "tx DOUBLE, ty DOUBLE, tz DOUBLE, qx DOUBLE, qy DOUBLE, qz DOUBLE, qw DOUBLE"
@@ -96,10 +97,11 @@ def _compare(survey: Path, folder: Path, strategy: str, repeats: int) -> None:
 
 def _least(survey: Path, folder: Path, repeats: int) -> None:
     """Two processes that only parse, hash and write the sessions' tables, against DuckDB."""
-    out = folder / "least"
+    out, one_thread = folder / "least", {**os.environ, "POLARS_MAX_THREADS": "1"}
 
     def least() -> None:
-        halves = [subprocess.Popen([sys.executable, __file__, "least", str(survey), str(out), half]) for half in "01"]
+        command = [sys.executable, __file__, "least", str(survey), str(out)]
+        halves = [subprocess.Popen([*command, half], env=one_thread) for half in "01"]
         if sum(half.wait() for half in halves):
             raise SystemExit("a half failed")
 
@@ -112,26 +114,26 @@ def least(survey: str, out: str, half: str) -> None:
 
     No line is checked, nothing mapped: the labels are other columns' values.
     """
-    os.environ["POLARS_MAX_THREADS"] = "1"
-    import polars as pl
-
     types = {"BIGINT": pl.Int64, "DOUBLE": pl.Float64, "VARCHAR": pl.String, "INTEGER": pl.Int32}
+    schemas = {
+        table: {name: types[kind] for name, kind in (column.split() for column in columns.split(", "))}
+        for table, columns in COLUMNS.items()
+    }
     labels = {"sensors": ("v1", "v2", "v3"), "poses": ("tx", "ty", "tz"), "wifi": ("t", "t", "t")}
-    for number, session in enumerate(sorted(Path(survey).glob("floor_*/*/*"))):
-        if number % 2 != int(half):
-            continue
-        for table, columns in COLUMNS.items():
+    for table in labels:
+        Path(out, table).mkdir(parents=True, exist_ok=True)
+    for session in sorted(Path(survey).glob("floor_*/*/*"))[int(half) :: 2]:
+        for table, schema in schemas.items():
             data = (session / f"{table}.csv").read_bytes()
             hashlib.sha256(data).hexdigest()
-            schema = {name: types[kind] for name, kind in (column.split() for column in columns.split(", "))}
             rows = pl.read_csv(
                 data, separator=";", has_header=False, schema=schema, quote_char=None, decimal_comma=b"," in data
             )
             if table in labels:
                 x, y, sigma = (pl.col(name).cast(pl.Float64) for name in labels[table])
                 rows = rows.with_columns(x.alias("x"), y.alias("y"), sigma.alias("sigma"), status=pl.lit("ok"))
-                Path(out, table).mkdir(parents=True, exist_ok=True)
-                rows.write_parquet(Path(out, table, f"{number}.parquet"), compression="snappy")
+                name = f"{session.parent.parent.name}_{session.parent.name}_{session.name}.parquet"
+                rows.write_parquet(Path(out, table, name), compression="snappy")
 
 
 def _long_session(folder: Path, repeats: int) -> None:

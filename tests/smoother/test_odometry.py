@@ -16,6 +16,7 @@ from vislam2tag.core.faults import EventKind
 from vislam2tag.core.orientation import multiply
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.smoother.losses import FOUND_M_S
 from vislam2tag.smoother.odometry import Odometry, continuous_odometry
 
 MILLIMETRE = 1e-3
@@ -145,7 +146,8 @@ def test_a_camera_that_holds_its_pose_for_long_is_lost() -> None:
     odometry = continuous_odometry(camera, log)
     assert kinds(odometry) == [EventKind.LOSS]
     assert abs(odometry.events[0].frame - 900) <= 1
-    assert odometry.jump_m2[899:990].sum() > 0.5
+    lost_s = (camera.time_ns[990] - camera.time_ns[899]) * 1e-9
+    assert odometry.jump_m2[899:990].sum() == pytest.approx((FOUND_M_S * lost_s) ** 2)
     assert not odometry.jump_m2[:890].any()
     assert not odometry.jump_m2[1000:].any()
     np.testing.assert_allclose(odometry.path[:899], walk.tracked[:899], atol=1e-6)

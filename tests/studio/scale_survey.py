@@ -16,7 +16,9 @@ import numpy as np
 import polars as pl
 
 from tests.surveys import make_survey
+from vislam2tag.core.status import counts_by_label
 from vislam2tag.labeling.results import SessionResult
+from vislam2tag.labeling.status_column import status_codes
 from vislam2tag.labeling.tables import write_table
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.survey.model import SessionKey
@@ -67,7 +69,7 @@ def _write_labels(labels: Path, base: SessionResult, key: SessionKey, number: in
     for name in ("wifi", "sensors"):
         readings = pl.read_parquet(labels / name / f"{base.slug}.parquet").with_columns(**names)
         write_table(readings, name, base.strategy, labels / name / f"{slug}.parquet")
-    counts = dict(table["status"].value_counts().iter_rows())
+    counts = counts_by_label(status_codes(table))
     result = base.model_copy(
         update={
             "slug": slug,

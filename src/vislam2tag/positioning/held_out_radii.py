@@ -32,6 +32,8 @@ PRIOR_SCANS = 5.0
 """What all ways of a kind alike count beside the scans of a walk."""
 CORRELATED = 0.5
 """Of what two scans of a walk tell of whether it was learned; 0.2 does as well (docs/results/positioning-change.md)."""
+LIKE = 0.99
+"""A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
 _ROUNDS, _HALVINGS = 30, 12
 _LEAST_SPREAD = 1e-3
 """Features that differ by less tell nothing of the way."""
@@ -138,6 +140,14 @@ def group_quantiles(values: FloatArray, group: IntArray, shares: FloatArray) -> 
     order = np.argsort(values)
     below = np.cumsum(1 / count[number[order]]) / len(count)
     return np.asarray(values[order][np.minimum(np.searchsorted(below, shares), len(values) - 1)])
+
+
+def like_limit(nearest: FloatArray, group: IntArray) -> float:
+    """Return how far the nearest learned scan is of one that is just like what was learned, else it is unlike.
+
+    ``nearest`` (n,) are those distances, in any measure, of scans of groups (n,) that were left out; 0 without any.
+    """
+    return float(group_quantiles(nearest, group, np.array(LIKE))) if len(nearest) else 0.0
 
 
 def _walk_numbers(walk: TextArray) -> IntArray:

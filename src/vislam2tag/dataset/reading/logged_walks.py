@@ -18,7 +18,6 @@ import polars as pl
 
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding
-from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionWalk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
@@ -40,6 +39,7 @@ from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.labeling.status_column import status_text
 
 _LABELS = LabelSettings(max_sigma_m=math.inf)
 """No place between taps is too unsure to be one: its sigma is stated."""
@@ -212,7 +212,7 @@ def _frames(trajectory: Trajectory) -> pl.DataFrame:
             "time_ns": trajectory.time_ns,
             "x": pl.Series(trajectory.position_bcs[:, 0], nan_to_null=True),
             "y": pl.Series(trajectory.position_bcs[:, 1], nan_to_null=True),
-            "status": pl.Series([STATUS_LABELS[code] for code in trajectory.status], dtype=pl.String),
+            "status": status_text(trajectory.status),
         }
     ).with_columns(qx=unknown, qy=unknown, qz=unknown, qw=unknown)
 

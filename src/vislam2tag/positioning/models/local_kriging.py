@@ -23,7 +23,7 @@ from vislam2tag.positioning.cell_density.density_model import learned_storeys
 from vislam2tag.positioning.cell_density.kernel_regression import KernelRegression
 from vislam2tag.positioning.cell_density.scan_kernels import EXPONENT, StoreyKernel, directions, levels
 from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.held_out_radii import HeldOut, HeldOutRadii, group_quantiles, held_out_radii
+from vislam2tag.positioning.held_out_radii import HeldOut, HeldOutRadii, held_out_radii, like_limit
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import (
     area_numbers,
@@ -57,8 +57,6 @@ COMPARED = (1, 10, None)
 """So many nearest scans tell how unlike all that was learned a scan is; None: all that vote."""
 NEAREST = 2
 """Which feature follows the nearest scan's distance."""
-LIKE = 0.99
-"""A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
 LEAST_SPREAD_M, LEAST_AWAY = 0.5, 0.01
 """Smaller ones count as these where logarithms are taken."""
 SAME_PLACE_M = 1.0
@@ -118,8 +116,7 @@ class LocalKriging(Positioner):
         self.progress(0.7, 1)
         ways = self._held_out(usable_validation(validation))
         self.radii_ = held_out_radii(ways)
-        nearest = ways[0].features[:, NEAREST]
-        self.like_ = float(group_quantiles(nearest, ways[0].group, np.array(LIKE))) if len(nearest) else 0.0
+        self.like_ = like_limit(ways[0].features[:, NEAREST], ways[0].group)
         self.progress(1, 1)
 
     def _best_exponent(self, scans: RadioScans, places: ScanPlaces) -> float:

@@ -16,7 +16,7 @@ from vislam2tag.positioning.baselines.scan_index import Apart, NearestScans, Sca
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes
 from vislam2tag.positioning.baselines.voting_positioner import VotingPositioner
 from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.held_out_radii import group_quantiles
+from vislam2tag.positioning.held_out_radii import like_limit
 from vislam2tag.positioning.registry import NamedArrays, register
 from vislam2tag.positioning.scans.held_out import calibration_rows, walk_numbers
 from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
@@ -25,8 +25,6 @@ from vislam2tag.positioning.scans.representation import Representation, represen
 
 NEAREST = 1e-3
 """Neighbours nearer than this in signal space count alike."""
-LIKE = 0.99
-"""A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
 
 
 class NearestNeighbours(VotingPositioner):
@@ -76,7 +74,7 @@ class NearestNeighbours(VotingPositioner):
         """Learn from what is near scans that are held out what is like them; return errors and spreads."""
         away = near.away[:, 0]
         known = np.isfinite(away)
-        self.like_ = float(group_quantiles(away[known], group[known], np.array(LIKE))) if known.any() else 0.0
+        self.like_ = like_limit(away[known], group[known])
         answer = self._voted(near)
         return places.distance_m(answer.xy), answer.spread_m
 
