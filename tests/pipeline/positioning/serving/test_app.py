@@ -136,6 +136,7 @@ def test_a_page_tells_how_programs_ask(saved: SavedModel) -> None:
     def answer(route: Route) -> None:
         found = answers.get(route.request.url.removeprefix(host))
         if found is None:
+            problems.append(f"asked for {route.request.url}")
             route.abort()
         else:
             route.fulfill(status=found.status_code, headers=dict(found.headers), body=found.content)
