@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.sessions.corrected_taps import SAME_TAP_S
 
 Point: TypeAlias = tuple[float, float]
 Box: TypeAlias = tuple[float, float, float, float]
@@ -188,9 +189,10 @@ class TapView(FiniteRecord):
 
 
 class TapsView(FiniteRecord):
-    """All of a walk; None where it had a tracker."""
+    """All of a walk, None where it had a tracker; a correction means the tap within ``same_s`` of its moment."""
 
     taps: list[TapView] | None
+    same_s: float = SAME_TAP_S
 
 
 class EventView(FiniteRecord):

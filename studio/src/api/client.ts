@@ -1,5 +1,5 @@
 // What the page asks for and tells: of a running studio, or of the files of an export, which only shows.
-import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Tap, Walls, WallsWish, Written } from './model';
+import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Taps, Walls, WallsWish, Written } from './model';
 import { request, server } from './server';
 import { type Source, folder } from './source';
 
@@ -31,7 +31,7 @@ export const survey = () => get<Survey>('survey');
 export const sessions = async () => (await get<{ sessions: Session[] }>('sessions')).sessions;
 export const session = (id: string) => get<SessionDetail>(`sessions/${name(id)}`);
 /** Of a walk without tracker; null: it had one. */
-export const taps = async (id: string) => (await get<{ taps: Tap[] | null }>(`sessions/${name(id)}/taps`)).taps;
+export const taps = (id: string) => get<Taps>(`sessions/${name(id)}/taps`);
 export const overview = async (output: string) => (await source).overview(output);
 export const frames = async (output: string, floor: number, box: number[], points: number) => (await source).frames(output, floor, box, points);
 export const walk = async (id: string, output: string) => (await source).walk(id, output);

@@ -12,6 +12,7 @@ export type Survey = Schemas['SurveyView'];
 export type Session = Schemas['SessionView'];
 export type SessionDetail = Schemas['SessionDetail'];
 export type Tap = Schemas['TapView'];
+export type Taps = Schemas['TapsView'];
 export type WalkEvent = Schemas['EventView'];
 export type Corrections = Schemas['CorrectionsView'];
 export type Entry = Schemas['Entry'];

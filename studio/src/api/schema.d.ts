@@ -2461,9 +2461,14 @@ export interface components {
         };
         /**
          * TapsView
-         * @description All of a walk; None where it had a tracker.
+         * @description All of a walk, None where it had a tracker; a correction means the tap within ``same_s`` of its moment.
          */
         TapsView: {
+            /**
+             * Same S
+             * @default 0.25
+             */
+            same_s: number;
             /** Taps */
             taps: components["schemas"]["TapView"][] | null;
         };
