@@ -133,6 +133,9 @@ def test_a_wrongly_surveyed_landmark_is_put_right_by_the_others() -> None:
     trial = predicted(joined, 3)
     assert abs(trial.position[3] - place[3]) < 0.4
     assert np.sqrt(np.trace(trial.position_covariance[3]) / 2) < 0.4
+    without = join(maps, surveyed(place, [0, 7, 10]))
+    assert trial.position == pytest.approx(without.position, abs=0.03)
+    assert trial.position_covariance[3] == pytest.approx(without.position_covariance[3], rel=0.2, abs=1e-3)
 
 
 def test_what_nothing_ties_stays_out_and_changes_nothing() -> None:

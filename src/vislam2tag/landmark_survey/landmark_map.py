@@ -31,6 +31,8 @@ SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
 SETTLED_M = 1e-6
 """Re-weighting has converged when no landmark moves any more by this: rounds are few, and then neither the order of the
 walks nor the building's frame shows."""
+PREDICTED_SETTLED_M = 0.01
+"""To compare a survey with all others, which tell its place to several centimetres at best, less will do."""
 MOST_ROUNDS = 200
 """Far more than any takes that converges: a limit, not a number of rounds."""
 CAUTION, RELAXATION = 100.0, 0.5
@@ -127,7 +129,7 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
         "the joint landmark map",
         solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
         step,
-        lambda before, after: float(np.abs(after.position - before.position).max(initial=0.0)),
+        _moved_m,
         tolerance=settled_m,
         most_rounds=MOST_ROUNDS,
         least_rounds=1 + ceil(log(CAUTION) / -log(RELAXATION)),
@@ -137,14 +139,30 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
 
 
 def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
-    """Solve again as if one landmark were not surveyed, its best sight in a walk being a usual one."""
+    """Join again as if one landmark were not surveyed, from its best sight in a walk being a usual one.
+
+    Doubts are found anew: a wrong survey has made walks past it look worse than they are.
+    """
     rows = [one.landmark == landmark for one in joined.maps]
     least = min(
         (shift[row].min() for shift, row in zip(joined.doubts.shift, rows, strict=True) if row.any()), default=1
     )
     shift = tuple(np.where(row, old / least, old) for old, row in zip(joined.doubts.shift, rows, strict=True))
     trial = replace(joined, priors=joined.priors.without(landmark), doubts=replace(joined.doubts, shift=shift))
-    return solved(solved(trial))
+    done = iterate(
+        "the landmark map without a survey",
+        solved(trial),
+        lambda before, _: solved(replace(before, doubts=_reweighted(before))),
+        _moved_m,
+        tolerance=PREDICTED_SETTLED_M,
+        most_rounds=MOST_ROUNDS,
+    )
+    return solved(replace(done.state, doubts=_reweighted(done.state).expected()))
+
+
+def _moved_m(before: LandmarkMap, after: LandmarkMap) -> float:
+    """By how much the landmark that moved most did."""
+    return float(np.abs(after.position - before.position).max(initial=0.0))
 
 
 def initial_map(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkMap:
