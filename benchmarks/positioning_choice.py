@@ -3,10 +3,11 @@
     python benchmarks/positioning_choice.py tampere --split official --by session device random --kept choice.jsonl
     python benchmarks/positioning_choice.py uji-library --by month last-month random --models weighted-knn local-kriging
 
-What is left out is as in ``positioning_change.py``, the first fold of it. At most ``--most`` scans, evenly spread, are
-learned, and half as many asked. The choice is made by cross-validation in the part that is learned, then each candidate
-learns all of it. Compared is what the choice compares: the mean error in the plane and 15 m for each wrong floor. What
-``--kept`` holds of the same scans and candidates is not measured again, so that a campaign can be stopped and go on.
+What is left out is as in ``positioning_change.py``, the first fold of it (``--seed`` deals others). At most ``--most``
+scans, evenly spread, are learned, and half as many asked. The choice is made by cross-validation in the part that is
+learned, then each candidate learns all of it. Compared is what the choice compares: the mean error in the plane and
+15 m for each wrong floor. What ``--kept`` holds of the same scans and candidates is not measured again, so that a
+campaign can be stopped and go on.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ class Row(NamedTuple):
     dataset: str
     by: str
     most: int
+    seed: int
+    """Of the folds."""
     cost_m: dict[str, float]
     """Of each candidate."""
     chosen: str
@@ -57,6 +60,7 @@ def main() -> None:
     parser.add_argument("--split", help="look at the training part of this split alone")
     parser.add_argument("--by", nargs="+", default=("session", "random"))
     parser.add_argument("--folds", type=int, default=4)
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--most", type=int, default=2000)
     parser.add_argument("--models", nargs="+", default=CANDIDATES)
     parser.add_argument("--kept", type=Path, help="JSON lines of what was measured; further ones are added")
@@ -70,10 +74,10 @@ def main() -> None:
         data, _ = data.train_test(split, split.info.folds[0])
     print(f"| set | left out | {' | '.join(CANDIDATES)} | chosen | to the best single |\n| --- | --- |" + " ---: |" * 6)
     for by in arguments.by:
-        wanted = (arguments.dataset.name, by, arguments.most)
-        row = next((one for one in kept if one[:3] == wanted and {*one.cost_m} == {*arguments.models}), None)
+        wanted = (arguments.dataset.name, by, arguments.most, arguments.seed)
+        row = next((one for one in kept if one[:4] == wanted and {*one.cost_m} == {*arguments.models}), None)
         if row is None:
-            learn, held_out = next(masks_of(dataset, data, by, arguments.folds))
+            learn, held_out = next(masks_of(dataset, data, by, arguments.folds, arguments.seed))
             learned, asked = some(data, learn, arguments.most), some(data, held_out, arguments.most // 2)
             row = Row(*wanted, *compared(learned, asked, arguments.models))
             if arguments.kept:

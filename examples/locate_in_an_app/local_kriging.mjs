@@ -6,6 +6,7 @@ import { heldOutRadii } from "./held_out_radii.mjs";
 import { median, voted } from "./votes.mjs";
 
 const RIDGE = 0.3;
+const REACH = 0.1;
 const LEAST_WEIGHT = 1e-6;
 const STOREY_REGRESSION = 2;
 const LEAST_SPREAD_M = 0.5;
@@ -23,7 +24,7 @@ export function localKriging({ storeys, parameters }, arrays) {
     const found = asked.map((scan) => {
       const { index, away } = nearest(scan);
       const own = direction(scan);
-      const weight = krigingWeights(own, index.map((at) => direction(scans[at])));
+      const weight = krigingWeights(own, index.map((at) => direction(scans[at])), away);
       const further = storeyShares(scan, own).map((share) => STOREY_REGRESSION * share);
       const answer = voted({ index, weight }, arrays, storeys.length, median, further);
       return { ...answer, features: features(answer, away) };
@@ -42,12 +43,12 @@ function features({ spread, torn }, away) {
   return [Math.log(Math.max(spread, LEAST_SPREAD_M)), torn, ...unlike];
 }
 
-/** Ordinary kriging: weights that sum to 1 (but for negative ones), less for scans that say the same. */
-function krigingWeights(own, near) {
+/** Ordinary kriging: weights that sum to 1 (but for negative ones), less for scans that say the same, most for the same scan. */
+function krigingWeights(own, near, away) {
   const kernel = (one, other) => Math.exp(2 * (common(one, other) - 1));
   const among = near.map((one, i) => near.map((other, j) => kernel(one, other) + (i === j ? RIDGE : 0)));
   const factor = cholesky(among);
-  const simple = solved(factor, near.map((one) => kernel(one, own)));
+  const simple = solved(factor, near.map((one, i) => kernel(one, own) + RIDGE * Math.exp(-away[i] / REACH)));
   const one = solved(factor, near.map(() => 1));
   const missing = (1 - sum(simple)) / sum(one);
   return simple.map((value, i) => Math.max(value + missing * one[i], LEAST_WEIGHT));

@@ -17,7 +17,7 @@ def world(seed: int) -> LearningData:
 
 
 def test_a_row_tells_how_far_the_choice_is_from_the_best_single_model() -> None:
-    row = Row("mall", "random", 2000, {"weighted-knn": 4.0, "local-kriging": 5.0}, "local-kriging", 5.0)
+    row = Row("mall", "random", 2000, 0, {"weighted-knn": 4.0, "local-kriging": 5.0}, "local-kriging", 5.0)
     assert row.line() == "| mall | random | 4.00 m | 5.00 m |  |  | local-kriging: 5.00 m | +25.0 % |"
     assert Row(**json.loads(json.dumps(row._asdict()))) == row
 

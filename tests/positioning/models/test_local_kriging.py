@@ -38,6 +38,12 @@ def test_a_phone_that_hears_fainter_is_located_alike(fitted: LocalKriging) -> No
     assert result.plane.mean_m < 6
 
 
+def test_who_stands_where_a_scan_was_learned_is_found_there(fitted: LocalKriging) -> None:
+    scans, places = fitted.learned()
+    error_m = places.distance_m(fitted.predict(scans).xy)
+    assert np.quantile(error_m, 0.9) < 1.0
+
+
 def test_a_scan_like_nothing_that_was_learned_says_so(fitted: LocalKriging) -> None:
     assert_says_what_is_unlike(fitted)
 

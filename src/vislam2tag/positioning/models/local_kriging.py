@@ -1,10 +1,11 @@
 """Kriging in signal space: the scans most alike say, by what they share with each other too, where a scan was taken.
 
 Each of the k nearest learned scans gets a weight by ordinary kriging (Cressie 1993, section 3.2; only near ones:
-Vecchia 1988): one that says what its neighbours say already counts less than in a vote by distance. The place is
-the geometric median by these weights. All scans are learned from, however many: they are found through an index
-(:mod:`~vislam2tag.positioning.baselines.scan_index`). Storeys are told by votes and by a kernel regression that a drawn
-part of the scans spans (:mod:`~vislam2tag.positioning.cell_density.kernel_regression`).
+Vecchia 1988): one that says what its neighbours say already counts less than in a vote by distance, and one that is
+nearly the same scan counts most. The place is the geometric median by these weights. All scans are learned from,
+however many: they are found through an index (:mod:`~vislam2tag.positioning.baselines.scan_index`). Storeys are told by
+votes and by a kernel regression that a drawn part of the scans spans
+(:mod:`~vislam2tag.positioning.cell_density.kernel_regression`).
 """
 
 from __future__ import annotations
@@ -43,6 +44,12 @@ _CHOSEN_WITH, _CHOSEN_AMONG = 400, 4000
 """Most scans that the choice asks, and among which neighbours are looked for."""
 SHARPNESS, RIDGE = 1.0, 0.3
 """Of the kernel between directions; by cross-validation on six public sets (docs/results/positioning-change.md)."""
+REACH = 0.1
+"""Within about this distance in signal space a scan shares what the ridge stands for with a learned one.
+
+A ridge is variation of too short a range to be seen between learned scans, too: who stands where a scan was learned, as
+if in its walk, shares it (microscale variation; Cressie 1993, section 3.2.1). 0.05 to 0.2 do about as well.
+"""
 LEAST_WEIGHT = 1e-6
 """Kriging's weights may be negative; a vote cannot."""
 STOREY_REGRESSION = 2.0
@@ -185,7 +192,7 @@ class LocalKriging(Positioner):
         learned, own = _directions(self._powed[used]), _directions(_powed(scans))
         near = learned[place.reshape(which.shape)]
         among = np.exp(2 * SHARPNESS * (near @ near.transpose(0, 2, 1) - 1)) + RIDGE * np.eye(which.shape[1])
-        towards = np.exp(2 * SHARPNESS * ((near @ own[:, :, None])[:, :, 0] - 1))
+        towards = np.exp(2 * SHARPNESS * ((near @ own[:, :, None])[:, :, 0] - 1)) + RIDGE * np.exp(-away / REACH)
         right = np.stack([towards, np.ones_like(towards)], axis=2)
         simple, one = np.moveaxis(np.linalg.solve(among, right), 2, 0)
         missing = (1 - simple.sum(axis=1, keepdims=True)) / one.sum(axis=1, keepdims=True)
