@@ -69,7 +69,7 @@ def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
     for name, one in found.items():
         gain = 1 - means[name][far].mean() / means["alone"][far].mean() if far.any() else np.nan
         worse = (means[name] - means["alone"]).max()
-        figures = cells(np.concatenate([one[i] for i in rows]), len(rows))
+        figures = cells(one[i] for i in rows)
         result.append(f"{name} | {figures} | {far.sum()}: {gain:.0%} | {worse:.3f} m")
     return result
 
