@@ -19,7 +19,7 @@ from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
 
 SURVEYED = 5
-ROUNDS = 3
+ROUNDS = 6
 
 
 def main() -> None:

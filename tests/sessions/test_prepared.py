@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sessions.raw import FRAMES, clean_files, write_session
+from tests.sessions import phone_raw
+from tests.sessions.raw import FRAMES, START_NS, clean_files, sensor_line, write_session
 from tests.surveys import make_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SessionError
@@ -16,7 +17,13 @@ from vislam2tag.core.context import TrackerState
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session, press_findings
+from vislam2tag.sessions.prepared import (
+    PreparedSession,
+    SessionTask,
+    prepared_session,
+    prepared_track,
+    press_findings,
+)
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.model import ControlPoints, Floor, Site
@@ -123,3 +130,32 @@ def test_one_without_the_other_is_a_finding(
     survey: Path, presses: str | None, points: str | None, expected: list[str]
 ) -> None:
     assert kinds(survey, presses, points) == expected
+
+
+def same_track(task: SessionTask) -> bool:
+    """Whether the shorter reading gives poses, landmarks and air pressure as the whole one does."""
+    whole, track = prepared_session(task).session, prepared_track(task).session
+    pressure, shorter = whole.camera.pressure, track.camera.pressure
+    assert pressure is not None
+    assert shorter is not None
+    return (
+        np.array_equal(whole.camera.position_acs, track.camera.position_acs)
+        and np.array_equal(whole.landmarks.position_acs, track.landmarks.position_acs)
+        and whole.landmarks.ids == track.landmarks.ids
+        and np.array_equal(pressure.time_ns, shorter.time_ns)
+        and np.array_equal(pressure.pressure_hpa, shorter.pressure_hpa)
+        and not track.tables["wifi"].height
+    )
+
+
+def test_track_is_read_without_the_readings(tmp_path: Path) -> None:
+    air = [f"{START_NS + number * 50_000_000 + 1}; PRESSURE; 99{number}.0; 0; 0; 0; 0; 0" for number in range(5)]
+    of_floor = task(tmp_path, files={**clean_files(), "sensors.csv": [sensor_line(0), *air, sensor_line(300)]})
+    assert same_track(of_floor)
+    ref = phone_raw.write_session(tmp_path / "floor_1" / "S20" / phone_raw.NAME, phone_raw.clean_rows())
+    assert same_track(replace(of_floor, ref=ref))
+
+
+def test_session_without_poses_is_read_whole(tmp_path: Path) -> None:
+    files = {name: lines for name, lines in clean_files().items() if name == "sensors.csv"}
+    assert prepared_track(task(tmp_path, files=files)).session.tables["sensors"].height == 300

@@ -154,16 +154,15 @@ def _fit(first: Chart, second: Chart) -> tuple[float, complex] | None:
     heading = heading[np.isfinite(heading)]
     turns = np.concatenate((heading, _turns_of_pairs(a, b)))
     place_m = SAME_PLACE_M + SAME_PLACE_SHARE * float(np.abs(a - a.mean()).max())
-    best, least = None, np.inf
-    for turn in turns.tolist():
-        shift = a - b * np.exp(1j * turn)
-        middle = complex(np.median(shift.real), np.median(shift.imag))
-        off, off_rad = np.abs(shift - middle) / place_m, wrapped(heading - turn) / SAME_HEADING_RAD
-        agreeing = int(np.sum(off < 1) + np.sum(np.abs(off_rad) < 1))
-        cost = float(np.log1p(off**2).sum() + np.log1p(off_rad**2).sum())
-        if agreeing >= FEWEST_AGREEING and cost < least:
-            best, least = (turn, middle), cost
-    return best
+    shift = a - b * np.exp(1j * turns[:, None])
+    middle = np.median(shift.real, axis=1) + 1j * np.median(shift.imag, axis=1)
+    off = np.abs(shift - middle[:, None]) / place_m
+    off_rad = wrapped(heading - turns[:, None]) / SAME_HEADING_RAD
+    agreeing = np.sum(off < 1, axis=1) + np.sum(np.abs(off_rad) < 1, axis=1)
+    cost = np.log1p(off**2).sum(axis=1) + np.log1p(off_rad**2).sum(axis=1)
+    cost[agreeing < FEWEST_AGREEING] = np.inf
+    best = int(np.argmin(cost)) if len(turns) else -1
+    return (float(turns[best]), complex(middle[best])) if best >= 0 and np.isfinite(cost[best]) else None
 
 
 def _turns_of_pairs(a: ComplexArray, b: ComplexArray) -> FloatArray:

@@ -9,7 +9,7 @@ another one with its id. Surveyed places may be wrong, too. Tails of Student's t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, log
 
@@ -121,8 +121,7 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
     """
 
     def step(before: LandmarkMap, number: int) -> LandmarkMap:
-        caution = max(CAUTION * RELAXATION**number, 1.0)
-        return solved(replace(before, doubts=_reweighted(before).cautious(caution)))
+        return _solved_anew(before, lambda doubts: doubts.cautious(max(CAUTION * RELAXATION**number, 1.0)))
 
     start = initial_map(tuple(maps), priors)
     done = iterate(
@@ -134,8 +133,7 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
         most_rounds=MOST_ROUNDS,
         least_rounds=1 + ceil(log(CAUTION) / -log(RELAXATION)),
     )
-    joined = replace(done.state, doubts=_reweighted(done.state).expected(), converged=done.converged)
-    return solved(joined)
+    return _solved_anew(replace(done.state, converged=done.converged), Doubts.expected)
 
 
 def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
@@ -152,12 +150,18 @@ def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
     done = iterate(
         "the landmark map without a survey",
         solved(trial),
-        lambda before, _: solved(replace(before, doubts=_reweighted(before))),
+        lambda before, _: _solved_anew(before),
         _moved_m,
         tolerance=PREDICTED_SETTLED_M,
         most_rounds=MOST_ROUNDS,
     )
-    return solved(replace(done.state, doubts=_reweighted(done.state).expected()))
+    return _solved_anew(done.state, Doubts.expected)
+
+
+def _solved_anew(before: LandmarkMap, taken: Callable[[Doubts], Doubts] = lambda doubts: doubts) -> LandmarkMap:
+    """Take a step with the doubts that fit the solution, as they are ``taken``."""
+    linear = linear_maps(before)
+    return solved(replace(before, doubts=taken(_reweighted(before, linear))), linear)
 
 
 def _moved_m(before: LandmarkMap, after: LandmarkMap) -> float:
@@ -183,21 +187,31 @@ def initial_map(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkM
 
 def linear_map(joined: LandmarkMap, number: int) -> LinearMap:
     """Linearise one map's observations about the present solution."""
-    doubts = joined.doubts
-    return joined.maps[number].linearised(
-        joined.position,
-        joined.heading_rad,
-        (complex(joined.origin[number]), float(joined.turn_rad[number])),
-        walk_factor=float(doubts.walk[number]),
-        shift_m2=doubts.shift_m**2 * doubts.shift[number],
-    )
+    frame = complex(joined.origin[number]), float(joined.turn_rad[number])
+    return _doubted(joined.maps[number].linearised(joined.position, joined.heading_rad, frame), joined.doubts, number)
 
 
-def solved(joined: LandmarkMap) -> LandmarkMap:
-    """Take one step of Gauss and Newton with the doubts as they are."""
+def linear_maps(joined: LandmarkMap) -> dict[int, LinearMap]:
+    """Those of all maps that are tied, by their numbers."""
+    return {number: linear_map(joined, number) for number in np.flatnonzero(joined.tied).tolist()}
+
+
+def _doubted(linear: LinearMap, doubts: Doubts, number: int) -> LinearMap:
+    return linear.doubted(float(doubts.walk[number]), doubts.shift_m**2 * doubts.shift[number])
+
+
+def solved(joined: LandmarkMap, about: Mapping[int, LinearMap] | None = None) -> LandmarkMap:
+    """Take one step of Gauss and Newton with the doubts as they are.
+
+    ``about`` are the maps linearised about the same solution, with whichever doubts, where they are at hand.
+    """
     marks = len(joined.position)
     information, right = survey_equations(joined)
-    linear = {number: linear_map(joined, number) for number in np.flatnonzero(joined.tied).tolist()}
+    linear = (
+        linear_maps(joined)
+        if about is None
+        else {number: _doubted(one, joined.doubts, number) for number, one in about.items()}
+    )
     for one in linear.values():
         of_map, of_right = one.equations()
         information[np.ix_(one.column, one.column)] += of_map
@@ -206,7 +220,7 @@ def solved(joined: LandmarkMap) -> LandmarkMap:
     step = covariance @ right
     origin, turn_rad = joined.origin.copy(), joined.turn_rad.copy()
     for number, one in linear.items():
-        x, y, turn = one.without_frame()[2] @ (one.residual - one.design @ step[one.column])
+        x, y, turn = one.frame_gain @ (one.residual - one.design @ step[one.column])
         origin[number] += complex(x, y)
         turn_rad[number] += turn
     return replace(
@@ -244,15 +258,14 @@ def _survey_miss(joined: LandmarkMap) -> FloatArray:
     return np.column_stack((miss.real, miss.imag))
 
 
-def _reweighted(joined: LandmarkMap) -> Doubts:
+def _reweighted(joined: LandmarkMap, linear: Mapping[int, LinearMap]) -> Doubts:
     """Doubts that fit best what each walk, each sight of a landmark and each surveyed place was off by.
 
     A variance is the sum of squares over how many of them the observations determine (MacKay 1992), with what is
     assumed before added to both: where expectation maximisation ends, but in fewer rounds.
     """
     old = joined.doubts
-    tied = np.flatnonzero(joined.tied).tolist()
-    misses = {number: _missed(joined, number) for number in tied}
+    misses = {number: _missed(joined, one) for number, one in linear.items()}
     square_m2 = sum(float(np.sum(one.square_m2 / old.shift[number])) for number, one in misses.items())
     numbers = sum(float(np.sum(one.numbers)) for one in misses.values())
     shift_m = float(np.sqrt((SHIFT_NUMBERS * SHIFT_M**2 + square_m2) / (SHIFT_NUMBERS + numbers)))
@@ -276,21 +289,18 @@ class _Missed:
     walk_numbers: float
 
 
-def _missed(joined: LandmarkMap, number: int) -> _Missed:
-    one = linear_map(joined, number)
-    _, frame_covariance, gain = one.without_frame()
-    design = one.design - one.frame @ (gain @ one.design)
+def _missed(joined: LandmarkMap, one: LinearMap) -> _Missed:
+    design = one.design - one.frame @ (one.frame_gain @ one.design)
     spread = design @ joined.covariance[np.ix_(one.column, one.column)] @ design.T
-    spread += one.frame @ frame_covariance @ one.frame.T
-    precision = np.linalg.inv(one.noise)
+    spread += one.frame @ one.frame_covariance @ one.frame.T
+    precision = one.worth
     pull = precision @ one.residual
     determined = precision - precision @ spread @ precision
-    places = slice(0, 2 * len(joined.maps[number].landmark))
-    walk = joined.doubts.walk[number]
+    places = slice(0, 2 * len(one.column) // 3)
     return _Missed(
         square_m2=((one.shift * pull) ** 2)[places].reshape(-1, 2).sum(axis=1),
         numbers=(one.shift * np.diag(determined))[places].reshape(-1, 2).sum(axis=1).clip(0),
-        walk_square=float(walk * pull @ one.own @ pull),
+        walk_square=float(one.walk_factor * pull @ one.own @ pull),
         walk_numbers=max(float(np.sum(determined * one.own)), 0.0),
     )
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,31 +17,55 @@ class LinearMap:
     """A local map's observations about one solution, linear in the landmarks and in where the map's frame lies.
 
     ``column`` (3k,) of its landmarks' unknowns: x and y of each, then headings; ``residual`` (r,) observed minus
-    predicted; ``design`` (r, 3k) by landmarks alone and ``frame`` (r, 3) by x, y, turn of its frame; ``noise`` (r, r)
-    the whole covariance, of which ``own`` (r, r) is the map's and ``shift`` (r,), a diagonal, that of landmarks off
-    their places. Metres and rad.
+    predicted; ``design`` (r, 3k) by landmarks alone and ``frame`` (r, 3) by x, y, turn of its frame. ``covariance``
+    (r, r) is the map's, taken ``walk_factor`` times; ``shift`` (r,), a diagonal, that of landmarks off their places.
+    Metres and rad.
     """
 
     column: IntArray
     residual: FloatArray
     design: FloatArray
     frame: FloatArray
-    noise: FloatArray
-    own: FloatArray
+    covariance: FloatArray
+    walk_factor: float
     shift: FloatArray
 
-    def without_frame(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Worth (r, r) of the observations once the frame has adapted itself, its covariance (3, 3) and gain (3, r)."""
-        worth = np.linalg.inv(self.noise)
-        pull = self.frame.T @ worth
-        covariance: FloatArray = np.asarray(np.linalg.inv(pull @ self.frame), dtype=np.float64)
-        gain = covariance @ pull
-        return worth - pull.T @ gain, covariance, gain
+    def doubted(self, walk_factor: float, shift_m2: FloatArray) -> LinearMap:
+        """The same with other doubts of the walk and of where it sees each landmark (k,), m^2."""
+        headings = len(self.residual) - 2 * len(shift_m2)
+        shift = np.concatenate((np.repeat(shift_m2, 2), np.zeros(headings)))
+        return replace(self, walk_factor=walk_factor, shift=shift)
+
+    @property
+    def own(self) -> FloatArray:
+        """(r, r) covariance of what the walk does not know."""
+        return self.covariance * self.walk_factor
+
+    @property
+    def noise(self) -> FloatArray:
+        """(r, r) the whole covariance."""
+        return self.own + np.diag(self.shift)
+
+    @cached_property
+    def worth(self) -> FloatArray:
+        """(r, r) of the observations in a frame that is known."""
+        return np.asarray(np.linalg.inv(self.noise), dtype=np.float64)
+
+    @cached_property
+    def frame_covariance(self) -> FloatArray:
+        """(3, 3) of where the frame lies, if the landmarks are known."""
+        return np.asarray(np.linalg.inv(self.frame.T @ self.worth @ self.frame), dtype=np.float64)
+
+    @cached_property
+    def frame_gain(self) -> FloatArray:
+        """(3, r) by how much observations move the frame, if the landmarks are known."""
+        return np.asarray(self.frame_covariance @ self.frame.T @ self.worth)
 
     def equations(self) -> tuple[FloatArray, FloatArray]:
         """Information (3k, 3k) on the landmarks' unknowns once the frame has adapted itself, and right side (3k,)."""
-        worth = self.design.T @ self.without_frame()[0]
-        return worth @ self.design, worth @ self.residual
+        adapted = self.worth - self.worth @ self.frame @ self.frame_gain
+        pull = self.design.T @ adapted
+        return pull @ self.design, pull @ self.residual
 
 
 @dataclass(frozen=True)
@@ -96,14 +121,10 @@ class LocalMap:
         position: ComplexArray,
         heading_rad: FloatArray,
         frame: tuple[complex, float],
-        *,
-        walk_factor: float,
-        shift_m2: FloatArray,
     ) -> LinearMap:
         """Linearise the map's observations about all landmarks' places (m,), complex metres, and headings (m,).
 
-        ``frame`` is where the map's frame lies and how it is turned, rad; ``walk_factor`` that of its covariance;
-        ``shift_m2`` (k,) the variance per axis of how far it sees each landmark off its place.
+        ``frame`` is where the map's frame lies and how it is turned, rad. Nothing is doubted.
         """
         k, landmark = len(self.landmark), self.landmark
         turn = np.exp(-1j * frame[1])
@@ -112,15 +133,15 @@ class LocalMap:
         turned = self.heading_rad - heading_rad[landmark] + frame[1]
         rotation = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
         design = np.eye(3 * k)
-        design[: 2 * k, : 2 * k] = np.kron(np.eye(k), rotation)
+        x = 2 * np.arange(k)
+        for i, j in np.ndindex(2, 2):
+            design[x + i, x + j] = rotation[i, j]
         by_frame = np.zeros((3 * k, 3))
         by_frame[: 2 * k, :2] = np.tile(-rotation, (k, 1))
         by_frame[: 2 * k, 2] = np.column_stack((arm.imag, -arm.real)).ravel()
         by_frame[2 * k :, 2] = -1
         residual = np.concatenate((np.column_stack((miss.real, miss.imag)).ravel(), wrapped(turned)))
         column = np.concatenate(((2 * landmark[:, None] + (0, 1)).ravel(), 2 * len(position) + landmark))
-        shift = np.concatenate((np.repeat(shift_m2, 2), np.zeros(k)))
         rows = self.observed
-        own = self.covariance[np.ix_(rows, rows)] * walk_factor
-        noise = own + np.diag(shift[rows])
-        return LinearMap(column, residual[rows], design[rows], by_frame[rows], noise, own, shift[rows])
+        covariance = self.covariance[np.ix_(rows, rows)]
+        return LinearMap(column, residual[rows], design[rows], by_frame[rows], covariance, 1.0, np.zeros(len(rows)))

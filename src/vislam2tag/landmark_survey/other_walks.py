@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, joint_columns
-from vislam2tag.landmark_survey.landmark_map import LandmarkMap, linear_map, survey_equations
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap, linear_maps, survey_equations
 
 GREATEST_SIGMA_M = 5.0
 """A landmark that is not known better than this has no position."""
@@ -41,8 +41,7 @@ class OtherWalks:
     @cached_property
     def _parts(self) -> dict[int, tuple[IntArray, FloatArray, FloatArray]]:
         """Of each map that is tied: which unknowns it tells of, with which information and right side."""
-        linear = {number: linear_map(self.joined, number) for number in np.flatnonzero(self.joined.tied).tolist()}
-        return {number: (one.column, *one.equations()) for number, one in linear.items()}
+        return {number: (one.column, *one.equations()) for number, one in linear_maps(self.joined).items()}
 
     @cached_property
     def _whole(self) -> tuple[FloatArray, FloatArray]:

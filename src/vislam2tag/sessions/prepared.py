@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.corrected_taps import with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.registry import at_hand, read_session
+from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
@@ -118,7 +118,15 @@ class PreparedSession:
 
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
-    read = _read(task)
+    return _prepared(task, _read(task))
+
+
+def prepared_track(task: SessionTask) -> PreparedSession:
+    """The same with no more than a map of landmarks follows from: readings may be missing; there are no findings."""
+    return _prepared(task, _read(task, read_track))
+
+
+def _prepared(task: SessionTask, read: Session) -> PreparedSession:
     task = _with_told_floors(task, read)
     session, session_uses = corrected_session(read, task.corrections)
     entries = task.corrections.for_session(session.key)
@@ -137,9 +145,9 @@ def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
     return corrected_session(read, _with_told_floors(task, read).corrections)
 
 
-def _read(task: SessionTask) -> Session:
+def _read(task: SessionTask, reader: Callable[[SessionRef, FindingSettings], Session] = read_session) -> Session:
     with at_hand(task.ref) as ref:
-        read = with_companions(read_session(ref, task.finding_settings), ref.own)
+        read = with_companions(reader(ref, task.finding_settings), ref.own)
     return on_known_floors(read, task.site)
 
 

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import polars as pl
 
@@ -60,6 +60,15 @@ class SessionFormat(Protocol):
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; data problems are findings, only a SessionError may escape."""
+        ...
+
+
+@runtime_checkable
+class TrackFormat(Protocol):
+    """A format that can also read less of a session than the whole."""
+
+    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read poses, landmarks, air pressure and what the walker told; tables may be empty, findings are left out."""
         ...
 
 
@@ -119,6 +128,23 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
     try:
         with at_hand(ref) as ref:
             return format_for(ref).read(ref, settings or FindingSettings())
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
+
+
+def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
+    """Read of a session what its map follows from: whole where it has no poses, or its format knows no shorter way.
+
+    Raises as :func:`read_session`.
+    """
+    try:
+        with at_hand(ref) as ref:
+            known = format_for(ref)
+            if isinstance(known, TrackFormat):
+                session = known.read_track(ref, settings or FindingSettings())
+                if session.camera.usable.any():
+                    return session
+            return known.read(ref, settings or FindingSettings())
     except (OSError, pl.exceptions.PolarsError) as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
 

@@ -14,6 +14,7 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.model import FileRecord
 from vislam2tag.sessions.tables.raw_table import RawTable
+from vislam2tag.sessions.tables.sensor_table import PRESSURE
 from vislam2tag.survey.site_table import is_file
 
 MISSING = {
@@ -23,6 +24,8 @@ MISSING = {
     "sensors": ("no sensor readings; the session gives no sensor labels", Severity.WARNING),
 }
 """Roles that a session should have: what it means where they are missing."""
+OF_TRACK = frozenset({"record", "poses", "landmarks", "anchors", "events", "sensors"})
+"""Roles that tell of the tracker, of sensors the barometer alone."""
 _OPTIONAL = {
     "presses": ("no presses", Severity.WARNING),
     "ble": ("no BLE readings", Severity.WARNING),
@@ -36,16 +39,22 @@ _OPTIONAL = {
 
 @dataclass
 class SessionFiles:
-    """The account of a session's files; ``names`` are those of each role's file, the first one the usual."""
+    """The account of a session's files; ``names`` are those of each role's file, the first one the usual.
+
+    With ``track_only`` files of roles that are not :data:`OF_TRACK` count as empty ones, and no account is kept.
+    """
 
     folder: Path
     names: Mapping[str, tuple[str, ...]]
+    track_only: bool = False
     files: list[FileRecord] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     _opened: set[str] = field(default_factory=set)
 
     def load(self, role: str) -> tuple[str, bytes]:
-        """Name and bytes of a role's file; no bytes where the file is missing or cannot be opened."""
+        """Name and bytes of a role's file; no bytes where the file is missing, not wanted or cannot be opened."""
+        if self.track_only and role not in OF_TRACK:
+            return self.names[role][0], b""
         names = [name for name in self.names[role] if is_file(self.folder / name)]
         if not names:
             if role in MISSING:
@@ -59,7 +68,7 @@ class SessionFiles:
             self._note("unreadable_file", names[0], *_unreadable(role, error))
             return names[0], b""
         self._opened.add(names[0])
-        return names[0], data
+        return names[0], _of_barometer(data) if self.track_only and role == "sensors" else data
 
     def has(self, role: str) -> bool:
         """Tell whether a role's file is there."""
@@ -67,7 +76,7 @@ class SessionFiles:
 
     def account(self, role: str, data: bytes, table: RawTable) -> pl.DataFrame:
         """Record a file that was opened, and return its rows."""
-        if table.file in self._opened:
+        if table.file in self._opened and not self.track_only:
             digest = hashlib.sha256(data).hexdigest()
             record = FileRecord(table.file, role, len(data), digest, table.lines, table.rows.height)
             self.files.append(record)
@@ -76,6 +85,15 @@ class SessionFiles:
 
     def _note(self, kind: FindingKind, file: str, message: str, severity: Severity) -> None:
         self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
+
+
+def _of_barometer(data: bytes) -> bytes:
+    """The lines of a sensor file that are the barometer's, after the first one, which may be a header."""
+    word = PRESSURE.encode()
+    if word not in data:
+        return b""
+    first, *lines = data.split(b"\n")
+    return b"\n".join((first, *(line for line in lines if word in line), b""))
 
 
 def existing_files(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[Path]:

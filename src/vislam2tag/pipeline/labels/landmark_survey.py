@@ -24,7 +24,7 @@ from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_track
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import CLIMB_M
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
@@ -80,7 +80,7 @@ def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSessi
     """Read a session and map its landmarks in its own frame; what ends it stands in its error."""
     key = task.ref.key
     try:
-        return reduced(settings, prepared_session(task).longest_section())
+        return reduced(settings, prepared_track(task).longest_section())
     except SessionError as error:
         return ReducedSession(key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
@@ -87,11 +88,12 @@ def told_tasks(
         progress(session, len(todo))
 
     run_all(reduced, todo, report=keep)
-    joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
-    told = _told(joint)
+    with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
+        joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
+        told, found = _told(joint), references(joint)
     led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
     with_told = [replace(task, told=told.get(task.ref.key), ways=_ways_of_others(led, task.ref.key)) for task in tasks]
-    return with_told, references(joint)
+    return with_told, found
 
 
 def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> WalkedWays | None:

@@ -87,32 +87,39 @@ class PhoneFormat:
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings. Raises SessionError for an unknown version."""
-        reading = SessionFiles(ref.folder, FILE_NAMES)
-        record = _record(reading, ref.key)
-        camera = _camera(reading, settings)
-        landmarks = _landmarks(reading, camera)
-        anchors = _anchors(reading, camera)
-        tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
-        ble = _ble(reading, camera)
-        if len(ble):
-            tables["ble"] = ble
-        rtt = _rtt(reading, camera)
-        if len(rtt):
-            tables["rtt"] = rtt
-        presses_ns, taps, taps_file = _presses(reading, camera)
-        recording, told_floors = _recording(reading, record)
-        camera = replace(camera, anchors=anchors, told_floors=told_floors, pressure=pressure_log(tables["sensors"]))
-        session = Session(
-            key=ref.key,
-            camera=replace(camera, pose_lag_s=pose_lag_of(camera, tables["sensors"])),
-            landmarks=landmarks,
-            presses_ns=presses_ns,
-            tables=tables,
-            files=tuple(reading.files),
-            findings=tuple(reading.findings),
-            recording=recording,
-        )
-        return with_taps(with_fixes(session, reading), reading, taps, taps_file)
+        return _session(SessionFiles(ref.folder, FILE_NAMES), ref.key, settings)
+
+    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read what the tracker and the walker said; raises as :meth:`read`."""
+        return _session(SessionFiles(ref.folder, FILE_NAMES, track_only=True), ref.key, settings)
+
+
+def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
+    record = _record(reading, key)
+    camera = _camera(reading, settings)
+    landmarks = _landmarks(reading, camera)
+    anchors = _anchors(reading, camera)
+    tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
+    ble = _ble(reading, camera)
+    if len(ble):
+        tables["ble"] = ble
+    rtt = _rtt(reading, camera)
+    if len(rtt):
+        tables["rtt"] = rtt
+    presses_ns, taps, taps_file = _presses(reading, camera)
+    recording, told_floors = _recording(reading, record)
+    camera = replace(camera, anchors=anchors, told_floors=told_floors, pressure=pressure_log(tables["sensors"]))
+    session = Session(
+        key=key,
+        camera=replace(camera, pose_lag_s=pose_lag_of(camera, tables["sensors"])),
+        landmarks=landmarks,
+        presses_ns=presses_ns,
+        tables=tables,
+        files=tuple(reading.files),
+        findings=tuple(reading.findings),
+        recording=recording,
+    )
+    return with_taps(with_fixes(session, reading), reading, taps, taps_file)
 
 
 def _has_header(path: Path) -> bool:

@@ -23,7 +23,7 @@ from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.site_table import is_file
 
 SENSOR_LOGGER_METADATA = "Metadata.csv"
@@ -56,24 +56,31 @@ class PublishedFormat:
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings."""
-        reading = SessionFiles(ref.folder, FILE_NAMES)
-        camera = _camera(reading, settings)
-        landmarks = _landmarks(reading, camera)
-        tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
-        if reading.has("ble"):
-            tables["ble"] = _ble(reading, camera)
-        presses_ns = _presses(reading, camera)
-        pose_lag_s = pose_lag_of(camera, tables["sensors"])
-        session = Session(
-            key=ref.key,
-            camera=replace(camera, pressure=pressure_log(tables["sensors"]), pose_lag_s=pose_lag_s),
-            landmarks=landmarks,
-            presses_ns=presses_ns,
-            tables=tables,
-            files=tuple(reading.files),
-            findings=tuple(reading.findings),
-        )
-        return with_fixes(session, reading)
+        return _session(SessionFiles(ref.folder, FILE_NAMES), ref.key, settings)
+
+    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read what the tracker said."""
+        return _session(SessionFiles(ref.folder, FILE_NAMES, track_only=True), ref.key, settings)
+
+
+def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
+    camera = _camera(reading, settings)
+    landmarks = _landmarks(reading, camera)
+    tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
+    if reading.has("ble"):
+        tables["ble"] = _ble(reading, camera)
+    presses_ns = _presses(reading, camera)
+    pose_lag_s = pose_lag_of(camera, tables["sensors"])
+    session = Session(
+        key=key,
+        camera=replace(camera, pressure=pressure_log(tables["sensors"]), pose_lag_s=pose_lag_s),
+        landmarks=landmarks,
+        presses_ns=presses_ns,
+        tables=tables,
+        files=tuple(reading.files),
+        findings=tuple(reading.findings),
+    )
+    return with_fixes(session, reading)
 
 
 def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
