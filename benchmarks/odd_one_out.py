@@ -1,8 +1,9 @@
-"""How often the odd one out is named: a surveyed landmark, or a sheet that hung elsewhere when one walk passed it.
+"""How often the odd one out is named: a surveyed landmark, or a sheet that hung elsewhere for one walk or for a day.
 
-Generated floors with 20 surveyed landmarks and 8 walks of 3 minutes. Without a fault, whatever is named is a false
-alarm; then one reference at a time is moved, in a direction drawn at random. "Possible" is what the best test names
-whose false alarms are 2 % of floors, were errors normal with the deviations that each comparison states.
+Generated floors with 20 surveyed landmarks and 8 walks of 3 minutes, every other of which is taken for one of a second
+day. Without a fault, whatever is named is a false alarm; then one reference at a time is moved, in a direction drawn at
+random. "Possible" is what the best test names whose false alarms are 2 % of floors, were errors normal with the
+deviations that each comparison states: none where nothing can be compared.
 
     python benchmarks/odd_one_out.py                      seeds 21 to 24, 10 faults of each kind and size on each
     python benchmarks/odd_one_out.py --seeds 31 32 --faults 5
@@ -11,20 +12,41 @@ whose false alarms are 2 % of floors, were errors normal with the deviations tha
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
 from landmark_survey import SIGMA_M, Site, generated_sites
 from vislam2tag.core.similarity import as_complex
+from vislam2tag.landmark_survey.comparison import Comparison
 from vislam2tag.landmark_survey.landmark_map import join
-from vislam2tag.landmark_survey.odd_one_out import Comparison, Votes, vote
+from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.landmark_survey.odd_one_out import Votes, vote
+from vislam2tag.landmark_survey.seen_apart import seen_apart
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 SIZES_M = (1.0, 0.5)
+DAYS = ("first", "second") * 4
+"""On which each walk is taken to be made."""
 FALSE_ALARMS = 0.02
 """Wanted of the best test: at most this share of floors with one."""
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A floor without a fault: local maps of its walks, survey, and what is odd all the same."""
+
+    maps: list[LocalMap]
+    priors: LandmarkPriors
+    clean: Votes
+
+    @classmethod
+    def of(cls, site: Site, seed: int) -> Floor:
+        """Survey all landmarks, and vote."""
+        priors = survey(site, seed)
+        return cls(site.maps, priors, vote(join(site.maps, priors), DAYS))
 
 
 def main() -> None:
@@ -34,41 +56,48 @@ def main() -> None:
     parser.add_argument("--severity", default="default")
     parser.add_argument("--faults", type=int, default=10)
     options = parser.parse_args()
-    sites = list(generated_sites(options.seeds, options.severity))
-    priors = [survey(site, seed) for site, seed in zip(sites, options.seeds, strict=True)]
-    votes = [vote(join(site.maps, prior)) for site, prior in zip(sites, priors, strict=True)]
-    named = [one.odd for one in votes]
-    references = sum(len(site.landmarks.ids) + sum(len(one.landmark) for one in site.maps) for site in sites)
-    print(
-        f"no fault: {sum(map(len, named))} of {references} references named, on {sum(map(bool, named))} of {len(sites)}"
-    )
+    sites = generated_sites(options.seeds, options.severity)
+    floors = [Floor.of(site, seed) for site, seed in zip(sites, options.seeds, strict=True)]
+    references = sum(len(floor.priors.position) + sum(len(one.landmark) for one in floor.maps) for floor in floors)
+    named = [one for floor in floors for one in floor.clean.odd]
+    print(f"no fault: {len(named)} of {references} references named, on {sum(bool(one.clean.odd) for one in floors)}")
+    for floor, seed in zip(floors, options.seeds, strict=True):
+        if floor.clean.odd:
+            print(f"seed {seed}: {described(floor.clean.odd)}")
     print("| fault | injected | named | possible | others named too |")
     print("| --- " * 5 + "|")
     rng = np.random.default_rng(0)
     for size_m in SIZES_M:
-        for kind, inject in (("survey of a landmark", moved_survey), ("sheet elsewhere in one walk", moved_sight)):
-            hits, extra, number = 0, 0, 0
-            for site, prior in zip(sites, priors, strict=True):
+        for kind, inject in KINDS.items():
+            hits, extra, best = [], [], []
+            for floor in floors:
                 for _ in range(options.faults):
-                    changed, new, culprit = inject(site, prior, size_m, rng)
-                    odd = [(one.landmark, one.walk) for one in vote(join(changed.maps, new)).odd]
-                    hits, extra, number = hits + (culprit in odd), extra + len(set(odd) - {culprit}), number + 1
-            best = possible(votes, size_m, surveys=inject is moved_survey)
-            print(
-                f"| {kind}, {size_m} m | {number} | {hits / number:.0%} | {best:.0%} | {extra / number:.2f} |",
-                flush=True,
-            )
+                    maps, priors, culprit = inject(floor, size_m, rng)
+                    odd = references_of(vote(join(maps, priors), DAYS).odd)
+                    hits.append(culprit in odd)
+                    extra.append(len(odd - {culprit} - references_of(floor.clean.odd)))
+                    best.append(possible(floor.clean, culprit, size_m))
+            figures = f"{np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
+            print(f"| {kind}, {size_m} m | {len(hits)} | {figures} |", flush=True)
 
 
-def possible(votes: list[Votes], size_m: float, *, surveys: bool) -> float:
-    """Power of the most powerful test of each comparison that is invariant to direction: a noncentral chi-squared."""
-    power = []
-    for found in votes:
-        compared = [one for one in found.fitting if np.isfinite(one.sigma_m)]
-        least = stats.chi2.isf(FALSE_ALARMS / len(compared), 2)
-        sigma_m = np.array([one.sigma_m for one in compared if (one.walk is None) == surveys])
-        power.append(stats.ncx2.sf(least, 2, (size_m / sigma_m) ** 2))
-    return float(np.concatenate(power).mean())
+def references_of(odd: Sequence[Comparison]) -> set[Reference]:
+    """Which references these are."""
+    return {(one.landmark, one.walk, one.day) for one in odd}
+
+
+def possible(clean: Votes, culprit: Reference, size_m: float) -> float:
+    """Power of the most powerful test of a comparison that is invariant to direction: a noncentral chi-squared."""
+    compared = [one for one in clean.fitting if np.isfinite(one.sigma_m)]
+    landmark, _, day = culprit
+    if day is None:
+        sigma_m = [one.sigma_m for one in compared if references_of([one]) == {culprit}]
+    else:
+        seen = [number for number, one in enumerate(clean.joined.maps) if landmark in one.landmark]
+        own = [number for number in seen if DAYS[number] == day]
+        sigma_m = [seen_apart(clean.joined, landmark, own).sigma_m] if len(own) < len(seen) else []
+    least = stats.chi2.isf(FALSE_ALARMS / len(compared), 2)
+    return float(stats.ncx2.sf(least, 2, (size_m / sigma_m[0]) ** 2)) if sigma_m else 0.0
 
 
 def survey(site: Site, seed: int) -> LandmarkPriors:
@@ -81,31 +110,65 @@ def survey(site: Site, seed: int) -> LandmarkPriors:
     return priors
 
 
-Injected = tuple[Site, LandmarkPriors, tuple[int, int | None]]
-"""Walks and survey with a fault, and whose it is: landmark, and walk where it is one walk's alone."""
+Reference = tuple[int, int | None, str | None]
+"""Landmark; walk or day where it is what these saw."""
+Injected = tuple[list[LocalMap], LandmarkPriors, Reference]
+"""Maps and survey with a fault, and whose it is."""
 
 
-def moved_survey(site: Site, priors: LandmarkPriors, size_m: float, rng: np.random.Generator) -> Injected:
+def moved_survey(floor: Floor, size_m: float, rng: np.random.Generator) -> Injected:
     """A landmark that some walk passed is surveyed elsewhere."""
-    landmark = int(rng.choice(np.unique(np.concatenate([one.landmark for one in site.maps]))))
-    position = priors.position.copy()
-    position[landmark] += size_m * np.exp(1j * rng.uniform(0, 2 * np.pi))
-    return site, replace(priors, position=position), (landmark, None)
+    landmark = int(rng.choice(np.unique(np.concatenate([one.landmark for one in floor.maps]))))
+    position = floor.priors.position.copy()
+    position[landmark] += drawn(size_m, rng)
+    return floor.maps, replace(floor.priors, position=position), (landmark, None, None)
 
 
-def moved_sight(site: Site, priors: LandmarkPriors, size_m: float, rng: np.random.Generator) -> Injected:
+def moved_sight(floor: Floor, size_m: float, rng: np.random.Generator) -> Injected:
     """A sheet hung elsewhere when one walk passed it."""
-    walk = int(rng.integers(len(site.maps)))
-    row = int(rng.integers(len(site.maps[walk].landmark)))
-    position = site.maps[walk].position.copy()
-    position[row] += size_m * np.exp(1j * rng.uniform(0, 2 * np.pi))
-    maps = [replace(one, position=position) if i == walk else one for i, one in enumerate(site.maps)]
-    return replace(site, maps=maps), priors, (int(site.maps[walk].landmark[row]), walk)
+    walk = int(rng.integers(len(floor.maps)))
+    landmark = int(rng.choice(floor.maps[walk].landmark))
+    return seen_elsewhere(floor, landmark, [walk], drawn(size_m, rng)), floor.priors, (landmark, walk, None)
 
 
-def described(odd: tuple[Comparison, ...]) -> str:
+def moved_for_a_day(floor: Floor, size_m: float, rng: np.random.Generator) -> Injected:
+    """A sheet hung elsewhere on a day when two walks or more passed it."""
+    seen = {
+        (landmark, day): [n for n, one in enumerate(floor.maps) if landmark in one.landmark and DAYS[n] == day]
+        for landmark in range(len(floor.priors.position))
+        for day in set(DAYS)
+    }
+    several = sorted(place for place, walks in seen.items() if len(walks) > 1)
+    landmark, day = several[rng.integers(len(several))]
+    moved = seen_elsewhere(floor, landmark, seen[landmark, day], drawn(size_m, rng))
+    return moved, floor.priors, (landmark, None, day)
+
+
+KINDS = {
+    "survey of a landmark": moved_survey,
+    "sheet elsewhere in one walk": moved_sight,
+    "sheet elsewhere on one day": moved_for_a_day,
+}
+
+
+def drawn(size_m: float, rng: np.random.Generator) -> complex:
+    """A shift in a direction drawn at random, BCS."""
+    return complex(size_m * np.exp(1j * rng.uniform(0, 2 * np.pi)))
+
+
+def seen_elsewhere(floor: Floor, landmark: int, walks: list[int], shift: complex) -> list[LocalMap]:
+    """Maps of which some see a landmark shifted in the building."""
+    maps = list(floor.maps)
+    for walk in walks:
+        own = maps[walk]
+        moved = np.where(own.landmark == landmark, shift * np.exp(-1j * floor.clean.joined.turn_rad[walk]), 0)
+        maps[walk] = replace(own, position=own.position + moved)
+    return maps
+
+
+def described(odd: Sequence[Comparison]) -> str:
     """In one line."""
-    return ", ".join(f"{one.landmark}/{one.walk} {one.size_m:.2f} m ({one.sigmas:.1f})" for one in odd)
+    return ", ".join(f"{one.landmark}/{one.walk or one.day} {one.size_m:.2f} m ({one.sigmas:.1f})" for one in odd)
 
 
 if __name__ == "__main__":

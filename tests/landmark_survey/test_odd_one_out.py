@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from tests.landmark_survey.local_maps import building, seen_from
+from vislam2tag.landmark_survey.comparison import Comparison, Verdict
 from vislam2tag.landmark_survey.landmark_map import join
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.landmark_survey.odd_one_out import Comparison, Verdict, Votes, vote
+from vislam2tag.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 SEEN = [[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10], [8, 9, 10, 11, 0, 1, 2], [0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9]]
@@ -67,6 +68,19 @@ def test_a_sheet_that_hung_elsewhere_in_one_walk_is_named_with_the_walk(walk: in
     votes = voted(maps, priors)
     assert names(votes) == [(2, walk)]
     assert votes.odd[0].offset == pytest.approx(FAULT, abs=0.4)
+
+
+@pytest.mark.parametrize(("landmark", "own"), [(4, [0, 1]), (2, [2, 3])])
+def test_a_sheet_that_hung_elsewhere_on_one_day_is_named_with_the_day(landmark: int, own: list[int]) -> None:
+    maps, priors = survey(5)
+    days = ["first" if walk in own else "second" for walk in range(len(maps))]
+    for walk in own:
+        moved = np.where(maps[walk].landmark == landmark, FAULT * np.exp(-1j * walk), 0)
+        maps[walk] = replace(maps[walk], position=maps[walk].position + moved)
+    [odd] = vote(join(maps, priors), days).odd
+    assert (odd.landmark, odd.walk, odd.day) == (landmark, None, "first")
+    assert odd.offset == pytest.approx(FAULT, abs=0.4)
+    assert vote(join(*survey(5)), days).odd == ()
 
 
 def test_two_faults_are_named_the_greater_first() -> None:

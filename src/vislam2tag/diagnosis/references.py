@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from vislam2tag.common.records import Record
-from vislam2tag.landmark_survey.odd_one_out import Verdict
+from vislam2tag.landmark_survey.comparison import Verdict
 
 
 class Reference(Record):
-    """A landmark's survey, or (with a ``session``) what that session saw of it, against all others; metres, BCS."""
+    """A landmark's survey, or what a ``session``, or all of a ``day``, saw of it, against all others; metres, BCS."""
 
     floor: int
     landmark: str
     session: str | None = None
     """Floor / device / session."""
+    day: str | None = None
+    """As ``2022-01-14``, of what all walks of that day saw of the landmark: only where that contradicts the others."""
     verdict: Verdict
     x_m: float
     y_m: float

@@ -31,7 +31,7 @@ SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
 SETTLED_M = 1e-6
 """Re-weighting has converged when no landmark moves any more by this: rounds are few, and then neither the order of the
 walks nor the building's frame shows."""
-PREDICTED_SETTLED_M = 0.01
+CHANGED_SETTLED_M = 0.01
 """To compare a survey with all others, which tell its place to several centimetres at best, less will do."""
 MOST_ROUNDS = 200
 """Far more than any takes that converges: a limit, not a number of rounds."""
@@ -141,18 +141,47 @@ def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
 
     Doubts are found anew: a wrong survey has made walks past it look worse than they are.
     """
+    trial = replace(_sights_usual(joined, landmark), priors=joined.priors.without(landmark))
+    return _joined_again(trial)
+
+
+def apart(joined: LandmarkMap, landmark: int, walks: Sequence[int]) -> LandmarkMap:
+    """Join again as if some walks had seen another landmark, which nobody surveyed: it becomes the last one."""
+    new, trial = len(joined.position), _sights_usual(joined, landmark)
+    maps = list(joined.maps)
+    for number in walks:
+        own = maps[number].landmark
+        maps[number] = replace(maps[number], landmark=np.where(own == landmark, new, own))
+    return _joined_again(
+        replace(
+            trial,
+            maps=tuple(maps),
+            priors=joined.priors.with_another(),
+            doubts=replace(trial.doubts, survey=np.append(trial.doubts.survey, 1.0)),
+            position=np.append(joined.position, joined.position[landmark]),
+            heading_rad=np.append(joined.heading_rad, joined.heading_rad[landmark]),
+        )
+    )
+
+
+def _sights_usual(joined: LandmarkMap, landmark: int) -> LandmarkMap:
+    """Doubt sights of a landmark by as much less that the best of them is a usual one."""
     rows = [one.landmark == landmark for one in joined.maps]
     least = min(
         (shift[row].min() for shift, row in zip(joined.doubts.shift, rows, strict=True) if row.any()), default=1
     )
     shift = tuple(np.where(row, old / least, old) for old, row in zip(joined.doubts.shift, rows, strict=True))
-    trial = replace(joined, priors=joined.priors.without(landmark), doubts=replace(joined.doubts, shift=shift))
+    return replace(joined, doubts=replace(joined.doubts, shift=shift))
+
+
+def _joined_again(trial: LandmarkMap) -> LandmarkMap:
+    """Solve a joint map that differs a little from the one it was made of, its doubts found anew."""
     done = iterate(
-        "the landmark map without a survey",
+        "the joint landmark map with a change",
         solved(trial),
         lambda before, _: _solved_anew(before),
         _moved_m,
-        tolerance=PREDICTED_SETTLED_M,
+        tolerance=CHANGED_SETTLED_M,
         most_rounds=MOST_ROUNDS,
     )
     return _solved_anew(done.state, Doubts.expected)

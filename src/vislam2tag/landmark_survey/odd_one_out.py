@@ -2,32 +2,28 @@
 
 Survey and walks vote. What each says of a landmark is compared with what all others say of it, in units of what both
 admit: a survey with the map that does without it, a walk's sight of a landmark with the survey, all other walks and
-the rest of its own map. The greatest contradiction is believed, its reference left out, and all are asked again, so
-that one fault is not told of those that it bends.
+the rest of its own map; so is what all walks of a day saw of it. The greatest contradiction is believed, its reference
+left out, and all are asked again, so that one fault is not told of those that it bends.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, joint_columns
-from vislam2tag.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, join, linear_map, predicted
+from vislam2tag.core.arrays import joint_columns
+from vislam2tag.landmark_survey.comparison import Comparison, Verdict
+from vislam2tag.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, join, linear_map
 from vislam2tag.landmark_survey.other_walks import GREATEST_SIGMA_M, OtherWalks
+from vislam2tag.landmark_survey.seen_apart import days_compared, survey_left_out
 
-SURVEY_SIGMAS, SIGHT_SIGMAS = 4.0, 4.5
-"""A survey, or a walk's sight, contradicts the others where they put it so many standard deviations away. Of 20
-surveys and 80 sights by normal errors 2 % would have one beyond 3.7 and 4.1; real ones have heavier tails ..."""
-LEAST_M = 0.15
-"""... and at least this far."""
 SUSPECT_SIGMAS, SUSPECT_FACTOR = 1.5, 1.5
 """A survey is looked at more closely that is so many standard deviations off, or whose landmark a walk is taken to have
 seen with so many times the usual variance."""
 SHARED_SIGMAS = 2.5
-"""Where two walks miss the surveyed place of a landmark by so many, it is the survey that is wrong."""
+"""Where two walks miss the surveyed place of a landmark by so many, and all together do, its survey is wrong."""
 MOST_ODD = 20
 """So many are left out before a survey is taken for one that does not fit at all."""
 STATED_COUNTS = 10
@@ -37,53 +33,6 @@ TRUSTED, MEAN_SQUARE = 0.9, 2 - np.log(10) * 2 / 9
 below that quantile."""
 FEWEST_OTHERS = 2
 """So many other references of its kind must stand beside one to contradict it."""
-
-
-class Verdict(Enum):
-    """What the others say of a reference."""
-
-    AGREES = "agrees"
-    CONTRADICTS = "contradicts"
-    NOTHING = "nothing to compare"
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A reference against all others: the survey of a landmark, or, with a ``walk``, what that map saw of it.
-
-    ``offset`` from where the others have it, complex metres in the BCS; ``sigma_m``, the usual size of that (one
-    standard deviation per axis), and ``sigmas``, how many it is: NaN where nothing can be compared.
-    """
-
-    landmark: int
-    walk: int | None
-    offset: complex = complex(np.nan, np.nan)
-    sigma_m: float = np.nan
-    sigmas: float = np.nan
-
-    @property
-    def size_m(self) -> float:
-        """How far it is from where the others have it."""
-        return abs(self.offset)
-
-    @property
-    def excess(self) -> float:
-        """How many standard deviations it is off, over how many are asked for."""
-        return self.sigmas / (SURVEY_SIGMAS if self.walk is None else SIGHT_SIGMAS)
-
-    @property
-    def verdict(self) -> Verdict:
-        """Whether it fits the others."""
-        if not self.sigma_m <= GREATEST_SIGMA_M:
-            return Verdict.NOTHING
-        return Verdict.CONTRADICTS if self.excess > 1 and self.size_m > LEAST_M else Verdict.AGREES
-
-    @classmethod
-    def of(cls, landmark: int, walk: int | None, offset: FloatArray, covariance: FloatArray) -> Comparison:
-        """Compare by an offset (2,), metres, and its covariance (2, 2)."""
-        sigmas = max(float(offset @ np.linalg.solve(covariance, offset)), 0.0) ** 0.5
-        sigma_m = float(np.sqrt(np.trace(covariance) / 2))
-        return cls(landmark, walk, complex(*offset), sigma_m, sigmas)
 
 
 @dataclass(frozen=True)
@@ -98,47 +47,71 @@ class Votes:
     joined: LandmarkMap
 
 
-def vote(joined: LandmarkMap) -> Votes:
-    """Leave out the reference that contradicts the others most, until none does."""
+def vote(joined: LandmarkMap, days: Sequence[str | None] = ()) -> Votes:
+    """Leave out the reference that contradicts the others most, until none does.
+
+    With ``days`` (b,), on which each map's walk was made, what the walks of a day saw is compared, too.
+    """
     odd: list[Comparison] = []
     while True:
-        compared = (*_scaled(_surveys(joined)), *_scaled(_sights(joined)))
+        compared = _compared(joined, days if len(set(days)) > 1 else ())
         contradicting = [one for one in compared if one.verdict is Verdict.CONTRADICTS]
         if not contradicting or len(odd) == MOST_ODD:
             break
         odd.append(_culprit(max(contradicting, key=lambda one: one.excess), compared))
-        joined = _without(joined, odd[-1])
-    return Votes(tuple(sorted(odd, key=lambda one: -one.size_m)), compared, joined)
+        joined = _without(joined, odd[-1], days)
+    fitting = tuple(one for one in compared if one.day is None)
+    return Votes(tuple(sorted(odd, key=lambda one: -one.size_m)), fitting, joined)
+
+
+def _compared(joined: LandmarkMap, days: Sequence[str | None]) -> list[Comparison]:
+    """All references; of days those that may be odd."""
+    surveys, sights = _surveys(joined), _sights(joined)
+    of_days = days_compared(joined, sights, days) if days else []
+    scale = _scale(sights)
+    return [
+        *(one.in_units_of(_scale(surveys)) for one in surveys),
+        *(one.in_units_of(scale) for one in (*sights, *of_days)),
+    ]
 
 
 def _culprit(found: Comparison, compared: Sequence[Comparison]) -> Comparison:
-    """The survey of a landmark, where several walks miss it or one alone passed it; else what was found."""
+    """The survey of a landmark, where several walks miss it or one alone passed it; else what was found.
+
+    A day that contradicts the others more than the survey does accounts for what its walks miss.
+    """
     of_landmark = [one for one in compared if one.landmark == found.landmark]
     sights = [one for one in of_landmark if one.walk is not None]
     missing = [one for one in sights if one.sigmas > SHARED_SIGMAS]
-    survey = next((one for one in of_landmark if one.walk is None and np.isfinite(one.sigmas)), None)
-    return survey if survey is not None and (len(missing) > 1 or len(sights) == 1) else found
+    survey = next((one for one in of_landmark if one.of_survey and one.sigmas > SHARED_SIGMAS), None)
+    culprit = survey if survey is not None and (len(missing) > 1 or len(sights) == 1) else found
+    contradicting = [one for one in of_landmark if one.day is not None and one.verdict is Verdict.CONTRADICTS]
+    return max([culprit, *contradicting], key=lambda one: one.sigmas)
 
 
-def _scaled(compared: list[Comparison]) -> list[Comparison]:
-    """Comparisons of one kind in units of what they are off by, robustly, instead of what was stated.
+def _scale(compared: Sequence[Comparison]) -> float:
+    """By which factor comparisons of one kind are off by more than was stated, robustly.
 
     Baarda's data snooping with the variance factor a posteriori (Pope 1976).
     """
     squares = np.array([one.sigmas for one in compared]) ** 2
     least = np.sort(squares[np.isfinite(squares)])
     least = least[: int(TRUSTED * len(least))]
-    scale = float(np.sqrt((STATED_COUNTS + least.sum() / MEAN_SQUARE) / (STATED_COUNTS + len(least))))
-    return [replace(one, sigma_m=one.sigma_m * scale, sigmas=one.sigmas / scale) for one in compared]
+    return float(np.sqrt((STATED_COUNTS + least.sum() / MEAN_SQUARE) / (STATED_COUNTS + len(least))))
 
 
-def _without(joined: LandmarkMap, odd: Comparison) -> LandmarkMap:
+def _without(joined: LandmarkMap, odd: Comparison, days: Sequence[str | None]) -> LandmarkMap:
     """The joint map without one reference."""
-    if odd.walk is None:
+    if odd.of_survey:
         return join(joined.maps, joined.priors.without(odd.landmark))
-    maps = list(joined.maps)
-    maps[odd.walk] = maps[odd.walk].select(maps[odd.walk].landmark != odd.landmark)
-    return join(maps, joined.priors)
+    walks = {odd.walk} if odd.day is None else {number for number, day in enumerate(days) if day == odd.day}
+    return join(
+        [
+            one.select(one.landmark != odd.landmark) if number in walks else one
+            for number, one in enumerate(joined.maps)
+        ],
+        joined.priors,
+    )
 
 
 def _surveys(joined: LandmarkMap) -> list[Comparison]:
@@ -158,18 +131,13 @@ def _survey(joined: LandmarkMap, landmark: int) -> Comparison:
     surveyed, own = joined.priors.position[landmark], joined.priors.covariance[landmark]
     with_it = np.linalg.inv(joined.position_covariance[landmark])
     information = with_it - np.linalg.inv(own * joined.doubts.survey[landmark])
-    place = np.array([surveyed.real, surveyed.imag])
     if np.linalg.eigvalsh(information)[0] > GREATEST_SIGMA_M**-2:
         miss = joined.position[landmark] - surveyed
         offset = -np.linalg.solve(information, with_it @ (miss.real, miss.imag))
         quick = Comparison.of(landmark, None, offset, np.linalg.inv(information) + own)
         if quick.sigmas < SUSPECT_SIGMAS and _sights_trusted(joined, landmark):
             return quick
-    trial = predicted(joined, landmark)
-    found = trial.position[landmark]
-    return Comparison.of(
-        landmark, None, place - np.array([found.real, found.imag]), trial.position_covariance[landmark] + own
-    )
+    return survey_left_out(joined, landmark)
 
 
 def _sights_trusted(joined: LandmarkMap, landmark: int) -> bool:

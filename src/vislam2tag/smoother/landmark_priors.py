@@ -53,6 +53,17 @@ class LandmarkPriors:
         """Mask (m,) of the landmarks with a position."""
         return np.asarray(np.isfinite(self.position))
 
+    def with_another(self) -> LandmarkPriors:
+        """One landmark more, the last, which is not surveyed."""
+        one = LandmarkPriors.nothing(1)
+        return replace(
+            self,
+            position=np.append(self.position, one.position),
+            covariance=np.concatenate((self.covariance, one.covariance)),
+            heading_rad=np.append(self.heading_rad, one.heading_rad),
+            heading_sigma_rad=np.append(self.heading_sigma_rad, one.heading_sigma_rad),
+        )
+
     def without(self, landmark: int) -> LandmarkPriors:
         """Forget what is known of one landmark."""
         one = np.arange(len(self.position)) == landmark

@@ -8,8 +8,11 @@ from collections.abc import Sequence
 from vislam2tag.common.findings import Finding
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.references import OddReference, Reference, References
-from vislam2tag.landmark_survey.odd_one_out import Comparison, Verdict, Votes, vote
+from vislam2tag.landmark_survey.comparison import Comparison, Verdict
+from vislam2tag.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
+from vislam2tag.survey.corrections.file import session_start
+from vislam2tag.survey.model import SessionKey
 
 MOST_OF_A_WALK = 0.5
 """A walk of which more of the landmarks that it passed are odd than this is odd itself."""
@@ -19,12 +22,18 @@ def references(joint: JointSurvey) -> References:
     """Compare all references of a joint survey; empty where no walk is tied to it."""
     if not joint.joined.tied.any():
         return References()
-    votes = vote(joint.joined)
+    votes = vote(joint.joined, [_day(session.key) for session in joint.mapped])
     rows = [(one, _row(joint, votes, one)) for one in votes.odd]
     return References(
         odd=tuple(_ranked(joint, rows)),
         compared=(*(row for _, row in rows), *(_row(joint, votes, one) for one in votes.fitting)),
     )
+
+
+def _day(key: SessionKey) -> str | None:
+    """On which a session was made, where its name tells."""
+    start = session_start(key.session)
+    return None if start is None else start.date().isoformat()
 
 
 def odd_findings(found: References) -> list[Finding]:
@@ -63,6 +72,7 @@ def _row(joint: JointSurvey, votes: Votes, one: Comparison) -> Reference:
         floor=place.floor,
         landmark=place.landmark,
         session=None if one.walk is None else str(joint.mapped[one.walk].key),
+        day=one.day,
         verdict=one.verdict,
         x_m=round(position.real, 3),
         y_m=round(position.imag, 3),
@@ -88,6 +98,12 @@ def _ranked(joint: JointSurvey, rows: list[tuple[Comparison, Reference]]) -> lis
 def _single(row: Reference) -> OddReference:
     where = f"landmark {row.landmark} on floor {row.floor}"
     by = f"{row.size_m:.2f} m (usual are {row.sigma_m:.2f} m)"
+    if row.day is not None:
+        summary = (
+            f"{where} hung {by} from where survey and other days have it on {row.day}, as all walks of that day saw "
+            "it: correct its place for these sessions"
+        )
+        return OddReference(culprit=f"{row.day}, {where}", summary=summary, references=(row,))
     if row.session is None:
         summary = f"{where} is surveyed {by} from where all walks and the other landmarks have it: measure it again"
         return OddReference(culprit=where, summary=summary, references=(row,))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.diagnosis.references import Reference, References
-from vislam2tag.landmark_survey.odd_one_out import Verdict
+from vislam2tag.landmark_survey.comparison import Verdict
 from vislam2tag.report.floor_map.arrows import arrow_line
 from vislam2tag.report.floor_map.figures import site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text
@@ -50,6 +50,8 @@ def write_conflict_page(out_file: Path, survey: Survey, found: References) -> No
 
 def named(one: Reference) -> str:
     """What a reference is called."""
+    if one.day is not None:
+        return f"{one.landmark} as seen on {one.day}"
     return f"survey of {one.landmark}" if one.session is None else f"{one.landmark} as seen by {one.session}"
 
 
