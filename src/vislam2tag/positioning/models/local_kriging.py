@@ -66,8 +66,8 @@ NEAREST = 2
 """Which feature follows the nearest scan's distance."""
 LEAST_SPREAD_M, LEAST_AWAY = 0.5, 0.01
 """Smaller ones count as these where logarithms are taken."""
-SAME_PLACE_M = 1.0
-"""Side of the squares that are left out, as whoever asks stands between the points that were surveyed."""
+SAME_PLACE_M = 3.0
+"""Side of the squares that are left out, as whoever asks stands between the ways that were surveyed."""
 _AT_ONCE = 128
 
 
