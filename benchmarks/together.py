@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 from calibration import cells, points
+from chance import greatest, losses
 from data_sets import Walk
 
 from landmark_survey import SETTINGS, SIGMA_M, Site, chosen, complete, generated_sites, real_site, spread
@@ -39,9 +40,10 @@ def main() -> None:
     options = parser.parse_args()
     sites = [real_site()] if options.real else list(generated_sites(options.seeds, options.severity))
     print(
-        "| surveyed | mapped | number | mean | inside 68 % | inside 95 % | least | most | long stretches | most worse |"
+        "| surveyed | mapped | walks | mean | inside 68 % | inside 95 % | least | most | long | others | worse "
+        "| by chance |"
     )
-    print("| --- " * 10 + "|")
+    print("| --- " * 12 + "|")
     for count in (3, 5, 8):
         for name, choose in (("spread", spread), ("at random", lambda marks, count: chosen(marks, count, 0))):
             choices = [choose(site.landmarks, count) for site in sites]
@@ -52,7 +54,7 @@ def main() -> None:
 def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
     """Figures of all walks that can be mapped alone: alone, with completed landmarks, together."""
     found: dict[str, list[FloatArray]] = {"alone": [], "completed": [], "together": []}
-    long = []
+    long, chances, draw = [], list[FloatArray](), np.random.default_rng(0)
     for site, surveyed in zip(sites, choices, strict=True):
         known = only(site.landmarks, surveyed)
         completed = complete(site, surveyed)[0]
@@ -62,16 +64,25 @@ def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
             for name, landmarks in (("alone", known), ("completed", completed), ("together", told[number])):
                 trajectory = strategy_named("smoother", SETTINGS.mapping).map(walk.camera, walk.log, landmarks)
                 found[name].append(points(walk, trajectory))
+            if len(found["alone"][-1]):
+                range_m = SETTINGS.mapping.smoother.sighting_range_m
+                chances.append(losses(walk, known, told[number], range_m, draw))
     rows = [i for i, one in enumerate(found["alone"]) if len(one)]
     means = {name: np.array([one[i][:, 0].mean() for i in rows]) for name, one in found.items()}
     far = np.array(long)[rows]
     result = []
     for name, one in found.items():
-        gain = 1 - means[name][far].mean() / means["alone"][far].mean() if far.any() else np.nan
-        worse = (means[name] - means["alone"]).max()
         figures = cells(one[i] for i in rows)
-        result.append(f"{name} | {figures} | {far.sum()}: {gain:.0%} | {worse:.3f} m")
+        gains = " | ".join(gain(means["alone"][those], means[name][those]) for those in (far, ~far))
+        worse = (means[name] - means["alone"]).max()
+        by_chance = greatest(chances) if name == "together" else "-"
+        result.append(f"{name} | {figures} | {gains} | {worse:.3f} m | {by_chance}")
     return result
+
+
+def gain(alone_m: FloatArray, other_m: FloatArray) -> str:
+    """How many walks there are, and by how much their mean errors (w,), metres, fall together."""
+    return f"{len(alone_m)}: {1 - other_m.mean() / alone_m.mean():.0%}" if len(alone_m) else "-"
 
 
 def only(landmarks: Landmarks, surveyed: IntArray) -> Landmarks:

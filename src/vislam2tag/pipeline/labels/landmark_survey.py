@@ -108,7 +108,7 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
         return ReducedSession(key, unused=prepared.unused)
     smoothed = smooth_in_own_frame(observations)
     local = LocalMap.of(smoothed)
-    climbed = vertical_span_m(camera, log) >= CLIMB_M
+    climbed = len(site.floors) > 1 and vertical_span_m(camera, log) >= CLIMB_M
     around = _over_all_floors(site, landmarks) if climbed else landmarks
     heights = estimate_heights(camera, log, around, settings.heights, observations.odometry)
     floors = [_floor(observations, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
