@@ -104,7 +104,7 @@ def _tell(by: str, name: str, data: LearningData, masks: list[tuple[BoolArray, B
     inside, order, walks = error <= small, np.argsort(small), np.concatenate(walk)
     parts = np.array_split(order, 5)
     held = [(inside, walks), (error <= large, walks), *((inside[part], walks[part]) for part in (parts[0], parts[-1]))]
-    told = [_share(*one, bounds) for one, bounds in zip(held, BOUNDS, strict=True)]
+    told = [told_share(*one, bounds) for one, bounds in zip(held, BOUNDS, strict=True)]
     print(
         f"| {by} | `{name}` | {error.mean():.2f} m | {np.median(error):.2f} m | {np.quantile(error, 0.95):.2f} m | "
         f"{100 * np.concatenate(right).mean():.1f} % | {' | '.join(told)} |",
@@ -112,7 +112,7 @@ def _tell(by: str, name: str, data: LearningData, masks: list[tuple[BoolArray, B
     )
 
 
-def _share(inside: BoolArray, walk: AnyArray, bounds: tuple[float, float]) -> str:
+def told_share(inside: BoolArray, walk: AnyArray, bounds: tuple[float, float]) -> str:
     """Tell a share of scans (n,) of walks (n,), its half interval, and by asterisks whether it is out of bounds."""
     share, scatter = inside.mean(), mean_interval(inside.astype(np.float64), walk)
     low, high = scatter or (share, share)
