@@ -16,7 +16,7 @@ Places where walks meet are known from the truth, each level of noise from the e
 taken for independent: what is gained is more than any such tie could.
 
     python benchmarks/further_ties.py --seeds 11 12
-    python benchmarks/further_ties.py --seeds 13 14 --severity severe
+    python benchmarks/further_ties.py --seeds 13 14 --severity severe [--labelled]
 """
 
 from __future__ import annotations
@@ -67,6 +67,11 @@ class WalkedPath:
     error: FloatArray
     sigma_m: FloatArray
 
+    def off(self, time_s: FloatArray) -> FloatArray:
+        """Errors (k, 2) at some moments; NaN where the path does not lead."""
+        axes = [np.interp(time_s, self.time_s, axis, left=np.nan, right=np.nan) for axis in self.error.T]
+        return np.column_stack(axes)
+
 
 @dataclass(frozen=True)
 class Fixes:
@@ -83,42 +88,47 @@ def main() -> None:
     parser.add_argument("--severity", default="default")
     parser.add_argument("--surveyed", type=int, default=3)
     parser.add_argument("--model", default="local-kriging")
+    parser.add_argument("--labelled", action="store_true", help="learn scans at their walks' labels, not at the truth")
     options = parser.parse_args()
-    print("| surveyed | mapped | mean | radio | magnetic | corridors | all three |\n" + "| --- " * 7 + "|")
-    floors = [floor_of(seed, options.severity, options.model) for seed in options.seeds]
-    error = np.concatenate([fixes.error for _, radio in floors for fixes in radio])
+    print(
+        "| surveyed | mapped | mean | a radio fix | radio | magnetic | corridors | all three |\n" + "| --- " * 8 + "|"
+    )
+    floors = [floor_of(seed, options.severity) for seed in options.seeds]
     for name, choose in (("spread", spread), ("at random", lambda marks, count: chosen(marks, count, 0))):
         for way in ("alone", "together"):
-            sums = np.zeros(5)
-            for walks, radio in floors:
+            sums, off_m = np.zeros(5), []
+            for walks, heard in floors:
                 site = site_of(walks)
                 surveyed = choose(site.landmarks, options.surveyed)
                 known = [only(site.landmarks, surveyed)] * len(walks)
                 paths = mapped(walks, together(site, surveyed) if way == "together" else known)
                 alone = mapped(walks, known)
                 rows = [i for i, path in enumerate(alone) if path is not None and paths[i] is not None]
+                radio = list(radio_fixes(walks, heard, options.model, paths if options.labelled else None))
+                off_m.append(np.concatenate([np.hypot(*radio[i].error.T) for i in rows]).mean())
                 sums += gains([path for i in rows if (path := paths[i]) is not None], [radio[i] for i in rows])
             left = " | ".join(f"{1 - one / sums[0]:.1%}" for one in sums[1:])
+            mean_m = sums[0] / len(floors)
             print(
-                f"| {options.surveyed}, {name} | {way} | {len(floors)} | {sums[0] / len(floors):.3f} m | {left} |",
-                flush=True,
+                f"| {options.surveyed}, {name} | {way} | {mean_m:.3f} m | {np.mean(off_m):.2f} m | {left} |", flush=True
             )
-    print(f"radio fixes: mean error {np.hypot(*error.T).mean():.2f} m")
 
 
-def floor_of(seed: int, severity: str, model: str) -> tuple[list[Walk], list[Fixes]]:
-    """The walks of a floor, and what a model of the others' scans tells each."""
+def floor_of(seed: int, severity: str) -> tuple[list[Walk], list[pl.DataFrame]]:
+    """The walks of a floor, and what each heard."""
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder) / "survey"
         building = BuildingSettings(landmarks=20)
         simulate(regular_survey(seed, severity, floors=(0,), sessions=4, building=building), root)
         walks = list(walks_of(root, truth_at_frames=True))
         heard = [read_session(ref).tables["wifi"].filter(~pl.col("repeated")) for ref in open_survey(root).sessions]
-    return walks, list(radio_fixes(walks, heard, model))
+    return walks, heard
 
 
-def radio_fixes(walks: list[Walk], heard: list[pl.DataFrame], model: str) -> Iterator[Fixes]:
-    """Ask of each walk a model that has learned the others, at their true places."""
+def radio_fixes(
+    walks: list[Walk], heard: list[pl.DataFrame], model: str, paths: list[WalkedPath | None] | None
+) -> Iterator[Fixes]:
+    """Ask of each walk a model that has learned the others: at their true places, or where paths lead them."""
     first = np.cumsum([0, *(table["scan"].n_unique() for table in heard)])
     rows, names, levels, times = [], [], [], []
     for start, table in zip(first, heard, strict=False):
@@ -139,8 +149,14 @@ def radio_fixes(walks: list[Walk], heard: list[pl.DataFrame], model: str) -> Ite
         device=device,
     )
     true = np.concatenate([true_at(one, time) for one, time in zip(walks, times, strict=True)])
-    unknown, zero = np.full(len(true), np.nan), np.zeros(len(true), dtype=np.int64)
-    places = ScanPlaces((Storey("", 0),), zero, true, unknown, np.full(len(true), 0.15))
+    off = [np.zeros((len(time), 2)) for time in times]
+    if paths is not None:
+        off = [
+            np.full_like(zero, np.nan) if path is None else path.off(time)
+            for zero, path, time in zip(off, paths, times, strict=True)
+        ]
+    unknown, storey = np.full(len(true), np.nan), np.zeros(len(true), dtype=np.int64)
+    places = ScanPlaces((Storey("", 0),), storey, true + np.concatenate(off), unknown, np.full(len(true), 0.15))
     for one, time_s in enumerate(times):
         own = walk == one
         found = model_named(model).fit(scans[~own], places[~own]).predict(scans[own]).xy
