@@ -21,7 +21,7 @@ from scipy import stats
 from landmark_survey import SIGMA_M, Site, generated_sites
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.landmark_survey.comparison import Comparison
-from vislam2tag.landmark_survey.landmark_map import join
+from vislam2tag.landmark_survey.landmark_map import apart, join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.landmark_survey.seen_apart import seen_apart
@@ -95,7 +95,7 @@ def possible(clean: Votes, culprit: Reference, size_m: float) -> float:
     else:
         seen = [number for number, one in enumerate(clean.joined.maps) if landmark in one.landmark]
         own = [number for number in seen if DAYS[number] == day]
-        sigma_m = [seen_apart(clean.joined, landmark, own).sigma_m] if len(own) < len(seen) else []
+        sigma_m = [seen_apart(apart(clean.joined, landmark, own), landmark).sigma_m] if len(own) < len(seen) else []
     least = stats.chi2.isf(FALSE_ALARMS / len(compared), 2)
     return float(stats.ncx2.sf(least, 2, (size_m / sigma_m[0]) ** 2)) if sigma_m else 0.0
 

@@ -68,10 +68,10 @@ def _compared(joined: LandmarkMap, days: Sequence[str | None]) -> list[Compariso
     """All references; of days those that may be odd."""
     surveys, sights = _surveys(joined), _sights(joined)
     of_days = days_compared(joined, sights, days) if days else []
-    scale = _scale(sights)
+    by_survey, by_sight = _scale(surveys), _scale(sights)
     return [
-        *(one.in_units_of(_scale(surveys)) for one in surveys),
-        *(one.in_units_of(scale) for one in (*sights, *of_days)),
+        *(one.in_units_of(by_survey) for one in surveys),
+        *(one.in_units_of(by_sight) for one in (*sights, *of_days)),
     ]
 
 

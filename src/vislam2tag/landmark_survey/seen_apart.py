@@ -1,8 +1,7 @@
-"""What some walks saw of a landmark, taken for sights of another one: how far apart the two lie.
+"""What the walks of a day saw of a landmark, taken for sights of another one: how far apart the two lie.
 
-So a sight that contradicts the others is looked at more closely, and what all walks of a day saw of a landmark is
-compared with all others: each of their sights may be too uncertain to contradict them alone, but all err alike where
-the sheet hung elsewhere on that day.
+Each of their sights may be too uncertain to contradict all others alone, but all err alike where the sheet hung
+elsewhere on that day.
 """
 
 from __future__ import annotations
@@ -25,16 +24,14 @@ FEWEST_OTHERS = 2
 """... and contradicts as many others at least: the survey, and walks of other days."""
 
 
-def seen_apart(joined: LandmarkMap, landmark: int, walks: Sequence[int]) -> Comparison:
-    """From where all others have a landmark to where some walks have it, doubts found anew."""
-    trial = apart(joined, landmark, walks)
-    new = len(joined.position)
-    offset = trial.position[new] - trial.position[landmark]
+def seen_apart(split: LandmarkMap, landmark: int) -> Comparison:
+    """From where all others have a landmark to where the walks that are ``apart`` have it, the last of the map."""
+    new = len(split.position) - 1
+    offset = split.position[new] - split.position[landmark]
     columns = (2 * np.array([[landmark], [new]]) + (0, 1)).ravel()
     difference = np.hstack((-np.eye(2), np.eye(2)))
-    covariance = difference @ trial.covariance[np.ix_(columns, columns)] @ difference.T
-    walk = walks[0] if len(walks) == 1 else None
-    return Comparison.of(landmark, walk, np.array([offset.real, offset.imag]), covariance)
+    covariance = difference @ split.covariance[np.ix_(columns, columns)] @ difference.T
+    return Comparison.of(landmark, None, np.array([offset.real, offset.imag]), covariance)
 
 
 def survey_left_out(joined: LandmarkMap, landmark: int) -> Comparison:
@@ -46,7 +43,10 @@ def survey_left_out(joined: LandmarkMap, landmark: int) -> Comparison:
 
 
 def days_compared(joined: LandmarkMap, sights: Sequence[Comparison], days: Sequence[str | None]) -> list[Comparison]:
-    """Compare what the walks of each day saw of a landmark, where they seem to see it off; ``days`` (b,)."""
+    """Compare what the walks of each day saw of a landmark, where they seem to see it off; ``days`` (b,).
+
+    Left out are those that one of the day's walks alone, or the landmark's survey, accounts for.
+    """
     seen: dict[int, dict[str | None, list[Comparison]]] = defaultdict(lambda: defaultdict(list))
     for one in sights:
         if one.walk is not None and np.isfinite(one.sigmas):
@@ -57,26 +57,21 @@ def days_compared(joined: LandmarkMap, sights: Sequence[Comparison], days: Seque
         for day, own in by_day.items():
             if day is not None and len(own) >= FEWEST_SIGHTS and others - len(own) >= FEWEST_OTHERS and _suspect(own):
                 walks = [one.walk for one in own if one.walk is not None]
-                compared = seen_apart(joined, landmark, walks)
-                if _of_the_day(joined, compared, walks):
+                split = apart(joined, landmark, walks)
+                compared = seen_apart(split, landmark)
+                alone = (seen_apart(apart(joined, landmark, [walk]), landmark).sigmas for walk in walks)
+                if all(one <= compared.sigmas for one in alone) and _survey_agrees(split, landmark):
                     found.append(replace(compared, day=day))
     return found
 
 
-def _of_the_day(joined: LandmarkMap, found: Comparison, walks: Sequence[int]) -> bool:
-    """Whether neither one of its walks alone nor the survey accounts for what the walks of a day saw."""
-    if any(seen_apart(joined, found.landmark, [walk]).sigmas > found.sigmas for walk in walks):
-        return False
-    return _survey_agrees(apart(joined, found.landmark, walks), found.landmark)
-
-
-def _survey_agrees(joined: LandmarkMap, landmark: int) -> bool:
+def _survey_agrees(split: LandmarkMap, landmark: int) -> bool:
     """Whether other days have a landmark nearer to its survey than to where the day has it, which is the last one."""
-    if not joined.priors.surveyed[landmark]:
+    if not split.priors.surveyed[landmark]:
         return True
-    others = predicted(joined, landmark)
+    others = predicted(split, landmark)
     worth = np.linalg.inv(others.position_covariance[landmark])
-    off = np.array([joined.priors.position[landmark], others.position[-1]]) - others.position[landmark]
+    off = np.array([split.priors.position[landmark], others.position[-1]]) - others.position[landmark]
     to_survey, to_day = np.einsum("ni,ij,nj->n", as_points(off), worth, as_points(off))
     return bool(to_survey < to_day)
 
