@@ -118,7 +118,7 @@ class PreparedSession:
 
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
-    return _prepared(task, _read(task))
+    return _prepared(task, _read(task, read_session))
 
 
 def prepared_track(task: SessionTask) -> PreparedSession:
@@ -141,11 +141,11 @@ def _prepared(task: SessionTask, read: Session) -> PreparedSession:
 
 def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
     """A session with its corrections applied, and one sentence for each use; raises SessionError as reading it does."""
-    read = _read(task)
+    read = _read(task, read_session)
     return corrected_session(read, _with_told_floors(task, read).corrections)
 
 
-def _read(task: SessionTask, reader: Callable[[SessionRef, FindingSettings], Session] = read_session) -> Session:
+def _read(task: SessionTask, reader: Callable[[SessionRef, FindingSettings], Session]) -> Session:
     with at_hand(task.ref) as ref:
         read = with_companions(reader(ref, task.finding_settings), ref.own)
     return on_known_floors(read, task.site)
