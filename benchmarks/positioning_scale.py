@@ -120,7 +120,7 @@ def plot(costs: Sequence[Cost], path: Path) -> None:
     left.set(xlabel="fingerprints learned", ylabel="time to learn / s")
     right.set(xlabel="fingerprints learned", ylabel="time to answer a scan / ms")
     for axes in (left, right):
-        axes.legend(fontsize="small")
+        axes.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     figure.savefig(path)
 
 
