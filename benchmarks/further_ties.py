@@ -22,19 +22,18 @@ taken for independent: what is gained is more than any such tie could.
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import polars as pl
 from data_sets import Walk, walks_of
+from scipy.linalg import block_diag
 from together import only, together
 
-from landmark_survey import SETTINGS, chosen, site_of, spread
-from vislam2tag.core.arrays import FloatArray
+from landmark_survey import SETTINGS, chosen, generated_floor, site_of, spread
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.dataset.model import Storey
 from vislam2tag.mapping.registry import strategy_named
@@ -42,9 +41,6 @@ from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import scans_from_readings
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.survey import simulate
 
 STEP_S = 2.0
 """Paths are taken at moments so far apart."""
@@ -95,34 +91,32 @@ def main() -> None:
     )
     floors = [floor_of(seed, options.severity) for seed in options.seeds]
     for name, choose in (("spread", spread), ("at random", lambda marks, count: chosen(marks, count, 0))):
-        for way in ("alone", "together"):
+        ways = [both_ways(walks, choose(site_of(walks).landmarks, options.surveyed)) for walks, _ in floors]
+        for way, paths in zip(("alone", "together"), zip(*ways, strict=True), strict=True):
             sums, off_m = np.zeros(5), []
-            for walks, heard in floors:
-                site = site_of(walks)
-                surveyed = choose(site.landmarks, options.surveyed)
-                known = [only(site.landmarks, surveyed)] * len(walks)
-                paths = mapped(walks, together(site, surveyed) if way == "together" else known)
-                alone = mapped(walks, known)
-                rows = [i for i, path in enumerate(alone) if path is not None and paths[i] is not None]
-                radio = list(radio_fixes(walks, heard, options.model, paths if options.labelled else None))
+            for (walks, heard), (alone, _), found in zip(floors, ways, paths, strict=True):
+                rows = [i for i, path in enumerate(alone) if path is not None and found[i] is not None]
+                radio = list(radio_fixes(walks, heard, options.model, found if options.labelled else None))
                 off_m.append(np.concatenate([np.hypot(*radio[i].error.T) for i in rows]).mean())
-                sums += gains([path for i in rows if (path := paths[i]) is not None], [radio[i] for i in rows])
+                sums += gains([path for i in rows if (path := found[i]) is not None], [radio[i] for i in rows])
             left = " | ".join(f"{1 - one / sums[0]:.1%}" for one in sums[1:])
-            mean_m = sums[0] / len(floors)
-            print(
-                f"| {options.surveyed}, {name} | {way} | {mean_m:.3f} m | {np.mean(off_m):.2f} m | {left} |", flush=True
-            )
+            figures = f"{sums[0] / len(floors):.3f} m | {np.mean(off_m):.2f} m | {left}"
+            print(f"| {options.surveyed}, {name} | {way} | {figures} |", flush=True)
 
 
 def floor_of(seed: int, severity: str) -> tuple[list[Walk], list[pl.DataFrame]]:
     """The walks of a floor, and what each heard."""
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder) / "survey"
-        building = BuildingSettings(landmarks=20)
-        simulate(regular_survey(seed, severity, floors=(0,), sessions=4, building=building), root)
+    with generated_floor(seed, severity) as root:
         walks = list(walks_of(root, truth_at_frames=True))
         heard = [read_session(ref).tables["wifi"].filter(~pl.col("repeated")) for ref in open_survey(root).sessions]
     return walks, heard
+
+
+def both_ways(walks: list[Walk], surveyed: IntArray) -> tuple[list[WalkedPath | None], list[WalkedPath | None]]:
+    """Map each walk alone, and with what the others tell of the sheets; None where it cannot be."""
+    site = site_of(walks)
+    alone = [only(site.landmarks, surveyed)] * len(walks)
+    return mapped(walks, alone), mapped(walks, together(site, surveyed))
 
 
 def radio_fixes(
@@ -206,12 +200,14 @@ def prior(paths: list[WalkedPath]) -> FloatArray:
     units = [path.error / path.sigma_m[:, None] for path in paths]
     scale = float(np.sqrt(np.mean(np.concatenate(units) ** 2)))
     reach = correlation_steps(units)
-    blocks = []
-    for path in paths:
-        step = np.arange(len(path.time_s))
-        like = np.exp(-np.abs(step[:, None] - step) / reach)
-        blocks.append(scale**2 * np.outer(path.sigma_m, path.sigma_m) * like)
-    return np.asarray(np.kron(block_diagonal(blocks), np.eye(2)), dtype=np.float64)
+    blocks = [scale**2 * np.outer(one.sigma_m, one.sigma_m) * fading(len(one.time_s), reach) for one in paths]
+    return np.asarray(np.kron(block_diag(*blocks), np.eye(2)), dtype=np.float64)
+
+
+def fading(count: int, reach: float) -> FloatArray:
+    """Correlation (n, n) of rows that is 1/e so many steps apart."""
+    step = np.arange(count)
+    return np.asarray(np.exp(-np.abs(step[:, None] - step) / reach))
 
 
 def correlation_steps(series: list[FloatArray]) -> float:
@@ -222,16 +218,6 @@ def correlation_steps(series: list[FloatArray]) -> float:
         for lag in range(1, LAGS)
     ]
     return float(np.clip(sum(max(one, 0.0) for one in by_lag) + 0.5, 0.5, LAGS))
-
-
-def block_diagonal(blocks: list[FloatArray]) -> FloatArray:
-    """Blocks one after the other."""
-    size = sum(len(block) for block in blocks)
-    whole, at = np.zeros((size, size)), 0
-    for block in blocks:
-        whole[at : at + len(block), at : at + len(block)] = block
-        at += len(block)
-    return whole
 
 
 Ties = tuple[FloatArray, FloatArray, FloatArray]
@@ -246,19 +232,15 @@ def radio_ties(paths: list[WalkedPath], radio: list[Fixes]) -> Ties:
     reach = correlation_steps([fixes.error for fixes in radio])
     for path, fixes in zip(paths, radio, strict=True):
         inside = (fixes.time_s >= path.time_s[0]) & (fixes.time_s <= path.time_s[-1])
-        nearest = at + np.rint((fixes.time_s[inside] - path.time_s[0]) / STEP_S).astype(int).clip(
-            0, len(path.time_s) - 1
-        )
-        k = len(nearest)
+        step = np.rint((fixes.time_s[inside] - path.time_s[0]) / STEP_S).astype(int).clip(0, len(path.time_s) - 1)
+        k = len(step)
         rows = np.zeros((2 * k, 2 * count))
-        rows[np.arange(2 * k), (2 * nearest[:, None] + (0, 1)).ravel()] = 1
-        error = np.concatenate([one.error for one in paths])[nearest]
+        rows[np.arange(2 * k), (2 * (at + step[:, None]) + (0, 1)).ravel()] = 1
         design.append(rows)
-        seen.append((error - fixes.error[inside]).ravel())
-        number = np.arange(k)
-        noise.append(np.kron(variance * np.exp(-np.abs(number[:, None] - number) / reach), np.eye(2)))
+        seen.append((path.error[step] - fixes.error[inside]).ravel())
+        noise.append(np.kron(variance * fading(k, reach), np.eye(2)))
         at += len(path.time_s)
-    return np.concatenate(design), np.concatenate(seen), block_diagonal(noise)
+    return np.concatenate(design), np.concatenate(seen), block_diag(*noise)
 
 
 def walk_ties(paths: list[WalkedPath], *, magnetic: bool) -> Ties:
@@ -302,7 +284,7 @@ def meetings(one: WalkedPath, other: WalkedPath, *, magnetic: bool) -> Iterator[
 def joined_ties(ties: list[Ties]) -> Ties:
     """All of them."""
     design, seen, noise = zip(*ties, strict=True)
-    return np.concatenate(design), np.concatenate(seen), block_diagonal(list(noise))
+    return np.concatenate(design), np.concatenate(seen), block_diag(*noise)
 
 
 def updated(error: FloatArray, covariance: FloatArray, ties: Ties) -> FloatArray:

@@ -14,6 +14,7 @@ import argparse
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -84,11 +85,17 @@ def main() -> None:
 def generated_sites(seeds: list[int], severity: str) -> Iterator[Site]:
     """One floor for each seed, written and read back."""
     for seed in seeds:
-        with tempfile.TemporaryDirectory() as folder:
-            root = Path(folder) / "survey"
-            building = BuildingSettings(landmarks=20)
-            simulate(regular_survey(seed, severity, floors=(0,), sessions=4, building=building), root)
+        with generated_floor(seed, severity) as root:
             yield site_of(list(walks_of(root, truth_at_frames=True)))
+
+
+@contextmanager
+def generated_floor(seed: int, severity: str) -> Iterator[Path]:
+    """Yield the survey of one floor, written."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder) / "survey"
+        simulate(regular_survey(seed, severity, floors=(0,), sessions=4, building=BuildingSettings(landmarks=20)), root)
+        yield root
 
 
 def real_site() -> Site:

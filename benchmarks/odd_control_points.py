@@ -12,23 +12,25 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from odd_one_out import drawn, power
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.evaluation.control_points.odd_points import PressOffset, odd_points
+from vislam2tag.evaluation.control_points.odd_points import (
+    FEWEST_SESSIONS,
+    PooledOffset,
+    PressOffset,
+    odd_points,
+    pooled_offsets,
+)
 from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate
 from vislam2tag.simulation.scenario import paper_evaluation
 from vislam2tag.simulation.survey import simulate
 
 SIZES_M = (1.0, 0.5)
-FALSE_ALARMS = 0.02
-"""Wanted of the best test: at most this share of floors with one."""
 Presses = list[tuple[int, Sequence[PressOffset]]]
 """Of each session its floor and what its presses are off by."""
 
@@ -41,7 +43,7 @@ def main() -> None:
     options = parser.parse_args()
     surveys = [pressed(seed, options.severity) for seed in options.seeds]
     alarms = [odd.summary for presses in surveys for odd in odd_points(presses)]
-    clean = [pooled(presses) for presses in surveys]
+    clean = [compared_points(presses) for presses in surveys]
     squares = [abs(one.offset / one.sigma_m) ** 2 / 2 for found in clean for one in found.values()]
     times = float(np.sqrt(np.mean(squares)))
     print(f"no fault: {len(alarms)} of {len(squares)} points named; off by {times:.2f} times sigma", *alarms, sep="\n")
@@ -54,13 +56,11 @@ def main() -> None:
         best: list[FloatArray] = []
         for presses, found in zip(surveys, clean, strict=True):
             for place, one in found.items():
-                shift = size_m * np.exp(1j * rng.uniform(0, 2 * np.pi))
-                odd = {(one.floor, one.point) for one in odd_points(moved(presses, place, shift))}
+                odd = {(one.floor, one.point) for one in odd_points(moved(presses, place, drawn(size_m, rng)))}
                 named.append(place in odd)
                 others.append(len(odd - {place}))
-                least = stats.chi2.isf(FALSE_ALARMS / sum(floor == place[0] for floor, _ in found), 2)
-                far = size_m / one.sigma_m / np.array([1.0, times])
-                best.append(np.asarray(stats.ncx2.sf(least, 2, far**2)))
+                compared = sum(floor == place[0] for floor, _ in found)
+                best.append(power(size_m / one.sigma_m / np.array([1.0, times]), compared))
         shares = " | ".join(f"{share:.0%}" for share in (np.mean(named), *np.mean(best, axis=0)))
         print(f"| control point, {size_m} m | {len(named)} | {shares} | {np.mean(others):.2f} |", flush=True)
 
@@ -74,25 +74,9 @@ def pressed(seed: int, severity: str) -> Presses:
     return [(session.floor, session.presses) for session in found.sessions if session.presses]
 
 
-class Pooled(NamedTuple):
-    """What the presses at a point are off by together, complex metres, and how well they tell that, one axis."""
-
-    offset: complex
-    sigma_m: float
-
-
-def pooled(presses: Presses) -> dict[tuple[int, str], Pooled]:
-    """Each point at which two or more sessions pressed; what a session has in common is taken out."""
-    sums: dict[tuple[int, str], list[tuple[int, complex, float]]] = defaultdict(list)
-    for session, (floor, made) in enumerate(presses):
-        common = complex(np.median([one.x_m for one in made]), np.median([one.y_m for one in made]))
-        for one in made:
-            sums[floor, one.point].append((session, complex(one.x_m, one.y_m) - common, one.sigma_m**-2))
-    return {
-        place: Pooled(sum(offset * worth for _, offset, worth in of) / (total := sum(w for *_, w in of)), total**-0.5)
-        for place, of in sums.items()
-        if len({session for session, *_ in of}) > 1
-    }
+def compared_points(presses: Presses) -> dict[tuple[int, str], PooledOffset]:
+    """What the presses at each point are off by, of points at which enough sessions pressed."""
+    return {place: one for place, one in pooled_offsets(presses).items() if one.sessions >= FEWEST_SESSIONS}
 
 
 def moved(presses: Presses, place: tuple[int, str], shift: complex) -> Presses:

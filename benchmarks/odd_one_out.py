@@ -19,9 +19,11 @@ import numpy as np
 from scipy import stats
 
 from landmark_survey import SIGMA_M, Site, generated_sites
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_complex
+from vislam2tag.landmark_survey.changed_map import apart
 from vislam2tag.landmark_survey.comparison import Comparison
-from vislam2tag.landmark_survey.landmark_map import apart, join
+from vislam2tag.landmark_survey.landmark_map import join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.landmark_survey.seen_apart import seen_apart
@@ -87,7 +89,7 @@ def references_of(odd: Sequence[Comparison]) -> set[Reference]:
 
 
 def possible(clean: Votes, culprit: Reference, size_m: float) -> float:
-    """Power of the most powerful test of a comparison that is invariant to direction: a noncentral chi-squared."""
+    """Power of the most powerful test that is invariant to direction; 0 where nothing can be compared."""
     compared = [one for one in clean.fitting if np.isfinite(one.sigma_m)]
     landmark, _, day = culprit
     if day is None:
@@ -96,8 +98,12 @@ def possible(clean: Votes, culprit: Reference, size_m: float) -> float:
         seen = [number for number, one in enumerate(clean.joined.maps) if landmark in one.landmark]
         own = [number for number in seen if DAYS[number] == day]
         sigma_m = [seen_apart(apart(clean.joined, landmark, own), landmark).sigma_m] if len(own) < len(seen) else []
-    least = stats.chi2.isf(FALSE_ALARMS / len(compared), 2)
-    return float(stats.ncx2.sf(least, 2, (size_m / sigma_m[0]) ** 2)) if sigma_m else 0.0
+    return float(power(np.array(size_m / sigma_m[0]), len(compared))) if sigma_m else 0.0
+
+
+def power(away_sigmas: FloatArray, compared: int) -> FloatArray:
+    """Of that test of a fault so many standard deviations large, among so many references: a noncentral chi-squared."""
+    return np.asarray(stats.ncx2.sf(stats.chi2.isf(FALSE_ALARMS / compared, 2), 2, away_sigmas**2))
 
 
 def survey(site: Site, seed: int) -> LandmarkPriors:

@@ -31,8 +31,6 @@ SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
 SETTLED_M = 1e-6
 """Re-weighting has converged when no landmark moves any more by this: rounds are few, and then neither the order of the
 walks nor the building's frame shows."""
-CHANGED_SETTLED_M = 0.01
-"""To compare a survey with all others, which tell its place to several centimetres at best, less will do."""
 MOST_ROUNDS = 200
 """Far more than any takes that converges: a limit, not a number of rounds."""
 CAUTION, RELAXATION = 100.0, 0.5
@@ -121,79 +119,28 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
     """
 
     def step(before: LandmarkMap, number: int) -> LandmarkMap:
-        return _solved_anew(before, lambda doubts: doubts.cautious(max(CAUTION * RELAXATION**number, 1.0)))
+        return solved_anew(before, lambda doubts: doubts.cautious(max(CAUTION * RELAXATION**number, 1.0)))
 
     start = initial_map(tuple(maps), priors)
     done = iterate(
         "the joint landmark map",
         solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
         step,
-        _moved_m,
+        moved_m,
         tolerance=settled_m,
         most_rounds=MOST_ROUNDS,
         least_rounds=1 + ceil(log(CAUTION) / -log(RELAXATION)),
     )
-    return _solved_anew(replace(done.state, converged=done.converged), Doubts.expected)
+    return solved_anew(replace(done.state, converged=done.converged), Doubts.expected)
 
 
-def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
-    """Join again as if one landmark were not surveyed, from its best sight in a walk being a usual one.
-
-    Doubts are found anew: a wrong survey has made walks past it look worse than they are.
-    """
-    trial = replace(_sights_usual(joined, landmark), priors=joined.priors.without(landmark))
-    return _joined_again(trial)
-
-
-def apart(joined: LandmarkMap, landmark: int, walks: Sequence[int]) -> LandmarkMap:
-    """Join again as if some walks had seen another landmark, which nobody surveyed: it becomes the last one."""
-    new, trial = len(joined.position), _sights_usual(joined, landmark)
-    maps = list(joined.maps)
-    for number in walks:
-        own = maps[number].landmark
-        maps[number] = replace(maps[number], landmark=np.where(own == landmark, new, own))
-    return _joined_again(
-        replace(
-            trial,
-            maps=tuple(maps),
-            priors=joined.priors.with_another(),
-            doubts=replace(trial.doubts, survey=np.append(trial.doubts.survey, 1.0)),
-            position=np.append(joined.position, joined.position[landmark]),
-            heading_rad=np.append(joined.heading_rad, joined.heading_rad[landmark]),
-        )
-    )
-
-
-def _sights_usual(joined: LandmarkMap, landmark: int) -> LandmarkMap:
-    """Doubt sights of a landmark by as much less that the best of them is a usual one."""
-    rows = [one.landmark == landmark for one in joined.maps]
-    least = min(
-        (shift[row].min() for shift, row in zip(joined.doubts.shift, rows, strict=True) if row.any()), default=1
-    )
-    shift = tuple(np.where(row, old / least, old) for old, row in zip(joined.doubts.shift, rows, strict=True))
-    return replace(joined, doubts=replace(joined.doubts, shift=shift))
-
-
-def _joined_again(trial: LandmarkMap) -> LandmarkMap:
-    """Solve a joint map that differs a little from the one it was made of, its doubts found anew."""
-    done = iterate(
-        "the joint landmark map with a change",
-        solved(trial),
-        lambda before, _: _solved_anew(before),
-        _moved_m,
-        tolerance=CHANGED_SETTLED_M,
-        most_rounds=MOST_ROUNDS,
-    )
-    return _solved_anew(done.state, Doubts.expected)
-
-
-def _solved_anew(before: LandmarkMap, taken: Callable[[Doubts], Doubts] = lambda doubts: doubts) -> LandmarkMap:
+def solved_anew(before: LandmarkMap, taken: Callable[[Doubts], Doubts] = lambda doubts: doubts) -> LandmarkMap:
     """Take a step with the doubts that fit the solution, as they are ``taken``."""
     linear = linear_maps(before)
     return solved(replace(before, doubts=taken(_reweighted(before, linear))), linear)
 
 
-def _moved_m(before: LandmarkMap, after: LandmarkMap) -> float:
+def moved_m(before: LandmarkMap, after: LandmarkMap) -> float:
     """By how much the landmark that moved most did."""
     return float(np.abs(after.position - before.position).max(initial=0.0))
 

@@ -13,8 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from vislam2tag.core.similarity import as_points
+from vislam2tag.landmark_survey.changed_map import apart, predicted
 from vislam2tag.landmark_survey.comparison import Comparison
-from vislam2tag.landmark_survey.landmark_map import LandmarkMap, apart, predicted
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap
 
 SUSPECT_SIGMAS = 2.5
 """Looked at more closely is a day whose sights, taken for independent, put a landmark so far off."""

@@ -114,22 +114,16 @@ def format_module(name: str) -> str:
 
 def hash_inputs(ref: SessionRef) -> dict[str, str]:
     """SHA-256 of each input file of a session and its companions by name; raises SessionError where one is not read."""
-    try:
-        with at_hand(ref) as ref:
-            paths = format_for(ref).input_files(ref.folder)
-            own = {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
-            return own | companion_hashes(ref.own)
-    except OSError as error:
-        raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
+    with _readable(ref) as here:
+        paths = format_for(here).input_files(here.folder)
+        own = {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
+        return own | companion_hashes(here.own)
 
 
 def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
     """Read one session whole. Raises SessionError where its folder or format is gone; nothing else."""
-    try:
-        with at_hand(ref) as ref:
-            return format_for(ref).read(ref, settings or FindingSettings())
-    except (OSError, pl.exceptions.PolarsError) as error:
-        raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
+    with _readable(ref) as here:
+        return format_for(here).read(here, settings or FindingSettings())
 
 
 def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
@@ -137,14 +131,21 @@ def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Sess
 
     Raises as :func:`read_session`.
     """
+    with _readable(ref) as here:
+        known = format_for(here)
+        if isinstance(known, TrackFormat):
+            session = known.read_track(here, settings or FindingSettings())
+            if session.camera.usable.any():
+                return session
+        return known.read(here, settings or FindingSettings())
+
+
+@contextmanager
+def _readable(ref: SessionRef) -> Iterator[SessionRef]:
+    """Yield a session at hand; what of its files cannot be read while the block lasts ends in a SessionError."""
     try:
         with at_hand(ref) as ref:
-            known = format_for(ref)
-            if isinstance(known, TrackFormat):
-                session = known.read_track(ref, settings or FindingSettings())
-                if session.camera.usable.any():
-                    return session
-            return known.read(ref, settings or FindingSettings())
+            yield ref
     except (OSError, pl.exceptions.PolarsError) as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
 

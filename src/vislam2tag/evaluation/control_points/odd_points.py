@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,15 @@ class PressOffset(Record):
     y_m: float
     sigma_m: float
     """Of label and press together, one standard deviation per axis."""
+
+
+class PooledOffset(NamedTuple):
+    """Where all presses at a control point put it, from where its file does: complex metres, BCS of the floor."""
+
+    offset: complex
+    sigma_m: float
+    """One standard deviation per axis."""
+    sessions: int
 
 
 class OddPoint(Record):
@@ -57,7 +67,13 @@ def press_offsets(points: Sequence[str], errors: PointErrors) -> list[PressOffse
 
 
 def odd_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> list[OddPoint]:
-    """Name the control points that are odd, farthest first, from the floor and the presses of each session.
+    """Name the control points that are odd, farthest first, from the floor and the presses of each session."""
+    found = [odd for place, one in pooled_offsets(pressed).items() if (odd := _odd(place, one)) is not None]
+    return sorted(found, key=lambda odd: -odd.size_m)
+
+
+def pooled_offsets(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> dict[tuple[int, str], PooledOffset]:
+    """Pool the presses at each point of a floor, from the floor and the presses of each session.
 
     What a session has in common (it was lost, or its holder presses late) is not a point's: its median is taken out.
     """
@@ -67,15 +83,18 @@ def odd_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> list[Odd
             common = np.median([one.x_m for one in presses]) + 1j * np.median([one.y_m for one in presses])
             for one in presses:
                 offsets[floor, one.point].append((session, complex(one.x_m, one.y_m) - common, one.sigma_m))
-    found = [odd for place, made in offsets.items() if (odd := _odd(place, made)) is not None]
-    return sorted(found, key=lambda odd: -odd.size_m)
+    return {place: _pooled(made) for place, made in offsets.items()}
 
 
-def _odd(place: tuple[int, str], made: Sequence[tuple[int, complex, float]]) -> OddPoint | None:
-    sessions = len({session for session, _, _ in made})
+def _pooled(made: Sequence[tuple[int, complex, float]]) -> PooledOffset:
+    """Weighted mean of presses: the number of the session, the offset and its sigma of each."""
     worth = np.array([sigma_m**-2 for _, _, sigma_m in made])
-    size_m = float(abs(np.sum(worth * [offset for _, offset, _ in made]) / worth.sum()))
-    sigma_m = float(worth.sum() ** -0.5)
+    offset = complex(np.sum(worth * [offset for _, offset, _ in made]) / worth.sum())
+    return PooledOffset(offset, float(worth.sum() ** -0.5), len({session for session, _, _ in made}))
+
+
+def _odd(place: tuple[int, str], pooled: PooledOffset) -> OddPoint | None:
+    size_m, sigma_m, sessions = abs(pooled.offset), pooled.sigma_m, pooled.sessions
     if sessions < FEWEST_SESSIONS or size_m < max(LEAST_M, CERTAIN_SIGMAS * sigma_m):
         return None
     floor, point = place

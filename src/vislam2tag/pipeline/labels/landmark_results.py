@@ -10,7 +10,8 @@ from vislam2tag import __version__
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.diagnosis.references import References
-from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
+from vislam2tag.landmark_survey.changed_map import predicted
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap
 from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
 from vislam2tag.pipeline.labels.odd_references import references
