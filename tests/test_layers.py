@@ -30,6 +30,7 @@ LAYERS = (
     "receiving",
     "dataset",
     "positioning",
+    "walk_ties",
     "figures",
     "simulation",
     "settings",
