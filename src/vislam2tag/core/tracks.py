@@ -18,6 +18,7 @@ from vislam2tag.core.context import (
     AnchorLog,
     FixLog,
     InertialLog,
+    PlaceTies,
     PressureLog,
     Storeys,
     ToldFloors,
@@ -71,6 +72,8 @@ class CameraTrack:
 
     ways: WalkedWays | None = None
     """Where other walks led on the session's floor, for walks without a tracker; None where it is mapped alone."""
+    ties: PlaceTies | None = None
+    """Where other walks say that this one was; None where it is mapped without them."""
 
     @property
     def usable(self) -> BoolArray:

@@ -23,6 +23,8 @@ class LandmarkPriors:
     heading_rad: FloatArray
     heading_sigma_rad: FloatArray
     joint: FloatArray | None = None
+    told: int = 0
+    """The last so many are no landmarks but places of the camera that other walks tell."""
 
     @classmethod
     def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> LandmarkPriors:

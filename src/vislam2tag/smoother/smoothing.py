@@ -94,7 +94,7 @@ def smooth(observations: WalkObservations, priors: LandmarkPriors) -> Smoothed |
     passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark)
     apart = _extent_m(priors.position[passed]) > LEAST_BASE_M
     model = _roughly_mapped(observations, priors) if apart else _headed_by_a_sheet(observations, priors)
-    return None if model is None else _refined(model, priors, pinned=False)
+    return None if model is None else refined(model, priors)
 
 
 def _extent_m(place: ComplexArray) -> float:
@@ -106,7 +106,7 @@ def smooth_in_own_frame(observations: WalkObservations) -> Smoothed:
     """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
     path = observations.odometry.path
     model = Model(observations, path, np.ones_like(path), rough=False)
-    return _refined(model, LandmarkPriors.nothing(len(observations.ids)), pinned=True)
+    return refined(model, LandmarkPriors.nothing(len(observations.ids)), pinned=True)
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,8 @@ def _weighted(
     return replace(done.state, converged=done.converged)
 
 
-def _refined(model: Model, priors: LandmarkPriors, *, pinned: bool) -> Smoothed:
+def refined(model: Model, priors: LandmarkPriors, *, pinned: bool = False) -> Smoothed:
+    """Re-weight, and linearise about the path found, until both settle; ``pinned`` to the walk's first pose."""
     tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if pinned else SETTLED_SIGMAS
 
     def weighted(model: Model, weights: Weights) -> _Weighted:

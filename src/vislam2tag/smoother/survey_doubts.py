@@ -27,10 +27,13 @@ def beside_the_survey(model: Model, priors: LandmarkPriors, weights: Weights, so
     passes = model.observations.passes
     miss = position_residual(model, priors) - np.einsum("pij,pj->pi", model.sight, solution.state[1:-1])
     sighted = np.where(_refused(priors, weights, passes.landmark)[passes.landmark], weights.sighting, 0)
+    surveyed = passes.landmark < len(priors.position) - priors.told  # others' tales of the camera are no survey
     unusual = 1 - DOUBTED / np.maximum(np.maximum(weights.landmark[passes.landmark], sighted), DOUBTED)
     square = unusual[:, None, None] * miss[:, :, None] * miss[:, None, :]
     frames = np.arange(len(model.path))
-    every = [np.interp(frames, passes.at, column) for column in square.reshape(-1, 4).T]
+    if not surveyed.any():
+        return np.zeros((len(frames), 2, 2))
+    every = [np.interp(frames, passes.at[surveyed], column[surveyed]) for column in square.reshape(-1, 4).T]
     return np.stack(every, axis=1).reshape(-1, 2, 2)
 
 

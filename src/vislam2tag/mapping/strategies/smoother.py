@@ -19,6 +19,7 @@ from vislam2tag.smoother.contradictions import contradictions
 from vislam2tag.smoother.frame_states import ExposureInterpolation
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
+from vislam2tag.smoother.place_ties import smooth_with_ties
 from vislam2tag.smoother.slips import may_have_slipped, slips
 from vislam2tag.smoother.smoothing import mapped_path, smooth
 
@@ -57,7 +58,8 @@ class Smoother:
             return nothing
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
         frame = observations.odometry.frame
-        path, spread, rotation = mapped_path(smoothed)
+        tied = smoothed if camera.ties is None else smooth_with_ties(smoothed, camera.time_ns[frame], camera.ties)
+        path, spread, rotation = mapped_path(tied)
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
         if self.body_behind_camera_m:
             path = path - self.body_behind_camera_m * level_view(orientation)
@@ -80,9 +82,7 @@ class Smoother:
             events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
             not_converged=tuple(
-                what
-                for what, converged in (("path", smoothed.converged), ("heights", heights.converged))
-                if not converged
+                what for what, converged in (("path", tied.converged), ("heights", heights.converged)) if not converged
             ),
         )
 
