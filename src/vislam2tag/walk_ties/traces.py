@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.tracks import Trajectory
+
+EVERY_M = 1.0
+"""Others are told of a place once in so much of the way."""
 
 
 @dataclass(frozen=True)
@@ -20,3 +27,24 @@ class WalkTrace:
     covariance_bcs: FloatArray
     course_rad: FloatArray
     way_m: FloatArray
+
+    @classmethod
+    def of(cls, mapped: Trajectory, floor: int) -> Self | None:
+        """Thin the frames of a mapped walk that are on a floor; None where it led nowhere there."""
+        here = np.isfinite(mapped.sigma_m)
+        if len(mapped.floor):
+            here &= mapped.floor == floor
+        rows = np.flatnonzero(here)
+        place = mapped.position_bcs[rows, :2]
+        way_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))))[: len(rows)]
+        kept = np.flatnonzero(np.diff(np.floor(way_m / EVERY_M), prepend=-1.0) > 0)
+        if len(kept) < 2:
+            return None
+        ahead = np.gradient(place[kept], axis=0)
+        return cls(
+            time_ns=mapped.time_ns[rows[kept]],
+            position_bcs=place[kept],
+            covariance_bcs=mapped.covariance_bcs[rows[kept]],
+            course_rad=np.arctan2(ahead[:, 1], ahead[:, 0]),
+            way_m=way_m[kept],
+        )
