@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.walks import landmarks_at
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.landmark_priors import LandmarkPriors, landmark_shares
 
 SURVEY = replace(
     landmarks_at({"a": (1.0, 2.0), "b": (3.0, 4.0), "c": (5.0, 6.0)}, sigma_m=0.1),
@@ -63,3 +63,24 @@ def test_errors_that_landmarks_share_come_in_the_order_of_the_log() -> None:
     expected = np.diag([5.0, 6, 1, 2, 9, 7])
     expected[0, 2] = expected[2, 0] = 0.5
     np.testing.assert_array_equal(priors.joint[np.ix_(known, known)], expected)
+
+
+def test_what_is_known_without_a_joint_covariance_is_that_of_each_by_itself() -> None:
+    nan = np.nan
+    covariance = np.array([np.eye(2) * 0.1, [[0.2, 0.05], [0.05, 0.3]], np.full((2, 2), nan)])
+    priors = LandmarkPriors(
+        np.array([0, 1 + 1j, nan]), covariance, np.array([nan, 1.0, nan]), np.array([nan, 0.2, nan])
+    )
+    known, joint = priors.joint_of_surveyed()
+    np.testing.assert_array_equal(known, [0, 1, 2, 3, 7])
+    expected = np.zeros((5, 5))
+    expected[:2, :2], expected[2:4, 2:4], expected[4, 4] = covariance[0], covariance[1], 0.04
+    np.testing.assert_allclose(joint, expected)
+
+
+def test_places_follow_the_landmarks_around_them() -> None:
+    priors = replace(LandmarkPriors.nothing(3), position=np.array([0, 20, np.nan], dtype=np.complex128))
+    share = landmark_shares(priors, np.array([0, 10, 20], dtype=np.complex128))
+    np.testing.assert_allclose(share[::2, ::2][:, :3].sum(axis=1), 1)
+    np.testing.assert_allclose(share[2:4], np.eye(2) @ np.hstack([np.eye(2) * 0.5, np.eye(2) * 0.5, np.zeros((2, 5))]))
+    assert share[0, 0] > 0.98

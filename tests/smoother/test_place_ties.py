@@ -12,8 +12,9 @@ from tests.smoother.test_smoothing import TYPICAL, errors, lengths, solved
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.similarity import as_points
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.place_ties import smooth_with_ties
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path
+from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 DRIFTING = replace(TYPICAL, heading_rad=0.02, position_m=0.05)
 EVERY = 40
@@ -73,3 +74,16 @@ def test_a_refused_place_makes_no_label_less_certain(off_m: float) -> None:
     wild = replace(ties, position_bcs=ties.position_bcs + np.eye(len(ties.time_ns), 2, -5) * off_m)
     spread = np.sqrt(np.trace(mapped_path(smooth_with_ties(smoothed, time_ns, wild))[1], axis1=1, axis2=2) / 2)
     assert spread.max() < 1.0
+
+
+def test_who_hangs_on_the_same_landmarks_makes_them_no_surer() -> None:
+    walk, smoothed, time_ns = walk_past_few(0)
+    off = np.kron(np.full((8, 8), 0.25), np.eye(2)) + 1e-4 * np.eye(16)
+    joint = np.full((24, 24), np.nan)
+    joint[:16, :16] = off
+    unknown = np.full(8, np.nan)
+    landmarks = LandmarkPriors(walk.place, np.tile(0.25 * np.eye(2), (8, 1, 1)), unknown, unknown, joint)
+    alone = smooth(smoothed.model.observations, landmarks)
+    assert alone is not None
+    tied = smooth_with_ties(alone, time_ns, ties_of(walk, time_ns, np.zeros(2), 0.05))
+    assert mapped_path(tied)[1][:, 0, 0].min() > 0.8 * 0.25

@@ -7,7 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.walk_ties.traces import WalkTrace
+
+NOTHING = LandmarkPriors.nothing(2)
 
 
 def round_a_square() -> Trajectory:
@@ -29,7 +32,7 @@ def round_a_square() -> Trajectory:
 
 
 def test_a_place_a_metre_with_its_course() -> None:
-    trace = WalkTrace.of(round_a_square(), 0)
+    trace = WalkTrace.of(round_a_square(), 0, NOTHING)
     assert trace is not None
     np.testing.assert_allclose(np.diff(trace.way_m), 1, atol=0.06)
     np.testing.assert_allclose(trace.position_bcs[[3, 15, 25]], [(3, 0), (10, 5), (5, 10)], atol=0.11)
@@ -41,9 +44,21 @@ def test_only_what_is_mapped_on_the_floor_is_told() -> None:
     mapped = round_a_square()
     covariance = mapped.covariance_bcs.copy()
     covariance[:200] = np.nan
-    trace = WalkTrace.of(replace(mapped, covariance_bcs=covariance, floor=np.repeat([0, 0, 1], 200)), 0)
+    trace = WalkTrace.of(replace(mapped, covariance_bcs=covariance, floor=np.repeat([0, 0, 1], 200)), 0, NOTHING)
     assert trace is not None
     assert trace.position_bcs[:, 0].min() > 9.9
     assert trace.position_bcs[:, 1].max() < 10
     nowhere = replace(mapped, covariance_bcs=np.full_like(covariance, np.nan))
-    assert WalkTrace.of(nowhere, 0) is None
+    assert WalkTrace.of(nowhere, 0, NOTHING) is None
+
+
+def test_what_landmarks_share_is_no_error_of_the_walks_own() -> None:
+    shared = np.zeros((6, 6))
+    shared[:4, :4] = np.kron(np.ones((2, 2)), np.diag([0.03, 0.01])) + 1e-9 * np.eye(4)
+    unknown = np.full(2, np.nan)
+    landmarks = LandmarkPriors(np.array([0, 10 + 10j]), np.tile(np.eye(2), (2, 1, 1)), unknown, unknown, shared)
+    trace = WalkTrace.of(round_a_square(), 0, landmarks)
+    assert trace is not None
+    np.testing.assert_allclose(
+        trace.covariance_bcs, np.tile(np.diag([0.01, 0.03]), (len(trace.way_m), 1, 1)), atol=1e-6
+    )

@@ -122,7 +122,8 @@ class PlaceTies:
     """Where other walks say that a walk was, at ``k`` moments of it.
 
     ``time_ns`` (k,) boot clock, in time order; ``position_bcs`` (k, 2) metres; ``covariance_m2`` (2k, 2k) of x and y
-    of each, as moments near each other share errors. Of a direction in which nothing is known it is large.
+    of each, were the landmarks where they are taken to be: moments near each other share errors. Of a direction in
+    which nothing is known it is large.
     """
 
     time_ns: IntArray

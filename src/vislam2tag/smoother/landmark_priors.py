@@ -6,9 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, joint_columns, of_landmarks
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, joint_columns, of_landmarks
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Landmarks
+
+AROUND_M = 2.0
+"""Landmarks nearer to a place than this share their errors with it alike."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,18 @@ class LandmarkPriors:
         """Mask (m,) of the landmarks with a position."""
         return np.asarray(np.isfinite(self.position))
 
+    def joint_of_surveyed(self) -> tuple[IntArray, FloatArray]:
+        """Which of the 3m numbers (x, y of each, then all headings) are known (k,), and their covariance (k, k)."""
+        known = np.concatenate((np.repeat(self.surveyed, 2), np.isfinite(self.heading_rad)))
+        rows = np.flatnonzero(known)
+        if self.joint is not None:
+            return rows, self.joint[np.ix_(rows, rows)]
+        marks = len(self.position)
+        joint = np.diag(np.concatenate((np.zeros(2 * marks), self.heading_sigma_rad**2)))
+        own = np.arange(2 * marks).reshape(-1, 2)
+        joint[own[:, :, None], own[:, None, :]] = self.covariance
+        return rows, joint[np.ix_(rows, rows)]
+
     def with_another(self) -> LandmarkPriors:
         """One landmark more, the last, which is not surveyed."""
         one = LandmarkPriors.nothing(1)
@@ -76,3 +91,13 @@ class LandmarkPriors:
             heading_rad=np.where(one, np.nan, self.heading_rad),
             heading_sigma_rad=np.where(one, np.nan, self.heading_sigma_rad),
         )
+
+
+def landmark_shares(priors: LandmarkPriors, position: ComplexArray) -> FloatArray:
+    """(2n, 3m) by how much x and y of places (n,) on walks are off where x, y and headings of the landmarks are.
+
+    Places between landmarks follow those around them, by the inverse square of the distance.
+    """
+    worth = np.where(priors.surveyed, 1 / (np.abs(position[:, None] - priors.position) ** 2 + AROUND_M**2), 0.0)
+    share = worth / np.maximum(worth.sum(axis=1, keepdims=True), 1e-12)
+    return np.hstack((np.kron(share, np.eye(2)), np.zeros((2 * len(position), len(priors.position)))))

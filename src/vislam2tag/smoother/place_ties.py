@@ -1,7 +1,8 @@
 """A walk smoothed again with what other walks say of where it was.
 
 Such a moment is taken for a pass of a landmark that hangs at the camera, whose place is known as well as the others
-tell, and with the errors that these places share. Like any surveyed place each may be wrong (Student's t).
+tell. Like any surveyed place each may be wrong (Student's t). The others were mapped past the same landmarks: where
+these are off, places between them are so, too, and agreeing with the others makes no walk surer of that.
 """
 
 from __future__ import annotations
@@ -9,12 +10,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
-from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, joint_columns
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.landmark_priors import LandmarkPriors, landmark_shares
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.passes import Passes
 from vislam2tag.smoother.smoothing import Smoothed, refined
@@ -67,29 +67,30 @@ def _with_passes(observations: WalkObservations, at: IntArray) -> WalkObservatio
 def _with_places(priors: LandmarkPriors, ties: PlaceTies, rows: IntArray) -> LandmarkPriors:
     """Priors with a place for each of some ties (k,), after the landmarks."""
     column = (2 * rows[:, None] + (0, 1)).ravel()
-    shared, count = ties.covariance_m2[np.ix_(column, column)], len(rows)
-    own, unknown = np.arange(2 * count).reshape(-1, 2), np.full(count, np.nan)
+    position, count = as_complex(ties.position_bcs[rows]), len(rows)
+    joint = _joint(priors, position, ties.covariance_m2[np.ix_(column, column)])
+    own = (2 * len(priors.position) + np.arange(2 * count)).reshape(-1, 2)
+    unknown = np.full(count, np.nan)
     return LandmarkPriors(
-        position=np.concatenate((priors.position, as_complex(ties.position_bcs[rows]))),
-        covariance=np.concatenate((priors.covariance, shared[own[:, :, None], own[:, None, :]])),
+        position=np.concatenate((priors.position, position)),
+        covariance=np.concatenate((priors.covariance, joint[own[:, :, None], own[:, None, :]])),
         heading_rad=np.concatenate((priors.heading_rad, unknown)),
         heading_sigma_rad=np.concatenate((priors.heading_sigma_rad, unknown)),
-        joint=_joined(priors, shared),
+        joint=joint,
         told=count,
     )
 
 
-def _joined(priors: LandmarkPriors, shared: FloatArray) -> FloatArray:
-    """Joint covariance (3m + 3k, 3m + 3k) of landmarks and of places that share errors ``shared`` (2k, 2k)."""
-    marks, count = len(priors.position), len(shared) // 2
-    landmarks = priors.joint
-    if landmarks is None:
-        landmarks = block_diag(*priors.covariance, np.diag(priors.heading_sigma_rad**2))
+def _joint(priors: LandmarkPriors, position: ComplexArray, own: FloatArray) -> FloatArray:
+    """Joint covariance (3m + 3k, 3m + 3k) of landmarks and of places (k,) whose own errors have that of ``own``."""
+    marks, count = len(priors.position), len(position)
+    known, landmarks = priors.joint_of_surveyed()
+    design = landmark_shares(priors, position) @ np.eye(3 * marks)[known].T
     joint = np.full((3 * (marks + count), 3 * (marks + count)), np.nan)
-    column = joint_columns(np.arange(marks), marks + count)
-    joint[np.ix_(column, column)] = landmarks
+    at = joint_columns(np.arange(marks), marks + count)[known]
     places = 2 * marks + np.arange(2 * count)
-    joint[np.ix_(column, places)] = 0
-    joint[np.ix_(places, column)] = 0
-    joint[np.ix_(places, places)] = shared
+    joint[np.ix_(at, at)] = landmarks
+    joint[np.ix_(places, at)] = design @ landmarks
+    joint[np.ix_(at, places)] = landmarks @ design.T
+    joint[np.ix_(places, places)] = design @ landmarks @ design.T + own
     return joint

@@ -7,18 +7,23 @@ from typing import Self
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.smoother.landmark_priors import LandmarkPriors, landmark_shares
 
 EVERY_M = 1.0
 """Others are told of a place once in so much of the way."""
+LEAST_M = 0.05
+"""No walk knows the way between landmarks better than this."""
 
 
 @dataclass(frozen=True)
 class WalkTrace:
     """Where a walk led, at ``n`` moments about a metre of way apart.
 
-    ``time_ns`` (n,) boot clock, in time order; ``position_bcs`` (n, 2) metres; ``covariance_bcs`` (n, 2, 2), m^2;
+    ``time_ns`` (n,) boot clock, in time order; ``position_bcs`` (n, 2) metres; ``covariance_bcs`` (n, 2, 2), m^2, of
+    the walk's own errors: what it shares with the others, as the landmarks are off that all pass, is not in it;
     ``course_rad`` (n,) of the way from the BCS x axis; ``way_m`` (n,) walked until then, metres.
     """
 
@@ -29,8 +34,8 @@ class WalkTrace:
     way_m: FloatArray
 
     @classmethod
-    def of(cls, mapped: Trajectory, floor: int) -> Self | None:
-        """Thin the frames of a mapped walk that are on a floor; None where it led nowhere there."""
+    def of(cls, mapped: Trajectory, floor: int, landmarks: LandmarkPriors) -> Self | None:
+        """Thin the frames on a floor of a walk mapped past ``landmarks``; None where it led nowhere there."""
         here = np.isfinite(mapped.sigma_m)
         if len(mapped.floor):
             here &= mapped.floor == floor
@@ -44,7 +49,15 @@ class WalkTrace:
         return cls(
             time_ns=mapped.time_ns[rows[kept]],
             position_bcs=place[kept],
-            covariance_bcs=mapped.covariance_bcs[rows[kept]],
+            covariance_bcs=_own(mapped.covariance_bcs[rows[kept]], as_complex(place[kept]), landmarks),
             course_rad=np.arctan2(ahead[:, 1], ahead[:, 0]),
             way_m=way_m[kept],
         )
+
+
+def _own(covariance: FloatArray, position: ComplexArray, landmarks: LandmarkPriors) -> FloatArray:
+    """Covariances (n, 2, 2) of places (n,) without what landmarks share with them."""
+    known, joint = landmarks.joint_of_surveyed()
+    share = landmark_shares(landmarks, position)[:, known].reshape(len(position), 2, -1)
+    values, vectors = np.linalg.eigh(covariance - share @ joint @ share.transpose(0, 2, 1))
+    return np.asarray(np.einsum("nij,nj,nkj->nik", vectors, np.maximum(values, LEAST_M**2), vectors))
