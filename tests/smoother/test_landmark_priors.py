@@ -65,22 +65,20 @@ def test_errors_that_landmarks_share_come_in_the_order_of_the_log() -> None:
     np.testing.assert_array_equal(priors.joint[np.ix_(known, known)], expected)
 
 
-def test_what_is_known_without_a_joint_covariance_is_that_of_each_by_itself() -> None:
-    nan = np.nan
-    covariance = np.array([np.eye(2) * 0.1, [[0.2, 0.05], [0.05, 0.3]], np.full((2, 2), nan)])
-    priors = LandmarkPriors(
-        np.array([0, 1 + 1j, nan]), covariance, np.array([nan, 1.0, nan]), np.array([nan, 0.2, nan])
-    )
-    known, joint = priors.joint_of_surveyed()
-    np.testing.assert_array_equal(known, [0, 1, 2, 3, 7])
-    expected = np.zeros((5, 5))
-    expected[:2, :2], expected[2:4, 2:4], expected[4, 4] = covariance[0], covariance[1], 0.04
-    np.testing.assert_allclose(joint, expected)
-
-
 def test_places_follow_the_landmarks_around_them() -> None:
     priors = replace(LandmarkPriors.nothing(3), position=np.array([0, 20, np.nan], dtype=np.complex128))
     share = landmark_shares(priors, np.array([0, 10, 20], dtype=np.complex128))
-    np.testing.assert_allclose(share[::2, ::2][:, :3].sum(axis=1), 1)
-    np.testing.assert_allclose(share[2:4], np.eye(2) @ np.hstack([np.eye(2) * 0.5, np.eye(2) * 0.5, np.zeros((2, 5))]))
+    np.testing.assert_allclose(share[::2, ::2].sum(axis=1), 1)
+    np.testing.assert_allclose(share[2:4], np.hstack([np.eye(2) * 0.5, np.eye(2) * 0.5, np.zeros((2, 2))]))
     assert share[0, 0] > 0.98
+
+
+def test_what_places_share_with_landmarks_is_known_with_and_without_a_joint_covariance() -> None:
+    nan = np.nan
+    covariance = np.array([np.eye(2) * 0.1, [[0.3, 0.1], [0.1, 0.5]], np.full((2, 2), nan)])
+    apart = LandmarkPriors(np.array([0, 20, nan]), covariance, np.full(3, nan), np.full(3, nan))
+    between = apart.shared_covariance(np.array([10 + 0j]))[0]
+    np.testing.assert_allclose(between, (covariance[0] + covariance[1]) / 4)
+    joint = np.full((9, 9), nan)
+    joint[:4, :4] = np.kron(np.ones((2, 2)), covariance[1])
+    np.testing.assert_allclose(replace(apart, joint=joint).shared_covariance(np.array([10 + 0j]))[0], covariance[1])

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.core.arrays import ComplexArray, FloatArray, joint_columns
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.smoother.chain import NormalEquations
 from vislam2tag.smoother.drift import STATES
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.landmark_priors import LandmarkPriors, ToldPlaces
 from vislam2tag.smoother.model import LEAST_DRIFT, Model
 from vislam2tag.smoother.noise import SCALE_SIGMA, DriftSource, NoiseLevels
 
@@ -157,8 +157,11 @@ def normal_equations(model: Model, priors: LandmarkPriors, weights: Weights, *, 
 
 
 def _add_survey(corner: FloatArray, priors: LandmarkPriors, weights: Weights) -> None:
-    """Add to the corner (3m, 3m) what the survey says of places and headings."""
+    """Add to the corner (3m, 3m) what the survey, and other walks, say of places and headings."""
     marks = len(priors.position)
+    if priors.told is not None:
+        _add_told(corner, priors, priors.told, weights)
+        return
     if priors.joint is not None:
         corner += _joint_precision(priors.joint, priors, weights)
         return
@@ -170,6 +173,25 @@ def _add_survey(corner: FloatArray, priors: LandmarkPriors, weights: Weights) ->
     sigma = np.where(np.isfinite(priors.heading_sigma_rad), priors.heading_sigma_rad, FREE_RAD)
     heading = 2 * marks + np.arange(marks)
     corner[heading, heading] += sigma**-2
+
+
+def _add_told(corner: FloatArray, priors: LandmarkPriors, told: ToldPlaces, weights: Weights) -> None:
+    """Add what the survey says of landmarks, and what others say of places that hang on these.
+
+    A place is doubted for its own errors alone.
+    """
+    survey, marks = priors.landmarks, len(priors.position)
+    of_landmarks, of_places = np.split(weights.landmark, [len(survey.position)])
+    column = joint_columns(np.arange(len(survey.position)), marks)
+    part = np.zeros((len(column), len(column)))
+    _add_survey(part, survey, replace(weights, landmark=of_landmarks))
+    corner[np.ix_(column, column)] += part
+    doubt = np.sqrt(np.repeat(of_places, 2))
+    places = np.arange(2 * marks)
+    errors = told.own_errors(marks)[-len(doubt) :]
+    corner[np.ix_(places, places)] += errors.T @ np.linalg.inv(told.own * np.outer(doubt, doubt)) @ errors
+    heading = 2 * marks + np.arange(len(survey.position), marks)
+    corner[heading, heading] += FREE_RAD**-2
 
 
 def _joint_precision(joint: FloatArray, priors: LandmarkPriors, weights: Weights) -> FloatArray:

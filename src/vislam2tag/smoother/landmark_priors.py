@@ -6,12 +6,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, joint_columns, of_landmarks
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, joint_columns, of_landmarks
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Landmarks
 
 AROUND_M = 2.0
 """Landmarks nearer to a place than this share their errors with it alike."""
+
+
+@dataclass(frozen=True)
+class ToldPlaces:
+    """Places of the camera, ``k`` of them, that are off where ``m`` landmarks are, by ``share`` (2k, 2m) of x, y of
+    each, and by errors of their own with covariance ``own`` (2k, 2k), m^2.
+    """
+
+    share: FloatArray
+    own: FloatArray
+
+    def own_errors(self, count: int) -> FloatArray:
+        """(2m + 2k, 2m + 2k) that takes from x, y of all ``count`` errors what places share with landmarks."""
+        matrix = np.eye(2 * count)
+        matrix[-len(self.own) :, : self.share.shape[1]] = -self.share
+        return matrix
 
 
 @dataclass(frozen=True)
@@ -26,8 +42,8 @@ class LandmarkPriors:
     heading_rad: FloatArray
     heading_sigma_rad: FloatArray
     joint: FloatArray | None = None
-    told: int = 0
-    """The last so many are no landmarks but places of the camera that other walks tell."""
+    told: ToldPlaces | None = None
+    """The last ones are no landmarks but places of the camera that other walks tell; ``joint`` is without them."""
 
     @classmethod
     def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> LandmarkPriors:
@@ -54,21 +70,35 @@ class LandmarkPriors:
         return cls(unknown + 0j, np.full((count, 2, 2), np.nan), unknown.copy(), unknown.copy())
 
     @property
+    def landmarks(self) -> LandmarkPriors:
+        """The landmarks alone, without places that others tell."""
+        if self.told is None:
+            return self
+        marks = len(self.position) - len(self.told.own) // 2
+        return LandmarkPriors(
+            self.position[:marks],
+            self.covariance[:marks],
+            self.heading_rad[:marks],
+            self.heading_sigma_rad[:marks],
+            self.joint,
+        )
+
+    @property
     def surveyed(self) -> BoolArray:
         """Mask (m,) of the landmarks with a position."""
         return np.asarray(np.isfinite(self.position))
 
-    def joint_of_surveyed(self) -> tuple[IntArray, FloatArray]:
-        """Which of the 3m numbers (x, y of each, then all headings) are known (k,), and their covariance (k, k)."""
-        known = np.concatenate((np.repeat(self.surveyed, 2), np.isfinite(self.heading_rad)))
-        rows = np.flatnonzero(known)
-        if self.joint is not None:
-            return rows, self.joint[np.ix_(rows, rows)]
-        marks = len(self.position)
-        joint = np.diag(np.concatenate((np.zeros(2 * marks), self.heading_sigma_rad**2)))
-        own = np.arange(2 * marks).reshape(-1, 2)
-        joint[own[:, :, None], own[:, None, :]] = self.covariance
-        return rows, joint[np.ix_(rows, rows)]
+    def shared_covariance(self, position: ComplexArray) -> FloatArray:
+        """(n, 2, 2) of what places (n,) on walks share with the landmarks around them (:func:`landmark_shares`)."""
+        known = np.repeat(self.surveyed, 2)
+        covariance = np.zeros((len(known), len(known)))
+        if self.joint is None:
+            own = np.arange(len(known)).reshape(-1, 2)
+            covariance[own[:, :, None], own[:, None, :]] = self.covariance
+        else:
+            covariance[:] = self.joint[: len(known), : len(known)]
+        share = landmark_shares(self, position)[:, known].reshape(len(position), 2, -1)
+        return np.asarray(share @ covariance[np.ix_(known, known)] @ share.transpose(0, 2, 1))
 
     def with_another(self) -> LandmarkPriors:
         """One landmark more, the last, which is not surveyed."""
@@ -94,10 +124,10 @@ class LandmarkPriors:
 
 
 def landmark_shares(priors: LandmarkPriors, position: ComplexArray) -> FloatArray:
-    """(2n, 3m) by how much x and y of places (n,) on walks are off where x, y and headings of the landmarks are.
+    """(2n, 2m) by how much x and y of places (n,) on walks are off where x and y of the landmarks are.
 
     Places between landmarks follow those around them, by the inverse square of the distance.
     """
     worth = np.where(priors.surveyed, 1 / (np.abs(position[:, None] - priors.position) ** 2 + AROUND_M**2), 0.0)
     share = worth / np.maximum(worth.sum(axis=1, keepdims=True), 1e-12)
-    return np.hstack((np.kron(share, np.eye(2)), np.zeros((2 * len(position), len(priors.position)))))
+    return np.asarray(np.kron(share, np.eye(2)), dtype=np.float64)

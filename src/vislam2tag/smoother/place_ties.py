@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, joint_columns
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.smoother.landmark_priors import LandmarkPriors, landmark_shares
+from vislam2tag.smoother.landmark_priors import LandmarkPriors, ToldPlaces, landmark_shares
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.passes import Passes
 from vislam2tag.smoother.smoothing import Smoothed, refined
@@ -67,30 +67,14 @@ def _with_passes(observations: WalkObservations, at: IntArray) -> WalkObservatio
 def _with_places(priors: LandmarkPriors, ties: PlaceTies, rows: IntArray) -> LandmarkPriors:
     """Priors with a place for each of some ties (k,), after the landmarks."""
     column = (2 * rows[:, None] + (0, 1)).ravel()
-    position, count = as_complex(ties.position_bcs[rows]), len(rows)
-    joint = _joint(priors, position, ties.covariance_m2[np.ix_(column, column)])
-    own = (2 * len(priors.position) + np.arange(2 * count)).reshape(-1, 2)
-    unknown = np.full(count, np.nan)
+    position, unknown = as_complex(ties.position_bcs[rows]), np.full(len(rows), np.nan)
+    told = ToldPlaces(landmark_shares(priors, position), ties.covariance_m2[np.ix_(column, column)])
+    each = np.arange(2 * len(rows)).reshape(-1, 2)
     return LandmarkPriors(
         position=np.concatenate((priors.position, position)),
-        covariance=np.concatenate((priors.covariance, joint[own[:, :, None], own[:, None, :]])),
+        covariance=np.concatenate((priors.covariance, told.own[each[:, :, None], each[:, None, :]])),
         heading_rad=np.concatenate((priors.heading_rad, unknown)),
         heading_sigma_rad=np.concatenate((priors.heading_sigma_rad, unknown)),
-        joint=joint,
-        told=count,
+        joint=priors.joint,
+        told=told,
     )
-
-
-def _joint(priors: LandmarkPriors, position: ComplexArray, own: FloatArray) -> FloatArray:
-    """Joint covariance (3m + 3k, 3m + 3k) of landmarks and of places (k,) whose own errors have that of ``own``."""
-    marks, count = len(priors.position), len(position)
-    known, landmarks = priors.joint_of_surveyed()
-    design = landmark_shares(priors, position) @ np.eye(3 * marks)[known].T
-    joint = np.full((3 * (marks + count), 3 * (marks + count)), np.nan)
-    at = joint_columns(np.arange(marks), marks + count)[known]
-    places = 2 * marks + np.arange(2 * count)
-    joint[np.ix_(at, at)] = landmarks
-    joint[np.ix_(places, at)] = design @ landmarks
-    joint[np.ix_(at, places)] = landmarks @ design.T
-    joint[np.ix_(places, places)] = design @ landmarks @ design.T + own
-    return joint

@@ -124,11 +124,18 @@ def _sheet_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> 
 
 
 def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
-    """Expected squared distances (m,) from the survey, in units of its covariance; 0 where not surveyed."""
-    rows = np.flatnonzero(priors.surveyed)
+    """Expected squared distances (m,) from the survey, in units of its covariance; 0 where not surveyed.
+
+    Of places that others tell, those of their own errors.
+    """
+    rows, count = np.flatnonzero(priors.surveyed), 2 * len(priors.position)
     column = np.stack((2 * rows, 2 * rows + 1), axis=1)
-    error = solution.border[column]
-    spread = solution.border_covariance[column[:, :, None], column[:, None, :]]
+    errors, covariance = solution.border[:count], solution.border_covariance[:count, :count]
+    if priors.told is not None:
+        own = priors.told.own_errors(len(priors.position))
+        errors, covariance = own @ errors, own @ covariance @ own.T
+    error = errors[column]
+    spread = covariance[column[:, :, None], column[:, None, :]]
     worth = np.linalg.inv(priors.covariance[rows])
     squares = np.zeros(len(priors.position))
     squares[rows] = np.einsum("mij,mji->m", worth, error[:, :, None] * error[:, None, :] + spread)

@@ -27,7 +27,7 @@ def beside_the_survey(model: Model, priors: LandmarkPriors, weights: Weights, so
     passes = model.observations.passes
     miss = position_residual(model, priors) - np.einsum("pij,pj->pi", model.sight, solution.state[1:-1])
     sighted = np.where(_refused(priors, weights, passes.landmark)[passes.landmark], weights.sighting, 0)
-    surveyed = passes.landmark < len(priors.position) - priors.told  # others' tales of the camera are no survey
+    surveyed = passes.landmark < len(priors.landmarks.position)  # others' tales of the camera are no survey
     unusual = 1 - DOUBTED / np.maximum(np.maximum(weights.landmark[passes.landmark], sighted), DOUBTED)
     square = unusual[:, None, None] * miss[:, :, None] * miss[:, None, :]
     frames = np.arange(len(model.path))

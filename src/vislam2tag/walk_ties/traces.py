@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.smoother.landmark_priors import LandmarkPriors, landmark_shares
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 EVERY_M = 1.0
 """Others are told of a place once in so much of the way."""
@@ -57,7 +57,5 @@ class WalkTrace:
 
 def _own(covariance: FloatArray, position: ComplexArray, landmarks: LandmarkPriors) -> FloatArray:
     """Covariances (n, 2, 2) of places (n,) without what landmarks share with them."""
-    known, joint = landmarks.joint_of_surveyed()
-    share = landmark_shares(landmarks, position)[:, known].reshape(len(position), 2, -1)
-    values, vectors = np.linalg.eigh(covariance - share @ joint @ share.transpose(0, 2, 1))
+    values, vectors = np.linalg.eigh(covariance - landmarks.shared_covariance(position))
     return np.asarray(np.einsum("nij,nj,nkj->nik", vectors, np.maximum(values, LEAST_M**2), vectors))
