@@ -3,7 +3,7 @@
 Surveys like the paper's (24 walks of two phones on two floors, which press at control points). Without a fault,
 whatever is named is a false alarm; then each point that was pressed at is moved, one at a time, in a direction drawn
 at random: what its presses are off by changes by that. "Possible" is what the best test names whose false alarms are
-2 % of floors, were errors normal with the sigma stated; and with what points without a fault are really off by.
+2 % of floors, were errors normal with the sigma stated, and were they as large as those of points without a fault are.
 
     python benchmarks/odd_control_points.py --seeds 41 42
 """

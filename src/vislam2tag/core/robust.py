@@ -18,6 +18,10 @@ import numpy.typing as npt
 from vislam2tag.core.arrays import FloatArray
 
 _State = TypeVar("_State")
+TRUSTED = 0.9
+"""This share of comparisons, the least, tells how far off comparisons usually are; faults are among the others."""
+TRUSTED_MEAN_SQUARE = 2 - np.log(10) * 2 / 9
+"""Mean of the square of two normal numbers, in units of their variance, below the quantile :data:`TRUSTED`."""
 _log = logging.getLogger(__name__)
 
 
@@ -64,3 +68,8 @@ def variance_factor(squares: npt.ArrayLike, numbers: npt.ArrayLike, freedom: flo
     their usual standard deviations. An observation counts for the inverse of its factor.
     """
     return np.asarray((freedom + np.asarray(squares)) / (freedom + np.asarray(numbers)), dtype=np.float64)
+
+
+def trusted(squares: FloatArray) -> FloatArray:
+    """The least of squares (n,), as many of them as are believed to be without a fault."""
+    return np.asarray(np.sort(squares)[: int(TRUSTED * len(squares))])

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import joint_columns
+from vislam2tag.core.robust import TRUSTED_MEAN_SQUARE, trusted
 from vislam2tag.landmark_survey.comparison import Comparison, Verdict
 from vislam2tag.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, join, linear_map
 from vislam2tag.landmark_survey.other_walks import GREATEST_SIGMA_M, OtherWalks
@@ -27,10 +28,7 @@ SHARED_SIGMAS = 2.5
 MOST_ODD = 20
 """So many are left out before a survey is taken for one that does not fit at all."""
 STATED_COUNTS = 10
-"""What is stated counts as much as so many comparisons in the variance factor a posteriori ..."""
-TRUSTED, MEAN_SQUARE = 0.9, 2 - np.log(10) * 2 / 9
-"""... which is that of this share of them, the least: the mean of a square of two numbers, in units of their variance,
-below that quantile."""
+"""What is stated counts as much as so many comparisons in the variance factor a posteriori."""
 FEWEST_OTHERS = 2
 """So many other references of its kind must stand beside one to contradict it."""
 
@@ -95,9 +93,8 @@ def _scale(compared: Sequence[Comparison]) -> float:
     Baarda's data snooping with the variance factor a posteriori (Pope 1976).
     """
     squares = np.array([one.sigmas for one in compared]) ** 2
-    least = np.sort(squares[np.isfinite(squares)])
-    least = least[: int(TRUSTED * len(least))]
-    return float(np.sqrt((STATED_COUNTS + least.sum() / MEAN_SQUARE) / (STATED_COUNTS + len(least))))
+    least = trusted(squares[np.isfinite(squares)])
+    return float(np.sqrt((STATED_COUNTS + least.sum() / TRUSTED_MEAN_SQUARE) / (STATED_COUNTS + len(least))))
 
 
 def _without(joined: LandmarkMap, odd: Comparison, days: Sequence[str | None]) -> LandmarkMap:

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.evaluation.control_points.odd_points import PressOffset, odd_points, press_offsets
+from vislam2tag.evaluation.control_points.odd_points import (
+    PooledOffset,
+    PressOffset,
+    odd_points,
+    press_offsets,
+    shared_m,
+)
 from vislam2tag.evaluation.point_errors import PointErrors, TruthKind
 
 SIGMA_M = 0.4
@@ -32,6 +38,22 @@ def test_a_point_measured_a_metre_off_is_named_on_its_floor() -> None:
     assert (odd.floor, odd.point, odd.sessions) == (1, "c", 4)
     assert odd.size_m == pytest.approx(1.0, abs=4 * odd.sigma_m)
     assert "control point c on floor 1" in odd.summary
+
+
+def test_presses_that_err_alike_at_each_point_make_none_odd_but_one_a_metre_off() -> None:
+    rng = np.random.default_rng(0)
+    shared = dict(zip("abcdefgh", 0.2 * (rng.standard_normal((8, 2)) @ (1, 1j)), strict=True))
+    assert odd_points([(0, walk(seed, shared)) for seed in range(12)]) == []
+    moved = {**shared, "c": shared["c"] + 1.2}
+    assert [odd.point for odd in odd_points([(0, walk(seed, moved)) for seed in range(12)])] == ["c"]
+
+
+def test_what_presses_at_a_point_share_is_told_by_how_far_points_are_off() -> None:
+    rng = np.random.default_rng(0)
+    for shared in (0.05, 0.3):
+        off = np.hypot(shared, 0.1) * (rng.standard_normal((400, 2)) @ (1, 1j))
+        off[:20] += 5.0
+        assert shared_m([PooledOffset(one, 0.1, 3) for one in off]) == pytest.approx(shared, abs=0.03)
 
 
 def test_a_session_that_is_off_everywhere_makes_no_point_odd() -> None:

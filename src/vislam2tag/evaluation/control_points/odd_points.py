@@ -9,14 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.common.records import Record
+from vislam2tag.core.robust import TRUSTED_MEAN_SQUARE, trusted
 from vislam2tag.evaluation.point_errors import PointErrors
 
-CERTAIN_SIGMAS = 4.0
-"""A point is odd where its presses, taken together, put it so many standard deviations away ..."""
+CERTAIN_SIGMAS = 3.5
+"""A point is odd where its presses, taken together, put it so many standard deviations away (by normal errors 3 % of
+floors with 15 points would have one beyond) ..."""
 LEAST_M = 0.3
 """... and at least this far: presses are seldom exact ..."""
 FEWEST_SESSIONS = 2
 """... if so many sessions pressed there: one that was lost errs at all its points."""
+SHARED_M, SHARED_COUNTS = 0.13, 20
+"""All presses at a point err by this alike, per axis, as who passes it keeps to the same side: half of what a press is
+held off by (assumed, as if so many points told it, before any is seen)."""
+MOST_SHARED_M, RESOLVED_M = 10.0, 1e-4
+"""It is looked for up to here, this exactly."""
 
 
 class PressOffset(Record):
@@ -34,7 +41,7 @@ class PooledOffset(NamedTuple):
 
     offset: complex
     sigma_m: float
-    """One standard deviation per axis."""
+    """One standard deviation per axis, of what presses err by each for itself, and of what they share."""
     sessions: int
 
 
@@ -76,6 +83,7 @@ def pooled_offsets(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> dict
     """Pool the presses at each point of a floor, from the floor and the presses of each session.
 
     What a session has in common (it was lost, or its holder presses late) is not a point's: its median is taken out.
+    What presses at a point have in common is told by how far points are off.
     """
     offsets: dict[tuple[int, str], list[tuple[int, complex, float]]] = defaultdict(list)
     for session, (floor, presses) in enumerate(pressed):
@@ -83,7 +91,32 @@ def pooled_offsets(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> dict
             common = np.median([one.x_m for one in presses]) + 1j * np.median([one.y_m for one in presses])
             for one in presses:
                 offsets[floor, one.point].append((session, complex(one.x_m, one.y_m) - common, one.sigma_m))
-    return {place: _pooled(made) for place, made in offsets.items()}
+    pooled = {place: _pooled(made) for place, made in offsets.items()}
+    shared = shared_m(list(pooled.values()))
+    return {place: one._replace(sigma_m=float(np.hypot(one.sigma_m, shared))) for place, one in pooled.items()}
+
+
+def shared_m(pooled: Sequence[PooledOffset]) -> float:
+    """By how much, per axis, all presses at a point err alike: what points are off by beyond their own sigma, robustly.
+
+    A random effect of the point (DerSimonian and Laird 1986), by the points that are least off.
+    """
+    if not pooled:
+        return SHARED_M
+    square_m2 = np.array([abs(one.offset) for one in pooled]) ** 2
+    own_m2 = np.array([one.sigma_m for one in pooled]) ** 2
+    usual_m2 = float(np.median(own_m2))
+
+    def too_small(variance_m2: float) -> bool:
+        least = trusted(square_m2 / (own_m2 + variance_m2))
+        assumed = SHARED_COUNTS * ((usual_m2 + SHARED_M**2) / (usual_m2 + variance_m2) - 1)
+        return bool(least.sum() / TRUSTED_MEAN_SQUARE - len(least) + assumed > 0)
+
+    low_m, high_m = 0.0, MOST_SHARED_M
+    while high_m - low_m > RESOLVED_M:
+        middle_m = (low_m + high_m) / 2
+        low_m, high_m = (middle_m, high_m) if too_small(middle_m**2) else (low_m, middle_m)
+    return low_m
 
 
 def _pooled(made: Sequence[tuple[int, complex, float]]) -> PooledOffset:
