@@ -10,9 +10,9 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.landmark_survey.other_walks import GREATEST_SIGMA_M
 
-SURVEY_SIGMAS, SIGHT_SIGMAS = 4.0, 4.5
-"""A survey, or a walk's sight, contradicts the others where they put it so many standard deviations away. Of 20
-surveys and 80 sights by normal errors 2 % would have one beyond 3.7 and 4.1; real ones have heavier tails ..."""
+USUAL_SIGMAS, SIGHT_SIGMAS = 4.0, 4.5
+"""A survey or a day, or a walk's sight, contradicts the others where they put it so many standard deviations away. Of
+20 surveys and 80 sights by normal errors 2 % would have one beyond 3.7 and 4.1; real ones have heavier tails ..."""
 LEAST_M = 0.15
 """... and at least this far."""
 
@@ -54,7 +54,7 @@ class Comparison:
     @property
     def excess(self) -> float:
         """How many standard deviations it is off, over how many are asked for."""
-        return self.sigmas / (SURVEY_SIGMAS if self.of_survey else SIGHT_SIGMAS)
+        return self.sigmas / (USUAL_SIGMAS if self.walk is None else SIGHT_SIGMAS)
 
     @property
     def verdict(self) -> Verdict:

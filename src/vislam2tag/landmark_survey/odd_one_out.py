@@ -67,24 +67,28 @@ def _compared(joined: LandmarkMap, days: Sequence[str | None]) -> list[Compariso
     surveys, sights = _surveys(joined), _sights(joined)
     of_days = days_compared(joined, sights, days) if days else []
     by_survey, by_sight = _scale(surveys), _scale(sights)
+    # That single sights are nearer than stated says nothing of what those of a day have in common.
+    by_day = max(by_sight, 1.0)
     return [
         *(one.in_units_of(by_survey) for one in surveys),
-        *(one.in_units_of(by_sight) for one in (*sights, *of_days)),
+        *(one.in_units_of(by_sight) for one in sights),
+        *(one.in_units_of(by_day) for one in of_days),
     ]
 
 
 def _culprit(found: Comparison, compared: Sequence[Comparison]) -> Comparison:
     """The survey of a landmark, where several walks miss it or one alone passed it; else what was found.
 
-    A day that contradicts the others more than the survey does accounts for what its walks miss.
+    A day that contradicts the others accounts for what its walks miss: neither one of them nor the survey does.
     """
     of_landmark = [one for one in compared if one.landmark == found.landmark]
+    of_days = [one for one in of_landmark if one.day is not None and one.verdict is Verdict.CONTRADICTS]
+    if of_days:
+        return max(of_days, key=lambda one: one.sigmas)
     sights = [one for one in of_landmark if one.walk is not None]
     missing = [one for one in sights if one.sigmas > SHARED_SIGMAS]
     survey = next((one for one in of_landmark if one.of_survey and one.sigmas > SHARED_SIGMAS), None)
-    culprit = survey if survey is not None and (len(missing) > 1 or len(sights) == 1) else found
-    contradicting = [one for one in of_landmark if one.day is not None and one.verdict is Verdict.CONTRADICTS]
-    return max([culprit, *contradicting], key=lambda one: one.sigmas)
+    return survey if survey is not None and (len(missing) > 1 or len(sights) == 1) else found
 
 
 def _scale(compared: Sequence[Comparison]) -> float:
