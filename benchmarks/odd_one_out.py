@@ -5,7 +5,7 @@ day. Without a fault, a survey or a day that is named is a false alarm. So is a 
 the true places of all landmarks by the rest of its map, has that one off to within half of what is said: there the
 tracker slipped, or a sighting erred. Then one reference at a time is moved, in a direction drawn at random. "Possible"
 is what the best test names whose false alarms are 2 % of floors, were errors normal with the deviations that each
-comparison states: none where nothing can be compared.
+comparison states: none where nothing can be compared. Last, all walks of a device are longer or shorter by a share.
 
     python benchmarks/odd_one_out.py                      seeds 21 to 24, 10 faults of each kind and size on each
     python benchmarks/odd_one_out.py --seeds 31 32 --faults 5
@@ -25,6 +25,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.landmark_survey.changed_map import apart
 from vislam2tag.landmark_survey.comparison import Comparison
+from vislam2tag.landmark_survey.device_metre import device_metres
 from vislam2tag.landmark_survey.landmark_map import join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.landmark_survey.odd_one_out import Votes, vote
@@ -34,6 +35,10 @@ from vislam2tag.smoother.landmark_priors import LandmarkPriors
 SIZES_M = (1.0, 0.5)
 DAYS = ("first", "second") * 4
 """On which each walk is taken to be made."""
+DEVICES = ("first",) * 4 + ("second",) * 4
+"""By which each walk was made."""
+SHARES = (0.03, 0.015)
+"""By which a device's metre is off."""
 EXACT_M = 0.001
 """Sigma of a place that is true."""
 TRUE_SHARE = 0.5
@@ -55,7 +60,7 @@ class Floor:
     def of(cls, site: Site, seed: int) -> Floor:
         """Survey all landmarks, and vote."""
         priors, truth = survey(site, seed), exact(site)
-        return cls(site.maps, priors, truth, vote(join(site.maps, priors), DAYS))
+        return cls(site.maps, priors, truth, vote(join(site.maps, priors), DAYS, DEVICES))
 
     @property
     def false(self) -> list[Comparison]:
@@ -87,7 +92,8 @@ def main() -> None:
     named, false = (sum(map(len, found)) for found in zip(*((one.clean.odd, one.false) for one in floors), strict=True))
     bad = sum(bool(one.false) for one in floors)
     print(f"no fault: {named} of {references} references named on {sum(bool(one.clean.odd) for one in floors)} floors")
-    print(f"false: {false} on {bad} of {len(floors)} floors")
+    devices = sum(len(one.clean.odd_devices) for one in floors)
+    print(f"false: {false} on {bad} of {len(floors)} floors, and {devices} devices")
     for floor, seed in zip(floors, options.seeds, strict=True):
         if floor.clean.odd:
             print(f"seed {seed}: {described(floor.clean.odd)}; false: {described(floor.false) or 'none'}")
@@ -102,12 +108,35 @@ def main() -> None:
             for floor in floors:
                 for _ in range(options.faults):
                     maps, priors, culprit = inject(floor, size_m, rng)
-                    odd = references_of(vote(join(maps, priors), DAYS).odd)
+                    odd = references_of(vote(join(maps, priors), DAYS, DEVICES).odd)
                     hits.append(culprit in odd)
                     extra.append(len(odd - {culprit} - references_of(floor.clean.odd)))
                     best.append(possible(floor.clean, culprit, size_m))
             figures = f"{np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
             print(f"| {kind}, {size_m} m | {len(hits)} | {figures} |", flush=True)
+    for share in SHARES:
+        print(f"| metre of a device, {100 * share} % | {of_devices(floors, share, rng)} |", flush=True)
+
+
+def of_devices(floors: Sequence[Floor], share: float, rng: np.random.Generator) -> str:
+    """Put off the metre of each device: how many, how many are named, could be, and how much else is."""
+    hits, extra, best = [], [], []
+    for floor in floors:
+        usual = {one.device: one.sigma for one in device_metres(floor.clean.joined, DEVICES)}
+        for culprit in usual:
+            times = 1 + share * rng.choice((-1, 1))
+            maps = [
+                replace(one, position=one.position * times) if device == culprit else one
+                for one, device in zip(floor.maps, DEVICES, strict=True)
+            ]
+            votes = vote(join(maps, floor.priors), DAYS, DEVICES)
+            named = [one.device for one in votes.odd_devices]
+            hits.append(culprit in named)
+            others = references_of(votes.odd) - references_of(floor.clean.odd)
+            extra.append(len(others) + len(set(named) - {culprit}))
+            away = share / np.linalg.norm(list(usual.values()))
+            best.append(stats.ncx2.sf(stats.chi2.isf(FALSE_ALARMS / len(usual), 1), 1, away**2))
+    return f"{len(hits)} | {np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
 
 
 def references_of(odd: Sequence[Comparison]) -> set[Reference]:

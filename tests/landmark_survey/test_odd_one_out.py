@@ -83,6 +83,28 @@ def test_a_sheet_that_hung_elsewhere_on_one_day_is_named_with_the_day(landmark: 
     assert vote(join(*survey(5)), days).odd == ()
 
 
+@pytest.mark.parametrize("excess", [0.08, -0.06])
+def test_a_device_whose_metre_is_off_is_named_and_what_its_walks_saw_is_not(excess: float) -> None:
+    devices = ["a", "b", "a", "b", "b"]
+    maps, priors = survey(6)
+    assert vote(join(maps, priors), devices=devices).odd_devices == ()
+    stretched = [
+        replace(one, position=one.position * (1 + excess)) if device == "a" else one
+        for one, device in zip(maps, devices, strict=True)
+    ]
+    votes = vote(join(stretched, priors), devices=devices)
+    [odd] = votes.odd_devices
+    assert (odd.device, odd.walks) == ("a", (0, 2))
+    assert odd.excess == pytest.approx(excess, abs=3 * odd.sigma)
+    assert votes.odd == ()
+
+
+def test_where_all_devices_differ_from_the_survey_alike_none_is_named() -> None:
+    maps, priors = survey(7)
+    stretched = [replace(one, position=one.position * 1.06) for one in maps]
+    assert vote(join(stretched, priors), devices=["a", "b", "a", "b", "b"]).odd_devices == ()
+
+
 def test_two_faults_are_named_the_greater_first() -> None:
     maps, priors = survey(3)
     priors.position[4] += FAULT

@@ -16,6 +16,7 @@ import numpy as np
 from vislam2tag.core.arrays import joint_columns
 from vislam2tag.core.robust import TRUSTED_MEAN_SQUARE, trusted
 from vislam2tag.landmark_survey.comparison import Comparison, Verdict
+from vislam2tag.landmark_survey.device_metre import DeviceMetre, device_metres, in_true_metres
 from vislam2tag.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, join, linear_map
 from vislam2tag.landmark_survey.other_walks import GREATEST_SIGMA_M, OtherWalks
 from vislam2tag.landmark_survey.seen_apart import days_compared, survey_left_out
@@ -37,20 +38,23 @@ FEWEST_OTHERS = 2
 class Votes:
     """All references compared once those in ``odd``, greatest first, were left out; ``odd`` as they were till then.
 
-    ``joined`` is the map without them.
+    ``joined`` is the map without them, and with the metres of ``odd_devices`` put right.
     """
 
     odd: tuple[Comparison, ...]
     fitting: tuple[Comparison, ...]
     joined: LandmarkMap
+    odd_devices: tuple[DeviceMetre, ...] = ()
 
 
-def vote(joined: LandmarkMap, days: Sequence[str | None] = ()) -> Votes:
+def vote(joined: LandmarkMap, days: Sequence[str | None] = (), devices: Sequence[str] = ()) -> Votes:
     """Leave out the reference that contradicts the others most, until none does.
 
-    With ``days`` (b,), on which each map's walk was made, what the walks of a day saw is compared, too.
+    With ``days`` (b,), on which each map's walk was made, what the walks of a day saw is compared, too; with
+    ``devices`` (b,) by which it was, what each of these takes for a metre.
     """
     odd: list[Comparison] = []
+    odd_devices, joined = _devices_put_right(joined, devices)
     while True:
         compared = _compared(joined, days if len(set(days)) > 1 else ())
         contradicting = [one for one in compared if one.verdict is Verdict.CONTRADICTS]
@@ -59,7 +63,19 @@ def vote(joined: LandmarkMap, days: Sequence[str | None] = ()) -> Votes:
         odd.append(_culprit(max(contradicting, key=lambda one: one.excess), compared))
         joined = _without(joined, odd[-1], days)
     fitting = tuple(one for one in compared if one.day is None)
-    return Votes(tuple(sorted(odd, key=lambda one: -one.size_m)), fitting, joined)
+    return Votes(tuple(sorted(odd, key=lambda one: -one.size_m)), fitting, joined, tuple(odd_devices))
+
+
+def _devices_put_right(joined: LandmarkMap, devices: Sequence[str]) -> tuple[list[DeviceMetre], LandmarkMap]:
+    """Put right the metre of the device that contradicts the others most, until none does."""
+    odd: list[DeviceMetre] = []
+    for _ in set(devices):
+        contradicting = [one for one in device_metres(joined, devices) if one.contradicts]
+        if not contradicting:
+            break
+        odd.append(max(contradicting, key=lambda one: one.sigmas))
+        joined = in_true_metres(joined, odd[-1])
+    return odd, joined
 
 
 def _compared(joined: LandmarkMap, days: Sequence[str | None]) -> list[Comparison]:

@@ -9,6 +9,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.references import OddReference, Reference, References
 from vislam2tag.landmark_survey.comparison import Comparison, Verdict
+from vislam2tag.landmark_survey.device_metre import DeviceMetre
 from vislam2tag.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
 from vislam2tag.survey.corrections.file import session_start
@@ -22,10 +23,12 @@ def references(joint: JointSurvey) -> References:
     """Compare all references of a joint survey; empty where no walk is tied to it."""
     if not joint.joined.tied.any():
         return References()
-    votes = vote(joint.joined, [_day(session.key) for session in joint.mapped])
+    keys = [session.key for session in joint.mapped]
+    votes = vote(joint.joined, [_day(key) for key in keys], [key.device for key in keys])
     rows = [(one, _row(joint, votes, one)) for one in votes.odd]
+    found = [*_of_references(joint, rows), *(_of_device(joint, one) for one in votes.odd_devices)]
     return References(
-        odd=tuple(_ranked(joint, rows)),
+        odd=tuple(sorted(found, key=lambda one: -one.size_m)),
         compared=(*(row for _, row in rows), *(_row(joint, votes, one) for one in votes.fitting)),
     )
 
@@ -38,7 +41,9 @@ def _day(key: SessionKey) -> str | None:
 
 def odd_findings(found: References) -> list[Finding]:
     """A finding for each reference that is odd."""
-    return [Finding(kind="odd_reference", file="", count=len(one.references), message=one.summary) for one in found.odd]
+    return [
+        Finding(kind="odd_reference", file="", count=len(one.references) or 1, message=one.summary) for one in found.odd
+    ]
 
 
 def odd_faults(found: References, faults: Sequence[Fault]) -> list[Fault]:
@@ -47,6 +52,10 @@ def odd_faults(found: References, faults: Sequence[Fault]) -> list[Fault]:
 
 
 def _fault(odd: OddReference) -> Fault:
+    if not odd.references:
+        evidence = f"{odd.size_m:.2f} m off at most"
+        sessions = sorted(odd.sessions)
+        return Fault(kind=FaultKind.ODD_REFERENCE, sessions=sessions, summary=odd.summary, evidence=evidence)
     greatest = max(odd.references, key=lambda one: one.size_m or 0.0)
     return Fault(
         kind=FaultKind.ODD_REFERENCE,
@@ -59,10 +68,12 @@ def _fault(odd: OddReference) -> Fault:
 
 
 def _explains(fault: Fault, odd: Fault) -> bool:
-    """Whether a fault is of the same landmark, of the same session, or of the whole floor."""
+    """Whether a fault is of the same landmark, of the same session (of a device all), or of the whole floor."""
     if fault.landmarks:
         return fault.floor == odd.floor and bool(set(fault.landmarks) & set(odd.landmarks))
-    return bool(set(fault.sessions) & set(odd.sessions)) if fault.sessions else fault.floor == odd.floor
+    if fault.sessions:
+        return bool(odd.sessions) and set(odd.sessions) <= set(fault.sessions)
+    return fault.floor == odd.floor
 
 
 def _row(joint: JointSurvey, votes: Votes, one: Comparison) -> Reference:
@@ -82,8 +93,8 @@ def _row(joint: JointSurvey, votes: Votes, one: Comparison) -> Reference:
     )
 
 
-def _ranked(joint: JointSurvey, rows: list[tuple[Comparison, Reference]]) -> list[OddReference]:
-    """By size; sights of one session that is odd itself count as one."""
+def _of_references(joint: JointSurvey, rows: list[tuple[Comparison, Reference]]) -> list[OddReference]:
+    """Sights of one session that is odd itself count as one."""
     odd_sights = Counter(one.walk for one, _ in rows if one.walk is not None)
     whole = {
         walk
@@ -91,8 +102,17 @@ def _ranked(joint: JointSurvey, rows: list[tuple[Comparison, Reference]]) -> lis
         if count > 1 and count > MOST_OF_A_WALK * len(joint.joined.maps[walk].landmark)
     }
     found = [_single(row) for one, row in rows if one.walk not in whole]
-    found += [_of_session([row for one, row in rows if one.walk == walk]) for walk in whole]
-    return sorted(found, key=lambda one: -one.size_m)
+    return found + [_of_session([row for one, row in rows if one.walk == walk]) for walk in whole]
+
+
+def _of_device(joint: JointSurvey, odd: DeviceMetre) -> OddReference:
+    share, usual = f"{100 + 100 * odd.excess:.1f} %", f"{100 * odd.sigma:.1f} %"
+    summary = (
+        f"device {odd.device} sees landmarks {share} as far apart as survey and other devices do (usual are {usual} "
+        f"more or less), up to {odd.off_m:.2f} m off: its camera is not calibrated, or its app scales positions"
+    )
+    sessions = tuple(str(joint.mapped[walk].key) for walk in odd.walks)
+    return OddReference(culprit=f"device {odd.device}", summary=summary, sessions=sessions, reach_m=odd.off_m)
 
 
 def _single(row: Reference) -> OddReference:
