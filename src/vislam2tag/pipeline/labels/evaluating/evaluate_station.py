@@ -16,7 +16,9 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points.press_truth import press_truth
 from vislam2tag.evaluation.control_points.route_file import read_route
 from vislam2tag.evaluation.metrics import points_within_sigma, strategy_errors
+from vislam2tag.evaluation.point_errors import PointErrors
 from vislam2tag.evaluation.record import SessionEvaluation
+from vislam2tag.evaluation.total_station.against_walks import frame_against_walks
 from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, StationWalk, align_device
 from vislam2tag.evaluation.total_station.fit import FreeParameters
 from vislam2tag.evaluation.total_station.frame import CommonPoints, StationFrame, fit_frame, shot_points
@@ -109,9 +111,10 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
             outcome.found[walk.job.ref.slug].missing.append(str(error))
         return outcome
     lag_s = _pose_lag(walks)
+    odd = frame_against_walks(_reference_errors(walks, methods[AT_PRISM]))
     for number, walk in enumerate(walks):
         found = outcome.found[walk.job.ref.slug]
-        found.findings += station_findings(standing[number], methods[AT_PRISM], number)
+        found.findings += [*station_findings(standing[number], methods[AT_PRISM], number), *odd]
         found.estimates |= _estimates(frame, methods[AT_PRISM]) | {"pose_lag_s": lag_s}
         for method, alignment in methods.items():
             _compare(walk, method, alignment, number, found)
@@ -163,6 +166,15 @@ def _pose_lag(walks: Sequence[_Walk]) -> float | None:
     """Median over the device's walks of how late its poses are stamped, seconds; None where none can tell."""
     lags = [lag_s for walk in walks if (lag_s := walk.session.camera.pose_lag_s) is not None]
     return rounded(median(lags)) if lags else None
+
+
+def _reference_errors(walks: Sequence[_Walk], alignment: DeviceAlignment) -> list[PointErrors]:
+    """Labels of the walks that meet the station's track, by the reference."""
+    return [
+        station_point_errors(walk.mapped[REFERENCE], with_station_sigma(truth, alignment, walk.job.settings.truth))
+        for walk, truth in zip(walks, alignment.truths, strict=True)
+        if truth is not None
+    ]
 
 
 def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, found: TruthComparisons) -> None:
