@@ -16,7 +16,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import polars as pl
 from calibration import cells, points
 from data_sets import Walk, walks_of
 from further_ties import true_at
@@ -27,7 +26,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.walk_ties import radio
@@ -74,23 +74,8 @@ def heard_floor(seed: int, severity: str) -> tuple[Site, list[RadioScans]]:
     """A floor, and what each of its walks heard."""
     with generated_floor(seed, severity) as root:
         site = site_of(list(walks_of(root, truth_at_frames=True)))
-        heard = [read_session(ref).tables["wifi"].filter(~pl.col("repeated")) for ref in open_survey(root).sessions]
+        heard = [read_session(ref).tables["wifi"] for ref in open_survey(root).sessions]
     return site, [scans_of(walk.name, table) for walk, table in zip(site.walks, heard, strict=True)]
-
-
-def scans_of(name: str, table: pl.DataFrame) -> RadioScans:
-    """The scans of a walk, each at the mean time of its readings."""
-    number = np.unique(table["scan"].to_numpy(), return_inverse=True)[1]
-    time_ns, count = table["time_ns"].to_numpy().astype(np.int64), int(number.max()) + 1
-    later_ns = np.bincount(number, time_ns - time_ns.min()) / np.bincount(number)
-    return scans_from_readings(
-        number,
-        table["bssid"].to_numpy().astype(np.str_),
-        table["rssi_dbm"].to_numpy().astype(np.float64),
-        count,
-        session=np.full(count, name),
-        time_ns=time_ns.min() + later_ns.astype(np.int64),
-    )
 
 
 def compared(walks: list[Walk], heard: list[RadioScans], landmarks: list[Landmarks]) -> Iterator[Compared]:

@@ -109,11 +109,11 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession as DiagnosedSession
     from vislam2tag.pipeline.labels.diagnosing.diagnose_session import MappedShare as MappedShare
     from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate as evaluate
+    from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey as JointSurvey
+    from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession as ReducedSession
+    from vislam2tag.pipeline.labels.joining.landmark_survey import survey_landmarks as survey_landmarks
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
     from vislam2tag.pipeline.labels.label_table import label as label
-    from vislam2tag.pipeline.labels.landmark_survey import JointSurvey as JointSurvey
-    from vislam2tag.pipeline.labels.landmark_survey import ReducedSession as ReducedSession
-    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks as survey_landmarks
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
     from vislam2tag.pipeline.labels.sightings import SightingsFound as SightingsFound
@@ -276,7 +276,7 @@ _NAMES = {
     "pipeline.labels.diagnosing.diagnose_session": "DiagnosedSession MappedShare",
     "pipeline.labels.evaluating.evaluate": "evaluate",
     "pipeline.labels.label_table": "TableLabels label",
-    "pipeline.labels.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
+    "pipeline.labels.joining.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
     "pipeline.labels.process": "process",
     "pipeline.labels.session": "Outcome",
     "pipeline.labels.sightings": "SightingsFound sightings",

@@ -125,6 +125,7 @@ FindingKind = Literal[
     "unprintable_id",
     "unreadable_dates",
     "odd_reference",
+    "placed_by_scans",
     "told_by_others",
     "unreadable_file",
     "unreadable_folder",

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from vislam2tag.core.arrays import FloatArray, joint_columns
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join, linear_map
@@ -119,6 +118,8 @@ def _metre(joined: LandmarkMap, walks: Sequence[int], device: Sequence[int]) -> 
     parts = [part for number in walks if (part := _part(joined, told, number)) is not None]
     if not parts:
         return 0.0, float("inf")
+    from scipy.linalg import block_diag  # SciPy, which nobody needs who maps walks alone
+
     residual, longer = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     frame, own = (block_diag(*[part[i] for part in parts]) for i in (2, 3))
     design = np.vstack([part[4] for part in parts])

@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.context import WalkedWays
+from vislam2tag.core.context import PlaceTies, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
@@ -45,6 +45,8 @@ class SessionTask:
     """What the survey and all other sessions tell of its landmarks; None where it is mapped alone."""
     ways: WalkedWays | None = None
     """Where the other sessions without poses led on its floor; None where it is mapped alone."""
+    ties: PlaceTies | None = None
+    """Where the scans of other sessions say that it was; None where they tell nothing."""
 
     @property
     def floor(self) -> Floor:
@@ -96,7 +98,7 @@ class PreparedSession:
             *session.findings,
             *press_findings(session, task.floor),
             *landmarks_without_position(session.landmarks, self.landmarks, self.unused),
-            *told_by_others(task.told),
+            *told_by_others(task.told, task.ties),
             *ambiguous_floor(task.landmarks_of_all_floors(), session.key, session.camera, session.landmarks),
         ]
 
@@ -130,7 +132,7 @@ def _prepared(task: SessionTask, read: Session) -> PreparedSession:
     task = _with_told_floors(task, read)
     session, session_uses = corrected_session(read, task.corrections)
     entries = task.corrections.for_session(session.key)
-    session, tap_uses = _on_its_floor(session, task.floor, task.ways, entries.set_tap)
+    session, tap_uses = _on_its_floor(session, task, entries.set_tap)
     session = _with_readings(session)
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids, floors_told(session))
     named = [entry.name for entry in entries.set_landmark_floor]
@@ -155,13 +157,13 @@ def _with_told_floors(task: SessionTask, read: Session) -> SessionTask:
     return replace(task, corrections=with_told_floors(task.corrections, read, task.site.landmarks))
 
 
-def _on_its_floor(
-    session: Session, floor: Floor, ways: WalkedWays | None, taps: Sequence[SetTap]
-) -> tuple[Session, tuple[str, ...]]:
-    """Give a session without poses what is known of its floor: where its fixes and walls are, and others walked.
+def _on_its_floor(session: Session, task: SessionTask, taps: Sequence[SetTap]) -> tuple[Session, tuple[str, ...]]:
+    """Give a session what is known of its floor: where others say that it was; without poses where its fixes and walls
+    are, and others walked.
 
     ``taps`` correct its fixes; the sentences tell of each that did.
     """
+    floor = task.floor
     session = with_presses_as_fixes(session, floor.control_points)
     if session.camera.without_poses and session.geographic_fixes is not None:
         fixes, findings = session.geographic_fixes.on(floor)
@@ -169,8 +171,8 @@ def _on_its_floor(
         session = replace(session, camera=camera, findings=(*session.findings, *findings))
     session, uses = with_taps_corrected(session, taps)
     if not session.camera.without_poses:
-        return session, uses
-    return replace(session, camera=replace(session.camera, area=drawn_area(floor), ways=ways)), uses
+        return replace(session, camera=replace(session.camera, ties=task.ties)), uses
+    return replace(session, camera=replace(session.camera, area=drawn_area(floor), ways=task.ways)), uses
 
 
 def _with_readings(session: Session) -> Session:
@@ -208,7 +210,7 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
     return findings
 
 
-def told_by_others(told: ToldLandmarks | None) -> list[Finding]:
+def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[Finding]:
     """Report what other sessions told a session that is mapped together with them."""
     if told is None:
         return []
@@ -217,7 +219,15 @@ def told_by_others(told: ToldLandmarks | None) -> list[Finding]:
         f"mapped together with {told.sessions} other sessions, which place the {len(told.ids)} landmarks that it "
         f"passed to {np.median(sigma_m):.2f} m (one standard deviation, median)"
     )
-    return [_finding("told_by_others", "", len(told.ids), message)] if told.ids else []
+    findings = [_finding("told_by_others", "", len(told.ids), message)] if told.ids else []
+    if ties is not None:
+        variance_m2 = np.diag(ties.covariance_m2).reshape(-1, 2).mean(axis=1)
+        message = (
+            f"other sessions heard the like of its Wi-Fi scans and so place it at {len(ties.time_ns)} moments, to "
+            f"{np.sqrt(np.median(variance_m2)):.1f} m each (one standard deviation, median)"
+        )
+        findings.append(_finding("placed_by_scans", "", len(ties.time_ns), message))
+    return findings
 
 
 def press_findings(session: Session, floor: Floor) -> list[Finding]:

@@ -63,6 +63,8 @@ def radio_ties(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) 
 
 def walk_fixes(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> list[Fixes | None]:
     """Put each walk's scans where the others took scans like them; None where these are too few."""
+    if sum(trace is not None for trace in traces) < 2:
+        return [None] * len(traces)
     floor = _HeardFloor.of(traces, scans)
     learned = calibration_rows(len(floor.walk), MOST_LEARNED)
     if len(np.unique(floor.walk[learned])) < 2:

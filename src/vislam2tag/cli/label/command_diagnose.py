@@ -57,7 +57,7 @@ def _diagnose(
     config: ConfigFile = None,
 ) -> None:
     from vislam2tag.common.errors import UsageError
-    from vislam2tag.pipeline.labels.landmark_files import check_targets
+    from vislam2tag.pipeline.labels.joining.landmark_files import check_targets
     from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
     from vislam2tag.survey.corrections.lines import add_entries, remove_added
 

@@ -147,12 +147,12 @@ def _print_dry_run(survey: Path, out: Path, settings: Settings, json: bool, **op
 def _process_with_progress(survey: Path, out: Path, settings: Settings, *, lines: bool, **options: Any) -> Summary:
     from vislam2tag.pipeline.labels.process import process
 
-    rounds, compared = 2 if settings.together else 1, 0
+    compared, to_compare, sessions = 0, 0, 0
 
     def compare(_: object, total: int) -> None:
-        nonlocal compared
-        compared += 1
-        bar.advance(rounds * total, None)
+        nonlocal compared, to_compare, sessions
+        compared, to_compare, sessions = compared + 1, total, sessions or total
+        bar.advance(to_compare + sessions, None)
 
     try:
         with session_bar("sessions", lines=lines) as bar:
@@ -160,7 +160,7 @@ def _process_with_progress(survey: Path, out: Path, settings: Settings, *, lines
                 survey,
                 out,
                 settings,
-                progress=lambda outcome, total: bar.advance(rounds * total, outcome.error, outcome.rows),
+                progress=lambda outcome, total: bar.advance(to_compare + total, outcome.error, outcome.rows),
                 comparing=compare,
                 tell=print_warnings,
                 **options,

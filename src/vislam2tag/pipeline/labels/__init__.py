@@ -1,7 +1,6 @@
 """From raw sessions to labels and what is reported of them: process, check, evaluate, survey-landmarks.
 
-Each command has a module that goes over a survey (``process``, ``landmark_survey`` with ``landmark_results``, those of
-``checking`` and ``evaluating``) and one for a worker's part, one session (``session``, ``check_session``, ...). A
-processed session is reduced by ``session_result``: to ``statistics``, ``marks``, ``findings``, a ``drawing`` and its
-``accuracy``.
+Each command has a module that goes over a survey (``process``, those of ``checking``, ``evaluating`` and ``joining``)
+and one for a worker's part, one session (``session``, ``check_session``, ...). A processed session is reduced by
+``session_result``: to ``statistics``, ``marks``, ``findings``, a ``drawing`` and its ``accuracy``.
 """

@@ -15,10 +15,10 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.store import store_at
 from vislam2tag.common.progress import silent
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.joining.together import told_tasks
 from vislam2tag.pipeline.labels.process import jobs_of, opened_run
 from vislam2tag.pipeline.labels.session import Reason
 from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, reasons_to_run
-from vislam2tag.pipeline.labels.together import told_tasks
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.output_store import OutputStore
 from vislam2tag.pipeline.run.outputs import refuse_other_labels

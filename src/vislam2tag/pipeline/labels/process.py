@@ -34,12 +34,11 @@ from vislam2tag.labeling.results import (
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans, survey_evidence, thinned
+from vislam2tag.pipeline.labels.joining.odd_references import odd_findings
+from vislam2tag.pipeline.labels.joining.together import refuse_together, told_tasks
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
-from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
-from vislam2tag.pipeline.labels.odd_references import odd_findings
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
-from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
 from vislam2tag.pipeline.run.outputs import claimed, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import Executor, process_all
@@ -51,7 +50,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE
-from vislam2tag.survey.model import SessionRef, Site, Survey
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
 
 
@@ -66,7 +65,7 @@ def process(
     executor: Executor | None = None,
     replace: bool = False,
     progress: Progress[Outcome] = silent,
-    comparing: Progress[ReducedSession] = silent,
+    comparing: Progress[SessionKey] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
@@ -75,7 +74,7 @@ def process(
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
     run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere.
     ``replace`` allows ``out`` to hold labels of another strategy, labels that were rebased, or what another command
-    wrote, which is removed. With the setting ``together`` all sessions are first reduced to maps of their landmarks, of
+    wrote, which is removed. With the setting ``together`` sessions are first reduced to what they tell others, of
     which ``comparing`` hears. ``tell`` is called with what is odd about the site's own files before that.
 
     Raises SurveyError where ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -18,6 +18,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import OutputError, SessionError
+from vislam2tag.core.arrays import AnyArray
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
@@ -34,7 +35,7 @@ from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 from vislam2tag.sessions.told_floors import floors_told
 
-_JOINING = f"{__package__}.together"
+_JOINING = f"{__package__}.joining.together"
 
 
 @dataclass(frozen=True)
@@ -229,10 +230,16 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str], told: 
         digest.update(np.ascontiguousarray(array).tobytes())
     if marks.joint_covariance is not None:
         digest.update(np.ascontiguousarray(marks.joint_covariance).tobytes())
-    if task.told is not None:
-        for array in (task.told.position_bcs, task.told.heading_rad, task.told.joint_covariance):
-            digest.update(np.ascontiguousarray(array).tobytes())
-    if task.ways is not None:
-        for array in (task.ways.position_bcs, task.ways.course_rad, task.ways.walk.astype(np.float64)):
-            digest.update(np.ascontiguousarray(array).tobytes())
+    for array in _told_arrays(task):
+        digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
+
+
+def _told_arrays(task: SessionTask) -> Iterator[AnyArray]:
+    """What other sessions tell one."""
+    if (told := task.told) is not None:
+        yield from (told.position_bcs, told.heading_rad, told.joint_covariance)
+    if (ways := task.ways) is not None:
+        yield from (ways.position_bcs, ways.course_rad, ways.walk.astype(np.float64))
+    if (ties := task.ties) is not None:
+        yield from (ties.time_ns, ties.position_bcs, ties.covariance_m2)

@@ -26,7 +26,9 @@ from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE
-from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
+from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
+from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession
+from vislam2tag.pipeline.labels.joining.together import HearJob, JoiningJob, ReduceJob
 from vislam2tag.pipeline.labels.session import (
     Job,
     Outcome,
@@ -37,7 +39,6 @@ from vislam2tag.pipeline.labels.session import (
     process_session,
     reasons_against,
 )
-from vislam2tag.pipeline.labels.together import ReduceJob
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.failures import LOG, recorded
 from vislam2tag.pipeline.run.keys import key_of
@@ -66,7 +67,7 @@ class StoredJob:
 
 
 AnyJob: TypeAlias = Job | StoredJob
-"""What processes a session; the executors also run :class:`.ReduceJob` (``process --together``)."""
+"""What processes a session; the executors also run a :class:`.JoiningJob` (``process --together``)."""
 Output: TypeAlias = OutputFolder | OutputStore
 
 
@@ -92,9 +93,9 @@ run_session = InSteps(session_steps)
 """What every executor runs."""
 
 
-def give_up(job: AnyJob | ReduceJob, error: str) -> Outcome | ReducedSession:
-    """End a job for a cause that is not its own to tell; a session that could not be reduced is mapped alone."""
-    return ReducedSession(job.task.ref.key, error=error) if isinstance(job, ReduceJob) else give_up_session(job, error)
+def give_up(job: AnyJob | ReduceJob | HearJob, error: str) -> Outcome | ReducedSession | HeardWalk:
+    """End a job for a cause that is not its own to tell."""
+    return job.given_up(error) if isinstance(job, ReduceJob | HearJob) else give_up_session(job, error)
 
 
 def give_up_session(job: AnyJob, error: str) -> Outcome:
@@ -106,7 +107,7 @@ def give_up_session(job: AnyJob, error: str) -> Outcome:
     return steps(job)
 
 
-def code_here(job: AnyJob | ReduceJob) -> str:
+def code_here(job: AnyJob | JoiningJob) -> str:
     """Key of the source that would process a job in this process."""
     return _code_of(job.task.ref.format, json.dumps(job.settings.of_labels()))
 

@@ -23,8 +23,8 @@ from vislam2tag.diagnosis.wifi_clock import wifi_clock_offsets
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession, MappedShare, observe_session
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
-from vislam2tag.pipeline.labels.landmark_survey import join_sessions
-from vislam2tag.pipeline.labels.odd_references import odd_faults, references
+from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
+from vislam2tag.pipeline.labels.joining.odd_references import odd_faults, references
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey, true_keys

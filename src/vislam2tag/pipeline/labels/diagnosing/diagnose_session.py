@@ -19,8 +19,8 @@ from vislam2tag.diagnosis.two_floors import told_floors
 from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
+from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduced
 from vislam2tag.pipeline.labels.kept_passes import Places, places_of
-from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, reduced
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.record import DoubtfulFix

@@ -13,7 +13,7 @@ import numpy as np
 from vislam2tag.common.errors import SessionError, UsageError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
@@ -43,6 +43,22 @@ class LandmarkPlace(NamedTuple):
 
 
 @dataclass(frozen=True)
+class WalkedPasses:
+    """The ``p`` passes of a walk: ``landmark`` (p,) row of its map, ``at_m`` (p,) way walked until then, metres;
+    ``whole_m`` is the whole way.
+    """
+
+    landmark: IntArray
+    at_m: FloatArray
+    whole_m: float
+
+    def longest_stretch_m(self, known: BoolArray) -> float:
+        """Longest way that leads past no landmark of a mask (k,)."""
+        at_m = self.at_m[known[self.landmark]]
+        return float(np.diff(np.concatenate(([0.0], at_m, [self.whole_m]))).max())
+
+
+@dataclass(frozen=True)
 class ReducedSession:
     """All that a joint survey needs of a session; ``places``, ``z_m`` (k,) are those of the map's landmarks.
 
@@ -54,6 +70,7 @@ class ReducedSession:
     places: tuple[LandmarkPlace, ...] = ()
     local: LocalMap | None = None
     z_m: FloatArray | None = None
+    passes: WalkedPasses | None = None
     unused: tuple[str, ...] = ()
     error: str | None = None
     converged: bool = True
@@ -117,7 +134,14 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
         for index, floor in zip(local.landmark.tolist(), floors, strict=True)
     )
     z_m = _heights_above_floor(site, camera, log, observations, heights, floors, local)
-    return ReducedSession(key, places, local, z_m, prepared.unused, converged=smoothed.converged)
+    passes = _walked_passes(observations, local)
+    return ReducedSession(key, places, local, z_m, passes, prepared.unused, converged=smoothed.converged)
+
+
+def _walked_passes(observations: WalkObservations, local: LocalMap) -> WalkedPasses:
+    way_m = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(observations.odometry.path)))))
+    passes = observations.passes
+    return WalkedPasses(np.searchsorted(local.landmark, passes.landmark), way_m[passes.at], float(way_m[-1]))
 
 
 def _over_all_floors(site: Site, landmarks: Landmarks) -> Landmarks:

@@ -15,14 +15,19 @@ from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.core.arrays import of_landmarks
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.pipeline.labels.landmark_files import (
+from vislam2tag.pipeline.labels.joining.landmark_files import (
     check_targets,
     landmark_file_text,
     shared_errors,
     write_completed,
 )
-from vislam2tag.pipeline.labels.landmark_results import LandmarkRow, LandmarkSurvey, landmark_survey
-from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, join_sessions, survey_landmarks
+from vislam2tag.pipeline.labels.joining.landmark_results import LandmarkRow, LandmarkSurvey, landmark_survey
+from vislam2tag.pipeline.labels.joining.landmark_survey import (
+    JointSurvey,
+    WalkedPasses,
+    join_sessions,
+    survey_landmarks,
+)
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.scenario import regular_survey
@@ -78,6 +83,14 @@ def misses(result: LandmarkSurvey, truth: Landmarks) -> dict[str, float]:
         for row in result.landmarks
         if not row.surveyed and row.x_m is not None and row.y_m is not None
     }
+
+
+def test_a_stretch_leads_from_one_known_landmark_to_the_next_or_to_an_end() -> None:
+    passes = WalkedPasses(np.array([0, 1, 0, 2]), np.array([5.0, 20.0, 32.0, 90.0]), 100.0)
+    assert passes.longest_stretch_m(np.array([True, True, True])) == 58.0
+    assert passes.longest_stretch_m(np.array([False, False, True])) == 90.0
+    assert passes.longest_stretch_m(np.array([True, False, False])) == 68.0
+    assert passes.longest_stretch_m(np.zeros(3, dtype=np.bool_)) == 100.0
 
 
 def test_all_landmarks_passed_get_a_position_near_the_truth(result: LandmarkSurvey, truth: Landmarks) -> None:

@@ -7,7 +7,6 @@ import json
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.surveys import make_survey
@@ -15,12 +14,18 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
+from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession
+from vislam2tag.pipeline.labels.joining.together import HearJob, ReduceJob
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.labels.together import rounded_covariance
+from vislam2tag.pipeline.labels.stored_session import give_up
+from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.store import claim
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.survey.corrections.file import Corrections
 
 SURVEYED = ("2", "5", "8")
 TOGETHER = ProcessSettings(together=True)
@@ -83,17 +88,6 @@ def test_nothing_is_repeated_unless_others_tell_something_new(
     assert all(outcome.repeated for outcome in changed)
 
 
-def test_what_is_told_can_be_mapped_with_where_landmarks_share_nearly_all_of_their_error() -> None:
-    shared_m2, own_m2, heading_rad2 = 0.35**2, 1e-6, 2e-5
-    covariance = np.zeros((60, 60))
-    covariance[:40, :40] = np.kron(np.full((20, 20), shared_m2), np.eye(2)) + own_m2 * np.eye(40)
-    covariance[40:, 40:] = heading_rad2 * np.eye(20)
-    rounded = rounded_covariance(covariance)
-    np.linalg.cholesky(rounded)
-    np.testing.assert_allclose(rounded, covariance, atol=1e-4)
-    np.testing.assert_array_equal(rounded_covariance(covariance + 1e-13), rounded)
-
-
 def test_the_order_and_number_of_processes_do_not_matter(
     survey: Path, together: tuple[Path, Summary], tmp_path: Path
 ) -> None:
@@ -127,3 +121,11 @@ def test_walks_without_poses_help_each_other_on_their_floor_alone(tmp_path: Path
     }
     assert len(names) == 3
     assert changed == {name for name in names if name.startswith("floor_0")}
+
+
+def test_a_session_that_workers_die_of_tells_others_nothing(survey: Path) -> None:
+    opened = open_survey(survey)
+    task = session_task(opened.sessions[0], opened, Corrections(), TOGETHER)
+    reduced, heard = (give_up(kind(task, TOGETHER, ""), "3 workers died of it") for kind in (ReduceJob, HearJob))
+    assert reduced == ReducedSession(task.ref.key, error="3 workers died of it")
+    assert heard == HeardWalk(task.ref.key, error="3 workers died of it")

@@ -1,9 +1,10 @@
-"""``process --together``: walks tell one another where the landmarks hang that they pass.
+"""``process --together``: walks tell one another where the landmarks hang that they pass, and where they led.
 
 Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
-survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). It
-is a part of what the session's result follows from, rounded, so that one more session repeats others only where it
-tells them something new.
+survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). On
+floors where a walk still goes far without a landmark, others' radio scans say where it was
+(:mod:`vislam2tag.pipeline.labels.joining.heard_walks`). What a session is told is a part of what its result follows
+from, rounded, so that one more session repeats others only where it tells them something new.
 """
 
 from __future__ import annotations
@@ -16,19 +17,26 @@ from threadpoolctl import threadpool_limits
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import FloatArray, of_landmarks
-from vislam2tag.core.context import WalkedWays
+from vislam2tag.core.context import PlaceTies, WalkedWays
 from vislam2tag.core.similarity import as_points
 from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
-from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
-from vislam2tag.pipeline.labels.odd_references import references
+from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk, heard_walk, ties_of
+from vislam2tag.pipeline.labels.joining.landmark_survey import (
+    JointSurvey,
+    ReducedSession,
+    join_sessions,
+    reduce_session,
+)
+from vislam2tag.pipeline.labels.joining.odd_references import references
 from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.survey.model import SessionKey, Survey
+from vislam2tag.walk_ties.told import rounded_covariance
 
 STRATEGY = "smoother"
 """The others map with surveyed landmarks alone, as published."""
@@ -40,6 +48,8 @@ SETTLED_SHARE = 0.1
 """What is rounded need not be solved to the micrometre."""
 ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
 """So are the ways of walks without poses."""
+FAR_M = 40.0
+"""Radio tells a walk nothing that is never this far from one landmark to the next (docs/results/walk-ties.md)."""
 
 
 def refuse_together(strategy: str) -> None:
@@ -52,8 +62,8 @@ def refuse_together(strategy: str) -> None:
 
 
 @dataclass(frozen=True)
-class ReduceJob:
-    """All that a worker needs to reduce one session to a map of its landmarks."""
+class JoiningJob:
+    """All that a worker needs to reduce one session to what it tells others."""
 
     task: SessionTask
     settings: ProcessSettings
@@ -65,10 +75,34 @@ class ReduceJob:
         return self.task.ref.slug
 
 
+@dataclass(frozen=True)
+class ReduceJob(JoiningJob):
+    """Reduce a session to a map of its landmarks."""
+
+    def given_up(self, error: str) -> ReducedSession:
+        """A session that could not be reduced is mapped alone."""
+        return ReducedSession(self.task.ref.key, error=error)
+
+
+@dataclass(frozen=True)
+class HearJob(JoiningJob):
+    """Reduce a session to where it led and what it heard there."""
+
+    def given_up(self, error: str) -> HeardWalk:
+        """A session that could not be mapped tells others nothing of where it was."""
+        return HeardWalk(self.task.ref.key, error=error)
+
+
 def reduced(job: ReduceJob) -> ReducedSession:
     """Reduce a session, wherever its files lie; what ends it stands in its error."""
     with at_hand(job.task.ref) as ref:
         return reduce_session(job.settings.mapping, replace(job.task, ref=ref))
+
+
+def heard(job: HearJob) -> HeardWalk:
+    """Map a session for what it tells others, wherever its files lie; what ends it stands in its error."""
+    with at_hand(job.task.ref) as ref:
+        return heard_walk(STRATEGY, job.settings.mapping, replace(job.task, ref=ref))
 
 
 def told_tasks(
@@ -76,16 +110,19 @@ def told_tasks(
     tasks: list[SessionTask],
     settings: ProcessSettings,
     run_all: Executor,
-    progress: Progress[ReducedSession],
+    progress: Progress[SessionKey],
 ) -> tuple[list[SessionTask], References]:
-    """Tasks with what all other sessions of the run tell each; and how all references fit one another."""
+    """Tasks with what all other sessions of the run tell each; and how all references fit one another.
+
+    ``progress`` hears of each session that is reduced (twice where walks go far without a landmark), and how many are.
+    """
     code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
     todo = [ReduceJob(task, settings, code[task.ref.format]) for task in tasks]
     sessions: list[ReducedSession] = []
 
     def keep(session: ReducedSession) -> None:
         sessions.append(session)
-        progress(session, len(todo))
+        progress(session.key, len(todo))
 
     run_all(reduced, todo, report=keep)
     with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
@@ -93,7 +130,31 @@ def told_tasks(
         told, found = _told(joint), references(joint)
     led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
     with_told = [replace(task, told=told.get(task.ref.key), ways=_ways_of_others(led, task.ref.key)) for task in tasks]
-    return with_told, found
+    far = {one.key.floor for one in joint.mapped if goes_far(one, told[one.key])}
+    ask = [HearJob(task, settings, code[task.ref.format]) for task in with_told if task.ref.key.floor in far]
+    ties = _heard_ties(ask, run_all, lambda key, total: progress(key, len(todo) + total))
+    return [replace(task, ties=ties.get(task.ref.key)) for task in with_told], found
+
+
+def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:
+    """Whether a session leads far without a landmark whose place it is told."""
+    known = {*zip(told.ids, told.floor.tolist(), strict=True)}
+    mask = np.array([(place.landmark, place.floor) in known for place in session.places], dtype=np.bool_)
+    return session.passes is not None and session.passes.longest_stretch_m(mask) > FAR_M
+
+
+def _heard_ties(ask: list[HearJob], run_all: Executor, progress: Progress[SessionKey]) -> dict[SessionKey, PlaceTies]:
+    """Where the scans of others say that sessions were."""
+    walks: list[HeardWalk] = []
+
+    def keep(walk: HeardWalk) -> None:
+        walks.append(walk)
+        progress(walk.key, len(ask))
+
+    run_all(heard, ask, report=keep)
+    with threadpool_limits(limits=1):
+        by_floor = [ties_of([one for one in walks if one.key.floor == floor]) for floor in {w.key.floor for w in walks}]
+    return {key: ties for floor in by_floor for key, ties in floor.items()}
 
 
 def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> WalkedWays | None:
@@ -126,22 +187,11 @@ def _of_session(joint: JointSurvey, places: ToldPlaces, number: int, sessions: i
         floor=np.array([place.floor for place in passed], dtype=np.int64),
         position_bcs=ROUNDED_M * np.round(as_points(places.position[own]) / ROUNDED_M),
         heading_rad=ROUNDED_RAD * np.round(places.heading_rad[own] / ROUNDED_RAD),
-        joint_covariance=rounded_covariance(of_landmarks(places.covariance, own)),
+        joint_covariance=rounded_covariance(of_landmarks(places.covariance, own), _units(len(own))),
         sessions=sessions,
     )
 
 
-def rounded_covariance(covariance: FloatArray) -> FloatArray:
-    """Round a covariance (3k, 3k) of x, y of each of k landmarks and then of their headings; positive definite again.
-
-    Rounded entry by entry alone, what hardly varies in one direction could vary by less than nothing.
-    """
-    k = len(covariance) // 3
-    unit = np.concatenate((np.full(2 * k, ROUNDED_SIGMA_M), np.full(k, ROUNDED_SIGMA_RAD)))
-    squared = np.outer(unit, unit)
-    rounded = np.round(covariance / squared)
-    values, vectors = np.linalg.eigh(rounded)
-    if values.size and values[0] < 1:
-        rounded = (vectors * np.maximum(values, 1.0)) @ vectors.T
-        rounded = (rounded + rounded.T) / 2
-    return np.asarray(squared * rounded)
+def _units(count: int) -> FloatArray:
+    """(3k,) what standard deviations of x, y of each of k landmarks and then of their headings are rounded to."""
+    return np.repeat((ROUNDED_SIGMA_M, ROUNDED_SIGMA_RAD), (2 * count, count))
