@@ -75,7 +75,9 @@ def heard_floor(seed: int, severity: str) -> tuple[Site, list[RadioScans]]:
     with generated_floor(seed, severity) as root:
         site = site_of(list(walks_of(root, truth_at_frames=True)))
         heard = [read_session(ref).tables["wifi"] for ref in open_survey(root).sessions]
-    return site, [scans_of(walk.name, table) for walk, table in zip(site.walks, heard, strict=True)]
+    return site, [
+        scans_of(walk.name, walk.name.split(".")[1], table) for walk, table in zip(site.walks, heard, strict=True)
+    ]
 
 
 def compared(walks: list[Walk], heard: list[RadioScans], landmarks: list[Landmarks]) -> Iterator[Compared]:

@@ -26,17 +26,19 @@ def walked(place: FloatArray, sigma_m: float) -> WalkTrace:
     """The trace of a walk a second for each half metre."""
     count = len(place)
     covariance = np.tile(np.eye(2) * sigma_m**2, (count, 1, 1))
-    return WalkTrace(np.arange(count) * 10**9, place, covariance, np.zeros(count), np.arange(0, count / 2, 0.5))
+    whole = np.ones(count, dtype=np.bool_)
+    return WalkTrace(np.arange(count) * 10**9, place, covariance, np.arange(0, count / 2, 0.5), whole)
 
 
 def heard(place: FloatArray, rng: np.random.Generator, louder_db: float = 0.0) -> RadioScans:
-    """Scans every 2 s by path loss."""
+    """Scans every 2 s by path loss; a phone that hears louder is another one."""
     rows = np.arange(0, len(place), 2)
     away = np.linalg.norm(place[rows, None] - SENDERS, axis=2)
     level = -40 - 30 * np.log10(away) + louder_db + rng.normal(0, 1, away.shape)
     scan, sender = np.indices(level.shape).reshape(2, -1)
     names = np.array([f"ap{number}" for number in range(len(SENDERS))])
-    return scans_from_readings(scan, names[sender], level.ravel(), len(rows), time_ns=rows * 10**9)
+    phone = np.full(len(rows), f"{louder_db:+.0f} dB")
+    return scans_from_readings(scan, names[sender], level.ravel(), len(rows), time_ns=rows * 10**9, device=phone)
 
 
 def hall(walks: int, louder_db: float = 0.0) -> tuple[list[FloatArray], list[WalkTrace | None], list[RadioScans]]:

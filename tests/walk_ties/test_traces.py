@@ -31,12 +31,13 @@ def round_a_square() -> Trajectory:
     )
 
 
-def test_a_place_a_metre_with_its_course() -> None:
+def test_a_place_a_metre() -> None:
     trace = WalkTrace.of(round_a_square(), 0, NOTHING)
     assert trace is not None
-    np.testing.assert_allclose(np.diff(trace.way_m), 1, atol=0.06)
+    np.testing.assert_allclose(np.diff(trace.way_m[:-1]), 1, atol=0.06)
+    assert trace.time_ns[-1] == round_a_square().time_ns[-1]
+    assert trace.whole.all()
     np.testing.assert_allclose(trace.position_bcs[[3, 15, 25]], [(3, 0), (10, 5), (5, 10)], atol=0.11)
-    np.testing.assert_allclose(np.exp(1j * trace.course_rad[[3, 15, 25]]), [1, 1j, -1], atol=0.01)
     np.testing.assert_array_equal(trace.covariance_bcs[0], np.eye(2) * 0.04)
 
 
@@ -62,3 +63,29 @@ def test_what_landmarks_share_is_no_error_of_the_walks_own() -> None:
     np.testing.assert_allclose(
         trace.covariance_bcs, np.tile(np.diag([0.01, 0.03]), (len(trace.way_m), 1, 1)), atol=1e-6
     )
+
+
+def test_where_the_walk_led_meanwhile_is_not_made_up() -> None:
+    mapped = round_a_square()
+    floor = np.zeros(600, dtype=np.int64)
+    floor[150:290] = 1  # 1.4 s on another floor
+    trace = WalkTrace.of(replace(mapped, floor=floor), 0, NOTHING)
+    assert trace is not None
+    asked = mapped.time_ns[[-1, 0, 140, 160, 280, 310, 599]] + np.array([10**9, 0, 0, 0, 0, 0, 0])
+    np.testing.assert_array_equal(trace.knows(asked), [False, True, True, False, False, True, True])
+    floor[170:290] = 0  # 0.2 s
+    short = WalkTrace.of(replace(mapped, floor=floor), 0, NOTHING)
+    assert short is not None
+    assert short.whole.all()
+
+
+def test_whoever_stands_is_told_of_where_he_stands() -> None:
+    mapped = round_a_square()
+    time_ns = mapped.time_ns.copy()
+    time_ns[150:] += 20 * 10**9
+    stands = replace(mapped, position_bcs=np.repeat(mapped.position_bcs[::20], 20, axis=0), time_ns=mapped.time_ns * 25)
+    trace = WalkTrace.of(stands, 0, NOTHING)
+    assert trace is not None
+    middle = stands.time_ns[[110, 570]]
+    np.testing.assert_allclose(trace.along(middle)[:, :2], stands.position_bcs[[110, 570], :2], atol=0.45)
+    np.testing.assert_allclose(trace.along(stands.time_ns[[-1]])[:, :2], stands.position_bcs[[-1], :2])

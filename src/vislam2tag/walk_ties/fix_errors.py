@@ -13,20 +13,20 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, eigh
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.scans.held_out import calibration_rows
 
 PATH_REACH_M = 25.0
 """Errors of paths are correlated by 1/e over such a way, and those of labels over such a distance."""
-SIZES = tuple(np.geomspace(0.3, 3.0, 15).tolist())
-ALIKE = ((0.0, 1.0), *product((0.2, 0.4, 0.6, 0.8), (2.0, 5.0, 10.0, 20.0)))
+SIZES = np.geomspace(0.3, 6.0, 25)
+ALIKE = ((0.0, 1.0), *product((0.2, 0.4, 0.6, 0.8, 0.95), (2.0, 5.0, 10.0, 20.0, 40.0)))
 """Tried: radio's errors in units of what is expected; the share of their variance that is alike, and its reach."""
-ESTIMATED_WITH = 40
-"""Most walks that the size of errors is estimated from."""
-FREEDOM = 4.0
-"""A walk's path may be farther off than it states (Student's t): such a walk tells little of the size of errors."""
+USUAL_SIZE, USUAL_COUNTS = 1.5, 20.0
+"""Before anything is seen errors are taken to be of this size, which counts as much as so many fixes."""
+ESTIMATED_WITH, MOST_FIXES = 24, 64
+"""Most walks that the size of errors is estimated from, and most fixes of each, evenly spread."""
 
 
 class RadioErrors(NamedTuple):
@@ -57,14 +57,33 @@ class Fixes:
     def __len__(self) -> int:
         return len(self.time_ns)
 
-    def covariance(self, radio: RadioErrors) -> FloatArray:
-        """(n, n) of each axis of the fixes, m^2.
+    def __getitem__(self, rows: IntArray) -> Fixes:
+        """Only those of some rows (k,)."""
+        return Fixes(
+            self.time_ns[rows],
+            self.position[rows],
+            self.path[rows],
+            self.way_m[rows],
+            self.path_m[rows],
+            self.label_m[rows],
+            self.unit_m[rows],
+        )
 
-        Labels are not averaged: those nearby, of whichever walk, may well be off alike.
+    def covariance(self, radio: RadioErrors) -> FloatArray:
+        """(n, n) of each axis of the fixes, m^2."""
+        return radio.size**2 * self.radio_covariance(radio.share, radio.reach_m) + self.label_covariance()
+
+    def radio_covariance(self, share: float, reach_m: float) -> FloatArray:
+        """(n, n) of radio's errors of size one of each axis, m^2."""
+        alike = share * self._fading(reach_m) + (1 - share) * np.eye(len(self))
+        return np.asarray(np.outer(self.unit_m, self.unit_m) * alike)
+
+    def label_covariance(self) -> FloatArray:
+        """(n, n) of what the places learned from are off, of each axis, m^2.
+
+        They are not averaged: those nearby, of whichever walk, may well be off alike.
         """
-        alike = radio.share * self._fading(radio.reach_m) + (1 - radio.share) * np.eye(len(self))
-        of_radio = radio.size**2 * np.outer(self.unit_m, self.unit_m) * alike
-        return np.asarray(of_radio + np.outer(self.label_m, self.label_m) * self._fading(PATH_REACH_M))
+        return np.asarray(np.outer(self.label_m, self.label_m) * self._fading(PATH_REACH_M))
 
     def path_covariance(self) -> FloatArray:
         """(n, n) of each axis of the walk's own path, m^2."""
@@ -80,15 +99,14 @@ class Fixes:
 def radio_errors(fixes: Sequence[Fixes]) -> RadioErrors:
     """Return under which errors of radio the fixes of all walks are likeliest; there is at least one walk."""
     rows = calibration_rows(len(fixes), ESTIMATED_WITH) if len(fixes) > 1 else (0,)
-    some = [fixes[row] for row in rows]
-    tried = [RadioErrors(size, *alike) for size, alike in product(SIZES, ALIKE)]
-    paths = [one.path_covariance() for one in some]
-
-    def likelihood(radio: RadioErrors) -> float:
-        each = zip(some, paths, strict=True)
-        return sum(_log_likelihood(one.position - one.path, one.covariance(radio) + path) for one, path in each)
-
-    return max(tried, key=likelihood)
+    some = [_thinned(fixes[row]) for row in rows]
+    known = [one.path_covariance() + one.label_covariance() for one in some]
+    likelihood = np.array(
+        [sum(_log_likelihoods(one, part, *alike) for one, part in zip(some, known, strict=True)) for alike in ALIKE]
+    )
+    likelihood = likelihood - USUAL_COUNTS * (2 * np.log(SIZES) + (USUAL_SIZE / SIZES) ** 2)
+    alike, size = np.unravel_index(likelihood.argmax(), likelihood.shape)
+    return RadioErrors(float(SIZES[size]), *ALIKE[alike])
 
 
 def promised(fixes: Fixes, covariance: FloatArray) -> float:
@@ -98,9 +116,18 @@ def promised(fixes: Fixes, covariance: FloatArray) -> float:
     return float(1 - np.sqrt(max(1 - gained / np.trace(path), 0.0)))
 
 
-def _log_likelihood(off_m: FloatArray, covariance: FloatArray) -> float:
-    """Of residuals (n, 2), each axis with covariance (n, n), by a multivariate Student's t; up to a constant."""
-    factor = cho_factor(covariance, lower=True)
-    square = float(np.sum(off_m * cho_solve(factor, off_m)))
-    spread = 2 * float(np.log(np.diag(factor[0])).sum())
-    return -spread - (FREEDOM + off_m.size) / 2 * float(np.log1p(square / FREEDOM))
+def _thinned(fixes: Fixes) -> Fixes:
+    return fixes[calibration_rows(len(fixes), MOST_FIXES)] if len(fixes) > MOST_FIXES else fixes
+
+
+def _log_likelihoods(fixes: Fixes, known: FloatArray, share: float, reach_m: float) -> FloatArray:
+    """(s,) of what fixes differ from the path, by each of the :data:`SIZES`; up to a constant.
+
+    ``known`` (n, n) is the covariance of all that is not radio; both covariances are made diagonal at once.
+    """
+    radio = fixes.radio_covariance(share, reach_m)
+    variance, vectors = eigh(known, radio)
+    square = ((vectors.T @ (fixes.position - fixes.path)) ** 2).sum(axis=1)
+    whole = variance[:, None] + SIZES**2
+    spread = float(np.log(np.linalg.eigvalsh(radio)).sum())
+    return np.asarray(-spread - np.log(whole).sum(axis=0) - (square[:, None] / whole).sum(axis=0) / 2)

@@ -10,6 +10,7 @@ import pytest
 
 from tests.drifting import Drifting, loops
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.orientation import level_view
 from vislam2tag.core.similarity import as_points
@@ -270,3 +271,14 @@ def test_the_body_is_behind_the_camera_all_along_its_view() -> None:
     np.testing.assert_allclose(apart, 0.3 * level_view(own.orientation_bcs), atol=1e-12)
     assert np.hypot(*apart.T) == pytest.approx(0.3)
     np.testing.assert_array_equal(body.covariance_bcs, own.covariance_bcs)
+
+
+def test_where_others_say_that_the_body_was_moves_no_walk_that_was_there() -> None:
+    walk = loops(1, marks=8, laps=1, drifted=False)
+    (camera, log), landmarks = walk.logged(), walk.landmarks()
+    strategy = strategy_named("smoother", MappingSettings(smoother=SmootherSettings(body_behind_camera_m=0.3)))
+    body = strategy.map(camera, log, landmarks)
+    at = np.arange(20, len(camera.time_ns), 20)
+    ties = PlaceTies(camera.time_ns[at], body.position_bcs[at, :2], np.eye(2 * len(at)) * 0.05**2)
+    tied = strategy.map(replace(camera, ties=ties), log, landmarks)
+    assert np.hypot(*(tied.position_bcs - body.position_bcs)[:, :2].T).max() < 0.02

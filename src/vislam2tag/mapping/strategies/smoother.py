@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.orientation import camera_to_bcs, level_view
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
@@ -21,7 +23,7 @@ from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.smoother.place_ties import smooth_with_ties
 from vislam2tag.smoother.slips import may_have_slipped, slips
-from vislam2tag.smoother.smoothing import mapped_path, smooth
+from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class Smoother:
             return nothing
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
         frame = observations.odometry.frame
-        tied = smoothed if camera.ties is None else smooth_with_ties(smoothed, camera.time_ns[frame], camera.ties)
+        tied = smoothed if camera.ties is None else self._tied(smoothed, camera, frame, camera.ties)
         path, spread, rotation = mapped_path(tied)
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
         if self.body_behind_camera_m:
@@ -85,6 +87,15 @@ class Smoother:
                 what for what, converged in (("path", tied.converged), ("heights", heights.converged)) if not converged
             ),
         )
+
+    def _tied(self, smoothed: Smoothed, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> Smoothed:
+        """Smooth again with what others tell of the body, which is behind the camera; ``frame`` (n,) are used."""
+        time_ns = camera.time_ns[frame]
+        if self.body_behind_camera_m:
+            view = level_view(camera_to_bcs(camera.orientation_acs[frame], mapped_path(smoothed)[2]))
+            at = np.searchsorted(time_ns, ties.time_ns).clip(0, len(frame) - 1)
+            ties = replace(ties, position_bcs=ties.position_bcs + self.body_behind_camera_m * view[at])
+        return smooth_with_ties(smoothed, time_ns, ties)
 
 
 def _visits(observations: WalkObservations) -> tuple[Visit, ...]:

@@ -121,14 +121,14 @@ def table(scans: int) -> pl.DataFrame:
 
 
 def test_a_scan_has_the_mean_time_of_its_readings_and_what_was_heard() -> None:
-    scans = scans_of("walk", table(3))
+    scans = scans_of("walk", "phone", table(3))
     assert (scans.time_ns - 10**12).tolist() == [100_000_000, 1_100_000_000, 2_100_000_000]
     assert scans.access_points == ("a",)
     assert scans.rssi_dbm.tolist() == [-50.0] * 3
-    assert set(scans.session) == {"walk"}
+    assert (set(scans.session), set(scans.device)) == ({"walk"}, {"phone"})
 
 
 def test_no_more_scans_are_kept_than_are_used() -> None:
-    assert len(scans_of("walk", table(MOST_KEPT + 100))) == MOST_KEPT
+    assert len(scans_of("walk", "phone", table(MOST_KEPT + 100))) == MOST_KEPT
     repeated = table(2).with_columns(repeated=pl.lit(value=True))
-    assert len(scans_of("walk", repeated)) == 0
+    assert len(scans_of("walk", "phone", repeated)) == 0
