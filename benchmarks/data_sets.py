@@ -46,6 +46,7 @@ class Walk:
     truth: Truth | None = None
     truth_at_frames: bool = True
     """False where the truth is known at some points only."""
+    device: str = ""
 
     def errors(self, trajectory: Trajectory) -> FloatArray:
         """Label errors at the frames, or at the true points where there are only some; NaN without a label."""
@@ -85,7 +86,7 @@ def walks_of(root: Path, *, truth_at_frames: bool) -> Iterator[Walk]:
         landmarks = landmarks_on(survey, ref.key.floor)
         file = ref.folder / TRUTH_FILE
         truth = read_truth(file) if file.is_file() else None
-        yield Walk(ref.slug, session.camera, session.landmarks, landmarks, truth, truth_at_frames)
+        yield Walk(ref.slug, session.camera, session.landmarks, landmarks, truth, truth_at_frames, ref.key.device)
 
 
 def generated(

@@ -32,6 +32,7 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
 from vislam2tag.survey.shared_errors import SharedErrors
@@ -45,10 +46,11 @@ REGIONS = {68: 2.279, 95: 5.991}
 
 @dataclass(frozen=True)
 class Site:
-    """A floor: its walks, their local maps, and where its landmarks truly are."""
+    """A floor: its walks, their local maps and noise, and where its landmarks truly are."""
 
     walks: list[Walk]
     maps: list[LocalMap]
+    noise: list[NoiseLevels]
     landmarks: Landmarks
 
 
@@ -117,14 +119,16 @@ def site_of(walks: list[Walk]) -> Site:
         heading_sigma_rad=np.full(len(row), np.nan),
         storeys=first.storeys,
     )
-    maps = []
+    maps, noise = [], []
     for walk in walks:
         logged = walk.log.select([i for i, name in enumerate(walk.log.ids) if name in row])
         observations = WalkObservations.of(walk.camera, logged, SETTINGS.mapping.smoother.sighting_range_m)
         index = np.array([landmarks.index[name] for name in logged.ids], dtype=np.int64)
-        local = LocalMap.of(smooth_in_own_frame(observations))
+        smoothed = smooth_in_own_frame(observations)
+        local = LocalMap.of(smoothed)
+        noise.append(smoothed.noise)
         maps.append(replace(local, landmark=index[local.landmark]))
-    return Site(walks, maps, landmarks)
+    return Site(walks, maps, noise, landmarks)
 
 
 def spread(landmarks: Landmarks, count: int) -> IntArray:

@@ -1,7 +1,8 @@
 """What walks of a floor gain from one another: mapped alone, and together (``process --together``).
 
 Generated floors with 20 landmarks and 8 walks of 3 minutes, of which 3, 5 or 8 landmarks are surveyed, well spread or
-drawn at random; the others hang there and nobody knows where.
+drawn at random; the others hang there and nobody knows where. "With noise" are walks that are also told how noisy their
+device's tracker is.
 
     python benchmarks/together.py                                  seeds 1 to 4, default severity
     python benchmarks/together.py --seeds 11 12 --severity severe
@@ -20,11 +21,13 @@ from data_sets import Walk
 
 from landmark_survey import SETTINGS, SIGMA_M, Site, chosen, complete, generated_sites, real_site, spread
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.landmark_survey.landmark_map import join
 from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.smoother.device_noise import told_by_others
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 LONG_M = 40.0
@@ -53,16 +56,22 @@ def main() -> None:
 
 def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
     """Figures of all walks that can be mapped alone: alone, with completed landmarks, together."""
-    found: dict[str, list[FloatArray]] = {"alone": [], "completed": [], "together": []}
+    found: dict[str, list[FloatArray]] = {"alone": [], "completed": [], "together": [], "with noise": []}
     long, chances, draw = [], list[FloatArray](), np.random.default_rng(0)
     for site, surveyed in zip(sites, choices, strict=True):
         known = only(site.landmarks, surveyed)
         completed = complete(site, surveyed)[0]
-        told = together(site, surveyed)
+        told, noise = together(site, surveyed), told_noise(site)
         for number, walk in enumerate(site.walks):
             long.append(longest_stretch_m(walk, known) > LONG_M)
-            for name, landmarks in (("alone", known), ("completed", completed), ("together", told[number])):
-                trajectory = strategy_named("smoother", SETTINGS.mapping).map(walk.camera, walk.log, landmarks)
+            for name, landmarks, tracker in (
+                ("alone", known, None),
+                ("completed", completed, None),
+                ("together", told[number], None),
+                ("with noise", told[number], noise[number]),
+            ):
+                camera = replace(walk.camera, tracker=tracker)
+                trajectory = strategy_named("smoother", SETTINGS.mapping).map(camera, walk.log, landmarks)
                 found[name].append(points(walk, trajectory))
             if len(found["alone"][-1]):
                 range_m = SETTINGS.mapping.smoother.sighting_range_m
@@ -97,6 +106,17 @@ def together(site: Site, surveyed: IntArray) -> list[Landmarks]:
     priors.covariance[surveyed] = np.eye(2) * SIGMA_M**2
     others = OtherWalks(join(site.maps, priors))
     return [as_landmarks(site.landmarks, others.told(number)) for number in range(len(site.walks))]
+
+
+def told_noise(site: Site) -> list[TrackerNoise | None]:
+    """For each walk what the others of its device tell of its tracker."""
+    devices = np.array([walk.device for walk in site.walks])
+    found: list[TrackerNoise | None] = [None] * len(devices)
+    for device in np.unique(devices):
+        rows = np.flatnonzero(devices == device).tolist()
+        for number, told in zip(rows, told_by_others([site.noise[row] for row in rows]), strict=True):
+            found[number] = told
+    return found
 
 
 def as_landmarks(landmarks: Landmarks, told: ToldPlaces) -> Landmarks:

@@ -75,7 +75,7 @@ def test_without_tails_no_round_makes_the_observations_less_likely(
     monkeypatch.setattr(reweighting, "TAIL", dict.fromkeys(DriftSource, 1e12))
     for name in ("SIGHTING_TAIL", "SHEET_TAIL", "LANDMARK_TAIL"):
         monkeypatch.setattr(reweighting, name, 1e12)
-    monkeypatch.setattr(reweighting, "_times_usual", lambda _: 1.0)  # a prior that stays where it is
+    monkeypatch.setattr(reweighting, "_times_usual", lambda *_: 1.0)  # a prior that stays where it is
     walk = loops(1, truth, marks=8, laps=2, survey_m=0.02)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)

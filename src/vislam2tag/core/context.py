@@ -129,3 +129,15 @@ class PlaceTies:
     time_ns: IntArray
     position_bcs: FloatArray
     covariance_m2: FloatArray
+
+
+@dataclass(frozen=True)
+class TrackerNoise:
+    """How noisy a device's tracker is, as its other walks tell.
+
+    It sees landmarks, and drifts, ``times_usual`` as badly as usual (standard deviations); for a further walk that
+    counts as much as so many observed ``numbers``.
+    """
+
+    times_usual: float
+    numbers: float

@@ -22,6 +22,7 @@ from vislam2tag.core.context import (
     PressureLog,
     Storeys,
     ToldFloors,
+    TrackerNoise,
     TrackerState,
     WalkedWays,
 )
@@ -74,6 +75,8 @@ class CameraTrack:
     """Where other walks led on the session's floor, for walks without a tracker; None where it is mapped alone."""
     ties: PlaceTies | None = None
     """Where other walks say that this one was; None where it is mapped without them."""
+    tracker: TrackerNoise | None = None
+    """How noisy the device's tracker is, as its other walks tell; None where nobody tells."""
 
     @property
     def usable(self) -> BoolArray:

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, joint_columns
+from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.smoother.chain import NormalEquations
 from vislam2tag.smoother.drift import STATES
@@ -35,9 +36,11 @@ class Weights:
     sighting: FloatArray
     sheet: FloatArray
     landmark: FloatArray
+    told: TrackerNoise | None = None
+    """How noisy the tracker is before anything is seen of the walk, as others tell."""
 
     @classmethod
-    def even(cls, noise: NoiseLevels, passes: int, landmarks: int) -> Weights:
+    def even(cls, noise: NoiseLevels, passes: int, landmarks: int, told: TrackerNoise | None = None) -> Weights:
         """Trust everything alike."""
         return cls(
             noise,
@@ -45,6 +48,7 @@ class Weights:
             np.ones(passes),
             np.ones(passes),
             np.ones(landmarks),
+            told,
         )
 
 

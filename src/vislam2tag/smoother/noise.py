@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
+
+from vislam2tag.core.context import TrackerNoise
 
 
 class DriftSource(Enum):
@@ -51,6 +53,16 @@ class NoiseLevels:
             return self.heading_rad
         return self.scale if source is DriftSource.SCALE else 1.0
 
+    def times(self, factor: float) -> NoiseLevels:
+        """Levels of a tracker that drifts, and errs in sightings, so many times as much; sheets stay."""
+        return replace(
+            self,
+            position_m=self.position_m * factor,
+            heading_rad=self.heading_rad * factor,
+            scale=self.scale * factor,
+            sighting_m=self.sighting_m * factor,
+        )
+
 
 USUAL = NoiseLevels()
 """What is assumed before anything is seen: typical of phones (docs/explanation/smoother.md)."""
@@ -58,6 +70,12 @@ PRIOR_WEIGHT = 0.5
 """The usual noise counts as much as this many observed numbers (docs/explanation/smoother.md)."""
 SCALE_SIGMA = 0.02
 """A tracker's metre is a metre within this share."""
+
+
+def assumed(told: TrackerNoise | None) -> tuple[NoiseLevels, float]:
+    """What is assumed of a walk's noise before anything is seen, and as how many observed numbers that counts."""
+    return (USUAL, PRIOR_WEIGHT) if told is None else (USUAL.times(told.times_usual), told.numbers)
+
 
 TAIL = {
     DriftSource.POSITION: 2.0,

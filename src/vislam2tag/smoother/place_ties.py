@@ -33,7 +33,7 @@ def smooth_with_ties(smoothed: Smoothed, time_ns: IntArray, ties: PlaceTies) -> 
         return smoothed
     observations = _with_passes(smoothed.model.observations, at)
     priors = _with_places(smoothed.priors, ties, rows)
-    return refined(replace(smoothed.model, observations=observations), priors)
+    return refined(replace(smoothed.model, observations=observations), priors, smoothed.weights.told)
 
 
 def _frames(time_ns: IntArray, moments_ns: IntArray) -> tuple[IntArray, IntArray]:

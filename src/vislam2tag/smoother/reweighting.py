@@ -37,6 +37,7 @@ from vislam2tag.smoother.noise import (
     USUAL,
     DriftSource,
     NoiseLevels,
+    assumed,
 )
 
 FEWEST_NUMBERS = 1.75
@@ -143,7 +144,7 @@ def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
 
 
 def reweighted(model: Model, weights: Weights, squares: NoiseSquares) -> Weights:
-    """Noise levels and weights that fit the squares best, pulled gently to the usual noise."""
+    """Noise levels and weights that fit the squares best, pulled gently to the noise assumed before."""
     better = _levels(model, weights, squares)
     stretch = {
         source: variance_factor(square.expected / better.level(source) ** 2, model.ranks[source], TAIL[source])
@@ -155,17 +156,19 @@ def reweighted(model: Model, weights: Weights, squares: NoiseSquares) -> Weights
         variance_factor(squares.sighting.expected / sighting_variance(model, better), 2, SIGHTING_TAIL),
         variance_factor(squares.sheet.expected / better.sheet_rad**2, 1, SHEET_TAIL),
         variance_factor(squares.landmark, 2, LANDMARK_TAIL),
+        weights.told,
     )
 
 
 def _levels(model: Model, weights: Weights, squares: NoiseSquares) -> NoiseLevels:
     noise, passes = weights.noise, model.observations.passes
+    usual, believed = assumed(weights.told)
     # Of the squares of a pass, its own scatter explains a part.
     growth = (1 + passes.distance_m**2) / 2
     share = noise.sighting_m**2 * growth / sighting_variance(model, noise)
     worth = share**2 / (growth * weights.sighting)
     sighting = _determined(noise.sighting_m, 2 * share, squares.sighting, worth)
-    sighting_m = sighting.level(USUAL.sighting_m)
+    sighting_m = sighting.level(usual.sighting_m, believed)
     sheet = _determined(noise.sheet_rad, model.headed, squares.sheet, 1 / weights.sheet)
     drift = {
         source: _determined(
@@ -174,14 +177,16 @@ def _levels(model: Model, weights: Weights, squares: NoiseSquares) -> NoiseLevel
         for source in ESTIMATED
     }
     # As far as nothing tells of one source, a tracker that does worse than usual in others does so there, too.
-    kinship = _times_usual({USUAL.sighting_m: sighting, **{USUAL.level(source): drift[source] for source in ESTIMATED}})
-    levels = {source: found.level(USUAL.level(source) * kinship) for source, found in drift.items()}
+    kinship = _times_usual(
+        {usual.sighting_m: sighting, **{usual.level(source): drift[source] for source in ESTIMATED}}, believed
+    )
+    levels = {source: found.level(usual.level(source) * kinship, believed) for source, found in drift.items()}
     return NoiseLevels(
         position_m=levels[DriftSource.POSITION],
         heading_rad=levels[DriftSource.HEADING],
         scale=noise.scale if model.rough else levels[DriftSource.SCALE],
         sighting_m=sighting_m,
-        sheet_rad=sheet.level(USUAL.sheet_rad),
+        sheet_rad=sheet.level(USUAL.sheet_rad, PRIOR_WEIGHT),
         sighting_numbers=sighting.numbers,
         drift_numbers={source: found.numbers for source, found in drift.items()},
     )
@@ -194,18 +199,21 @@ class _Determined:
     numbers: float
     squares: float
 
-    def level(self, usual: float) -> float:
-        """Mean square of these numbers and of what is assumed before, as a level.
+    def level(self, usual: float, believed: float) -> float:
+        """Mean square of these numbers and of what is assumed before, which counts as so many, as a level.
 
         The same fixed point as the mean of the expected squares, reached in fewer rounds (MacKay 1992).
         """
-        return float(np.sqrt((PRIOR_WEIGHT * usual**2 + self.squares) / (PRIOR_WEIGHT + self.numbers)))
+        return float(np.sqrt((believed * usual**2 + self.squares) / (believed + self.numbers)))
 
 
-def _times_usual(determined: dict[float, _Determined]) -> float:
-    """By how much noises, by their usual levels, exceed these together; 1 as far as nothing is determined of any."""
+def _times_usual(determined: dict[float, _Determined], believed: float) -> float:
+    """By how much noises, by their usual levels, exceed these together; 1 as far as nothing is determined of any.
+
+    That they do not counts as so many numbers.
+    """
     squares = sum(found.squares / usual**2 for usual, found in determined.items())
-    return _Determined(sum(found.numbers for found in determined.values()), squares).level(1.0)
+    return _Determined(sum(found.numbers for found in determined.values()), squares).level(1.0, believed)
 
 
 def _determined(present: float, numbers: npt.NDArray[Any], square: ExpectedSquares, worth: FloatArray) -> _Determined:
@@ -222,12 +230,11 @@ def equivalent_variances(model: Model, weights: Weights) -> Weights:
     predicts is Student's t with as many degrees of freedom (Gelman et al. 2013, section 3.2). The heavier of both laws
     of sightings stands for both.
     """
-    noise = weights.noise
-    sighting_freedom = min(SIGHTING_TAIL + 2, PRIOR_WEIGHT + noise.sighting_numbers)
+    sighting_freedom = min(SIGHTING_TAIL + 2, assumed(weights.told)[1] + weights.noise.sighting_numbers)
     return replace(
         weights,
         stretch={
-            source: np.asarray(factor * _widening(_freedom(source, noise, model.ranks[source])))
+            source: np.asarray(factor * _widening(_freedom(source, weights, model.ranks[source])))
             for source, factor in weights.stretch.items()
         },
         sighting=weights.sighting * _widening(sighting_freedom, FEWEST_NUMBERS),
@@ -235,13 +242,17 @@ def equivalent_variances(model: Model, weights: Weights) -> Weights:
     )
 
 
-def _freedom(source: DriftSource, noise: NoiseLevels, rank: IntArray) -> npt.ArrayLike:
+def _freedom(source: DriftSource, weights: Weights, rank: IntArray) -> npt.ArrayLike:
     """Degrees of freedom (1 or p + 1) of the drift of stretches with these ranks (p + 1,).
 
     Few numbers tell a walk's drift, of as few stretches: that these may be unusual is a part of not knowing its level.
+    Where others tell of the tracker, the heavier of both laws stands for both, as of sightings.
     """
-    numbers = noise.drift_numbers.get(source)
-    return TAIL[source] + rank if numbers is None else PRIOR_WEIGHT + numbers
+    own, numbers = TAIL[source] + rank, weights.noise.drift_numbers.get(source)
+    if numbers is None:
+        return own
+    known = assumed(weights.told)[1] + numbers
+    return known if weights.told is None else np.minimum(known, own)
 
 
 def _widening(freedom: npt.ArrayLike, fewest: float = 2.0) -> FloatArray:

@@ -13,6 +13,7 @@ from math import ceil, log
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.robust import iterate
 from vislam2tag.core.similarity import as_points
 from vislam2tag.smoother.chain import Solution, solve
@@ -20,7 +21,7 @@ from vislam2tag.smoother.equations import Weights, heading_origin, landmark_orig
 from vislam2tag.smoother.frame_states import FrameStates, states_between_nodes
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import USUAL, NoiseLevels
+from vislam2tag.smoother.noise import NoiseLevels, assumed
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.reweighting import equivalent_variances, expected_squares, reweighted
 from vislam2tag.smoother.survey_doubts import beside_the_survey
@@ -89,12 +90,15 @@ class Smoothed:
         return np.asarray(self.solution.border_covariance[column[:, :, None], column[:, None, :]])
 
 
-def smooth(observations: WalkObservations, priors: LandmarkPriors) -> Smoothed | None:
-    """Map a walk into the BCS; None where nothing ties it there (see the module's text)."""
+def smooth(observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None = None) -> Smoothed | None:
+    """Map a walk into the BCS; None where nothing ties it there (see the module's text).
+
+    Its noise is taken for as usual before anything is seen, or for what is ``told`` of the tracker.
+    """
     passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark)
     apart = _extent_m(priors.position[passed]) > LEAST_BASE_M
-    model = _roughly_mapped(observations, priors) if apart else _headed_by_a_sheet(observations, priors)
-    return None if model is None else refined(model, priors)
+    model = _roughly_mapped(observations, priors, told) if apart else _headed_by_a_sheet(observations, priors)
+    return None if model is None else refined(model, priors, told)
 
 
 def _extent_m(place: ComplexArray) -> float:
@@ -170,7 +174,9 @@ def _weighted(
     return replace(done.state, converged=done.converged)
 
 
-def refined(model: Model, priors: LandmarkPriors, *, pinned: bool = False) -> Smoothed:
+def refined(
+    model: Model, priors: LandmarkPriors, told: TrackerNoise | None = None, *, pinned: bool = False
+) -> Smoothed:
     """Re-weight, and linearise about the path found, until both settle; ``pinned`` to the walk's first pose."""
     tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if pinned else SETTLED_SIGMAS
 
@@ -179,7 +185,7 @@ def refined(model: Model, priors: LandmarkPriors, *, pinned: bool = False) -> Sm
 
     done = iterate(
         "the path that a walk is linearised about",
-        weighted(model, _even(model, priors)),
+        weighted(model, _even(model, priors, told)),
         lambda before, _: weighted(before.linearised_again(), before.weights),
         lambda before, after: after.sigmas_from(before),
         tolerance=tolerance,
@@ -190,15 +196,15 @@ def refined(model: Model, priors: LandmarkPriors, *, pinned: bool = False) -> Sm
     return Smoothed(model, priors, weights, solution, done.converged and done.state.converged)
 
 
-def _even(model: Model, priors: LandmarkPriors) -> Weights:
-    return Weights.even(USUAL, len(model.observations.passes.at), len(priors.position))
+def _even(model: Model, priors: LandmarkPriors, told: TrackerNoise | None) -> Weights:
+    return Weights.even(assumed(told)[0], len(model.observations.passes.at), len(priors.position), told)
 
 
-def _roughly_mapped(observations: WalkObservations, priors: LandmarkPriors) -> Model:
+def _roughly_mapped(observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None) -> Model:
     """Solve with heading and scale free: linear, so that nothing needs to be known before."""
     path = observations.odometry.path
     model = Model(observations, path, np.ones_like(path), rough=True)
-    weights = replace(_even(model, priors), sighting=np.where(_agreeing(observations, priors), 1.0, DOUBT))
+    weights = replace(_even(model, priors, told), sighting=np.where(_agreeing(observations, priors), 1.0, DOUBT))
     return _weighted(model, priors, weights, caution=CAUTION, tolerance=ROUGHLY_SETTLED_SIGMAS).linearised_again()
 
 

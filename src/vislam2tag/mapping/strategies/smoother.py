@@ -52,10 +52,10 @@ class Smoother:
         observations = bridged_observations(camera, log, self.sighting_range_m)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
         priors = LandmarkPriors.of(log.ids, landmarks)
-        smoothed = smooth(observations, priors)
+        smoothed = smooth(observations, priors, camera.tracker)
         if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
             observations = bridged_observations(camera, log, self.sighting_range_m, slips=True)
-            smoothed = smooth(observations, priors)
+            smoothed = smooth(observations, priors, camera.tracker)
         if smoothed is None:
             return nothing
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
