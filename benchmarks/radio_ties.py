@@ -71,7 +71,7 @@ def main() -> None:
 
 
 def heard_floor(seed: int, severity: str) -> tuple[Site, list[RadioScans]]:
-    """A floor, and what each of its walks heard."""
+    """A floor, whose walks are told how noisy their devices' trackers are, and what each of them heard."""
     with generated_floor(seed, severity) as root:
         site = site_of(list(walks_of(root, truth_at_frames=True)))
         heard = [read_session(ref).tables["wifi"] for ref in open_survey(root).sessions]

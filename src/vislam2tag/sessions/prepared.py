@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.context import PlaceTies, WalkedWays
+from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
@@ -47,6 +47,8 @@ class SessionTask:
     """Where the other sessions without poses led on its floor; None where it is mapped alone."""
     ties: PlaceTies | None = None
     """Where the scans of other sessions say that it was; None where they tell nothing."""
+    tracker: TrackerNoise | None = None
+    """How noisy other sessions of its device say that the tracker is; None where it is mapped alone."""
 
     @property
     def floor(self) -> Floor:
@@ -158,8 +160,7 @@ def _with_told_floors(task: SessionTask, read: Session) -> SessionTask:
 
 
 def _on_its_floor(session: Session, task: SessionTask, taps: Sequence[SetTap]) -> tuple[Session, tuple[str, ...]]:
-    """Give a session what is known of its floor: where others say that it was; without poses where its fixes and walls
-    are, and others walked.
+    """Give a session what others tell of it; without poses what is known of its floor: where its fixes and walls are.
 
     ``taps`` correct its fixes; the sentences tell of each that did.
     """
@@ -171,7 +172,7 @@ def _on_its_floor(session: Session, task: SessionTask, taps: Sequence[SetTap]) -
         session = replace(session, camera=camera, findings=(*session.findings, *findings))
     session, uses = with_taps_corrected(session, taps)
     if not session.camera.without_poses:
-        return replace(session, camera=replace(session.camera, ties=task.ties)), uses
+        return replace(session, camera=replace(session.camera, ties=task.ties, tracker=task.tracker)), uses
     return replace(session, camera=replace(session.camera, area=drawn_area(floor), ways=task.ways)), uses
 
 

@@ -243,3 +243,5 @@ def _told_arrays(task: SessionTask) -> Iterator[AnyArray]:
         yield from (ways.position_bcs, ways.course_rad, ways.walk.astype(np.float64))
     if (ties := task.ties) is not None:
         yield from (ties.time_ns, ties.position_bcs, ties.covariance_m2)
+    if (tracker := task.tracker) is not None:
+        yield np.array((tracker.times_usual, tracker.numbers))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,16 +16,18 @@ from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
-from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession
-from vislam2tag.pipeline.labels.joining.together import HearJob, ReduceJob
+from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduce_session
+from vislam2tag.pipeline.labels.joining.together import HearJob, ReduceJob, told_tasks
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.labels.stored_session import give_up
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.store import claim
+from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.smoother.device_noise import told_by_others
 from vislam2tag.survey.corrections.file import Corrections
 
 SURVEYED = ("2", "5", "8")
@@ -129,3 +132,17 @@ def test_a_session_that_workers_die_of_tells_others_nothing(survey: Path) -> Non
     reduced, heard = (give_up(kind(task, TOGETHER, ""), "3 workers died of it") for kind in (ReduceJob, HearJob))
     assert reduced == ReducedSession(task.ref.key, error="3 workers died of it")
     assert heard == HeardWalk(task.ref.key, error="3 workers died of it")
+
+
+def test_a_session_is_told_how_noisy_others_of_its_device_are(survey: Path) -> None:
+    opened = open_survey(survey)
+    tasks = [session_task(ref, opened, Corrections(), TOGETHER) for ref in opened.sessions]
+    with_told, _ = told_tasks(opened, tasks, TOGETHER, partial(process_all, workers=1), lambda *_: None)
+    noise = {task.ref.key: reduce_session(TOGETHER.mapping, task).noise for task in tasks}
+    for task in with_told:
+        key = task.ref.key
+        own, other = noise[key], next(noise[each] for each in noise if each.device == key.device and each != key)
+        assert own is not None
+        assert other is not None
+        assert task.tracker == told_by_others([own, other])[0]
+    assert any(task.tracker is not None for task in with_told)

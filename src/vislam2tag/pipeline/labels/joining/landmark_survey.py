@@ -28,6 +28,7 @@ from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import CLIMB_M
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
 from vislam2tag.survey.corrections.file import read_corrections
@@ -75,6 +76,8 @@ class ReducedSession:
     error: str | None = None
     converged: bool = True
     """Whether the re-weighting that made its map ended because another round would change nothing that matters."""
+    noise: NoiseLevels | None = None
+    """How noisy its tracker was, of one that passed landmarks."""
     way: WalkedWays | None = None
     """Where it led, of a session without poses."""
 
@@ -135,7 +138,8 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
     )
     z_m = _heights_above_floor(site, camera, log, observations, heights, floors, local)
     passes = _walked_passes(observations, local)
-    return ReducedSession(key, places, local, z_m, passes, prepared.unused, converged=smoothed.converged)
+    converged, noise = smoothed.converged, smoothed.noise
+    return ReducedSession(key, places, local, z_m, passes, prepared.unused, converged=converged, noise=noise)
 
 
 def _walked_passes(observations: WalkObservations, local: LocalMap) -> WalkedPasses:

@@ -1,4 +1,4 @@
-"""``process --together``: walks tell one another where the landmarks hang that they pass, and where they led.
+"""``process --together``: walks tell one another where landmarks hang, where they led and how noisy a tracker is.
 
 Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
 survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). On
@@ -9,6 +9,7 @@ from, rounded, so that one more session repeats others only where it tells them 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import FloatArray, of_landmarks
-from vislam2tag.core.context import PlaceTies, WalkedWays
+from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.similarity import as_points
 from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.settings import ProcessSettings
@@ -35,6 +36,7 @@ from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
+from vislam2tag.smoother.device_noise import told_by_others
 from vislam2tag.survey.model import SessionKey, Survey
 from vislam2tag.walk_ties.told import rounded_covariance
 
@@ -129,11 +131,30 @@ def told_tasks(
         joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
         told, found = _told(joint), references(joint)
     led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
-    with_told = [replace(task, told=told.get(task.ref.key), ways=_ways_of_others(led, task.ref.key)) for task in tasks]
+    tracker = _tracker_noise(joint.mapped)
+    with_told = [
+        replace(
+            task,
+            told=told.get(task.ref.key),
+            tracker=tracker.get(task.ref.key),
+            ways=_ways_of_others(led, task.ref.key),
+        )
+        for task in tasks
+    ]
     far = {one.key.floor for one in joint.mapped if goes_far(one, told[one.key])}
     ask = [HearJob(task, settings, code[task.ref.format]) for task in with_told if task.ref.key.floor in far]
     ties = _heard_ties(ask, run_all, lambda key, total: progress(key, len(todo) + total))
     return [replace(task, ties=ties.get(task.ref.key)) for task in with_told], found
+
+
+def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, TrackerNoise | None]:
+    """How noisy the others of its device say that a session's tracker is, whatever their floors."""
+    known = [(session.key, session.noise) for session in mapped if session.noise is not None]
+    told: dict[SessionKey, TrackerNoise | None] = {}
+    for device in {key.device for key, _ in known}:
+        own = [(key, noise) for key, noise in known if key.device == device]
+        told |= zip([key for key, _ in own], told_by_others([noise for _, noise in own]), strict=True)
+    return told
 
 
 def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:
