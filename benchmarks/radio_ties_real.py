@@ -73,7 +73,7 @@ def main() -> None:
     for name, walks in floors(options.wifine, options.ilc20):
         count = options.walks or len(walks)
         groups = [walks[first : first + count] for first in range(0, len(walks) - count + 1, count)]
-        for drift in DRIFTS:
+        for drift in DRIFTS if groups else ():
             print(f"| {name} | {count} | {drift} | {row(groups, drift)} |", flush=True)
 
 

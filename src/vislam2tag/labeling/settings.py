@@ -71,8 +71,8 @@ class ProcessSettings(FiniteRecord):
     strategy: str = "smoother"
     """Name of the mapping strategy."""
     together: bool = False
-    """Whether walks tell one another where the landmarks hang that they pass, and those without poses where they led,
-    instead of being mapped alone."""
+    """Whether walks tell one another where landmarks hang, where they led and what they heard there, instead of being
+    mapped alone."""
     survey: SurveySettings = SurveySettings()
     findings: FindingSettings = FindingSettings()
     mapping: MappingSettings = MappingSettings()

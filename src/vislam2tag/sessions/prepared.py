@@ -198,7 +198,7 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
     if missing:
         message = (
             f"landmarks {', '.join(missing)} were seen but have no surveyed position; only the smoother uses them, and "
-            "less: add them to marker_dict.csv, or let vislam2tag survey-landmarks place them"
+            "less: add them to marker_dict.csv, or let the walks place them (process --together, survey-landmarks)"
         )
         findings.append(Finding(kind="landmark_without_position", file="", count=len(missing), message=message))
     if unused:

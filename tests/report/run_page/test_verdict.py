@@ -11,7 +11,7 @@ from tests.report.factory import make_result, make_survey, sigma_statistics
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.labeling.results import Summary
 from vislam2tag.report.run_page.summary import summarise
-from vislam2tag.report.run_page.verdict import MOST_FINDINGS, accuracy_sentence, expected_error, problems
+from vislam2tag.report.run_page.verdict import MOST_FINDINGS, TOGETHER, accuracy_sentence, expected_error, problems
 
 
 @pytest.fixture
@@ -56,6 +56,21 @@ def test_each_problem_names_its_place_and_what_to_do(summary: Summary) -> None:
     assert found[landmark].startswith("measure it again")
     assert any("without a position: tracking lost" in what for what in found)
     assert any("are uncertain" in what for what in found)
+
+
+def test_walks_that_were_mapped_each_alone_may_tell_one_another_where_they_were(summary: Summary) -> None:
+    def todo(changed: Summary) -> str:
+        [found] = [problem.todo for problem in problems(changed, ()) if "are uncertain" in problem.what]
+        return found
+
+    several = summary.model_copy(update={"sessions": 3})
+    assert todo(several).startswith(f"{TOGETHER}; or one more landmark near")
+    joined = several.model_copy(update={"findings": {**several.findings, "told_by_others": 1}})
+    for other in (summary, joined, several.model_copy(update={"strategy": "local"})):
+        assert todo(other).startswith("one more landmark near")
+    unmapped = several.model_copy(update={"frame_seconds": {"ok": 50.0, "no_mapping": 60.0}})
+    [advice] = [one.todo for one in problems(unmapped, ()) if "without a position" in one.what]
+    assert advice == f"{TOGETHER}; or pass at least two landmarks on each walk"
 
 
 def test_failures_come_first_and_long_lists_end(summary: Summary) -> None:

@@ -32,6 +32,7 @@ ADVICE: Mapping[str, str] = MappingProxyType(
 )
 """What to do about the causes that a walker can avoid."""
 _ELSE = "see the session's details"
+TOGETHER = "let the walks tell one another where they were: process --together"
 
 
 @dataclass(frozen=True)
@@ -111,8 +112,16 @@ def _contradictions(found: Sequence[LandmarkContradiction]) -> Iterator[Problem]
 def _lost(summary: Summary) -> Iterator[Problem]:
     for time in lost_times(summary.frame_seconds):
         what = f"{duration(time.seconds)} ({percent(time.share)} of the time) without a position: {time.style.name}"
-        yield Problem(what, ADVICE.get(time.style.label, _ELSE), "details")
+        todo = ADVICE.get(time.style.label, _ELSE)
+        unmapped = time.style.label == Status.NO_MAPPING.label and _may_join(summary)
+        yield Problem(what, f"{TOGETHER}; or {todo}" if unmapped else todo, "details")
     if summary.sigma is not None and summary.sigma.uncertain_share > 0:
         share = percent(summary.sigma.uncertain_share)
         what = f"{share} of the positions are uncertain: the band on the map is wide there"
-        yield Problem(what, "one more landmark near; vislam2tag check tells where it helps most", "uncertainty")
+        more = "one more landmark near; vislam2tag check tells where it helps most"
+        yield Problem(what, f"{TOGETHER}; or {more}" if _may_join(summary) else more, "uncertainty")
+
+
+def _may_join(summary: Summary) -> bool:
+    """Whether walks were mapped each alone that could tell one another something."""
+    return summary.strategy == "smoother" and summary.sessions > 1 and "told_by_others" not in summary.findings
