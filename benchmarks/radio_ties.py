@@ -19,7 +19,7 @@ import numpy as np
 from calibration import cells, points
 from data_sets import Walk, walks_of
 from further_ties import true_at
-from together import only, together
+from together import only, together, told_noise
 
 from landmark_survey import SETTINGS, Site, chosen, generated_floor, site_of, spread
 from vislam2tag.core.arrays import FloatArray
@@ -75,9 +75,9 @@ def heard_floor(seed: int, severity: str) -> tuple[Site, list[RadioScans]]:
     with generated_floor(seed, severity) as root:
         site = site_of(list(walks_of(root, truth_at_frames=True)))
         heard = [read_session(ref).tables["wifi"] for ref in open_survey(root).sessions]
-    return site, [
-        scans_of(walk.name, walk.name.split(".")[1], table) for walk, table in zip(site.walks, heard, strict=True)
-    ]
+    told = zip(site.walks, told_noise(site), strict=True)
+    site = replace(site, walks=[replace(walk, camera=replace(walk.camera, tracker=noise)) for walk, noise in told])
+    return site, [scans_of(walk.name, walk.device, table) for walk, table in zip(site.walks, heard, strict=True)]
 
 
 def compared(walks: list[Walk], heard: list[RadioScans], landmarks: list[Landmarks]) -> Iterator[Compared]:

@@ -1,7 +1,8 @@
 """What ``process --together`` costs: processor time of walks together over that of walks alone, in one run.
 
 python benchmarks/together_speed.py                 8 walks of 3 minutes past 20 landmarks, 5 surveyed
-python benchmarks/together_speed.py --sessions 8    four times as many
+python benchmarks/together_speed.py --sessions 8    twice as many
+python benchmarks/together_speed.py --far           past 4 landmarks, all surveyed: others' scans place walks
 """
 
 from __future__ import annotations
@@ -27,12 +28,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sessions", type=int, default=4, help="walks of each of two phones")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--far", action="store_true", help="4 landmarks, so far apart that scans are asked")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder) / "survey"
-        building = BuildingSettings(landmarks=20)
+        building = BuildingSettings(landmarks=4 if options.far else 20)
         simulate(regular_survey(options.seed, "default", (0,), sessions=options.sessions, building=building), root)
-        survey_few(root / "floor_0/marker_dict.csv")
+        if not options.far:
+            survey_few(root / "floor_0/marker_dict.csv")
         seconds: dict[bool, list[float]] = {False: [], True: []}
         for number in range(ROUNDS):
             for together in seconds:

@@ -23,6 +23,9 @@ PATH_REACH_M = 25.0
 SIZES = np.geomspace(0.3, 6.0, 25)
 ALIKE = ((0.0, 1.0), *product((0.2, 0.4, 0.6, 0.8, 0.95), (2.0, 5.0, 10.0, 20.0, 40.0)))
 """Tried: radio's errors in units of what is expected; the share of their variance that is alike, and its reach."""
+FREEDOM_SHARE = 0.5
+"""A walk's path may be farther off than it states: Student's t, of so many degrees of freedom a number. Fewer would
+leave each walk a size of its own, so that how alike errors are would say how large they are."""
 USUAL_SIZE, USUAL_COUNTS = 1.5, 20.0
 """Before anything is seen errors are taken to be of this size, which counts as much as so many fixes."""
 ESTIMATED_WITH, MOST_FIXES = 24, 64
@@ -130,4 +133,7 @@ def _log_likelihoods(fixes: Fixes, known: FloatArray, share: float, reach_m: flo
     square = ((vectors.T @ (fixes.position - fixes.path)) ** 2).sum(axis=1)
     whole = variance[:, None] + SIZES**2
     spread = float(np.log(np.linalg.eigvalsh(radio)).sum())
-    return np.asarray(-spread - np.log(whole).sum(axis=0) - (square[:, None] / whole).sum(axis=0) / 2)
+    missed = (square[:, None] / whole).sum(axis=0)
+    count = 2 * len(fixes)
+    freedom = FREEDOM_SHARE * count
+    return np.asarray(-spread - np.log(whole).sum(axis=0) - (freedom + count) / 2 * np.log1p(missed / freedom))
