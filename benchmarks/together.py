@@ -1,8 +1,8 @@
 """What walks of a floor gain from one another: mapped alone, and together (``process --together``).
 
 Generated floors with 20 landmarks and 8 walks of 3 minutes, of which 3, 5 or 8 landmarks are surveyed, well spread or
-drawn at random; the others hang there and nobody knows where. "With noise" are walks that are also told how noisy their
-device's tracker is.
+drawn at random; the others hang there and nobody knows where. "Landmarks" are walks together that tell one another of
+landmarks alone, and not how noisy their device's tracker is.
 
     python benchmarks/together.py                                  seeds 1 to 4, default severity
     python benchmarks/together.py --seeds 11 12 --severity severe
@@ -55,8 +55,8 @@ def main() -> None:
 
 
 def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
-    """Figures of all walks that can be mapped alone: alone, with completed landmarks, together."""
-    found: dict[str, list[FloatArray]] = {"alone": [], "completed": [], "together": [], "with noise": []}
+    """Figures of all walks that can be mapped alone: alone, with completed landmarks, told of landmarks, together."""
+    found: dict[str, list[FloatArray]] = {"alone": [], "completed": [], "landmarks": [], "together": []}
     long, chances, draw = [], list[FloatArray](), np.random.default_rng(0)
     for site, surveyed in zip(sites, choices, strict=True):
         known = only(site.landmarks, surveyed)
@@ -67,8 +67,8 @@ def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
             for name, landmarks, tracker in (
                 ("alone", known, None),
                 ("completed", completed, None),
-                ("together", told[number], None),
-                ("with noise", told[number], noise[number]),
+                ("landmarks", told[number], None),
+                ("together", told[number], noise[number]),
             ):
                 camera = replace(walk.camera, tracker=tracker)
                 trajectory = strategy_named("smoother", SETTINGS.mapping).map(camera, walk.log, landmarks)
