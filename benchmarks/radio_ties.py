@@ -77,7 +77,7 @@ def heard_floor(seed: int, severity: str) -> tuple[Site, list[RadioScans]]:
         heard = [read_session(ref).tables["wifi"] for ref in open_survey(root).sessions]
     told = zip(site.walks, told_noise(site), strict=True)
     site = replace(site, walks=[replace(walk, camera=replace(walk.camera, tracker=noise)) for walk, noise in told])
-    return site, [scans_of(walk.name, walk.device, table) for walk, table in zip(site.walks, heard, strict=True)]
+    return site, [scans_of(walk.device, table) for walk, table in zip(site.walks, heard, strict=True)]
 
 
 def compared(walks: list[Walk], heard: list[RadioScans], landmarks: list[Landmarks]) -> Iterator[Compared]:

@@ -119,7 +119,7 @@ def ilc20_walk(file: Path) -> RealWalk | None:
     time_s = sensed.signals.time_s
     place = sensed.path(taps, speed_model(), DeadReckoningSettings()).at(time_s)[0]
     time_ns = sensed.signals.start_ns + (time_s * 1e9).astype(np.int64)
-    return RealWalk.of(time_ns, place, scans_of(file.stem, trace.header.get("Model", file.stem), trace.wifi))
+    return RealWalk.of(time_ns, place, scans_of(trace.header.get("Model", file.stem), trace.wifi))
 
 
 def drift_covariance(way_m: FloatArray, drift: float) -> FloatArray:

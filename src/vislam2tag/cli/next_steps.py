@@ -36,6 +36,7 @@ STEPS: Mapping[str, str] = {
     "run": "vislam2tag train {dataset} --out building.v2t",
     "run, faults": "vislam2tag diagnose {survey} --apply",
     "process": "vislam2tag check {survey}",
+    "process, unsure": "vislam2tag process {survey} --out {out} --together",
     "process, dry run": "vislam2tag process {survey} --out {out}",
     "process, faults": "vislam2tag diagnose {survey}",
     "process, failed": "vislam2tag inspect {survey}",

@@ -11,7 +11,14 @@ from tests.report.factory import make_result, make_survey, sigma_statistics
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.labeling.results import Summary
 from vislam2tag.report.run_page.summary import summarise
-from vislam2tag.report.run_page.verdict import MOST_FINDINGS, TOGETHER, accuracy_sentence, expected_error, problems
+from vislam2tag.report.run_page.verdict import (
+    MOST_FINDINGS,
+    TOGETHER,
+    accuracy_sentence,
+    expected_error,
+    joining_helps,
+    problems,
+)
 
 
 @pytest.fixture
@@ -71,6 +78,14 @@ def test_walks_that_were_mapped_each_alone_may_tell_one_another_where_they_were(
     unmapped = several.model_copy(update={"frame_seconds": {"ok": 50.0, "no_mapping": 60.0}})
     [advice] = [one.todo for one in problems(unmapped, ()) if "without a position" in one.what]
     assert advice == f"{TOGETHER}; or pass at least two landmarks on each walk"
+
+
+def test_joining_helps_where_much_is_unsure(summary: Summary) -> None:
+    several = summary.model_copy(update={"sessions": 3, "frames": {"ok": 80, "uncertain": 15, "no_mapping": 5}})
+    assert joining_helps(several)
+    assert not joining_helps(several.model_copy(update={"frames": {"ok": 92, "uncertain": 8}}))
+    assert not joining_helps(several.model_copy(update={"frames": {"ok": 50, "tracking_lost": 50}}))
+    assert not joining_helps(several.model_copy(update={"sessions": 1}))
 
 
 def test_failures_come_first_and_long_lists_end(summary: Summary) -> None:

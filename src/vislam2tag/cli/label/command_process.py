@@ -124,9 +124,20 @@ def _process(
     _print_summary(summary, out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
-    after = "process, failed" if summary.failed else "process, faults" if summary.faults else "process"
-    next_step(after, survey=survey)
+    next_step(_after(summary), survey=survey, out=out)
     raise typer.Exit(1 if summary.failed else 0)
+
+
+def _after(summary: Summary) -> str:
+    """Name what to go on with."""
+    from vislam2tag.report.run_page.verdict import joining_helps
+
+    found = {
+        "process, unsure": joining_helps(summary) and not summary.faults,
+        "process, failed": summary.failed > 0,
+        "process, faults": bool(summary.faults),
+    }
+    return next((name for name, so in found.items() if so), "process")
 
 
 def _print_dry_run(survey: Path, out: Path, settings: Settings, json: bool, **options: Any) -> None:

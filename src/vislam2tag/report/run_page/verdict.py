@@ -32,6 +32,8 @@ ADVICE: Mapping[str, str] = MappingProxyType(
 )
 """What to do about the causes that a walker can avoid."""
 _ELSE = "see the session's details"
+MUCH = 0.1
+"""From this share of unsure frames on walks should be mapped together."""
 TOGETHER = "let the walks tell one another where they were: process --together"
 
 
@@ -113,15 +115,21 @@ def _lost(summary: Summary) -> Iterator[Problem]:
     for time in lost_times(summary.frame_seconds):
         what = f"{duration(time.seconds)} ({percent(time.share)} of the time) without a position: {time.style.name}"
         todo = ADVICE.get(time.style.label, _ELSE)
-        unmapped = time.style.label == Status.NO_MAPPING.label and _may_join(summary)
+        unmapped = time.style.label == Status.NO_MAPPING.label and may_join(summary)
         yield Problem(what, f"{TOGETHER}; or {todo}" if unmapped else todo, "details")
     if summary.sigma is not None and summary.sigma.uncertain_share > 0:
         share = percent(summary.sigma.uncertain_share)
         what = f"{share} of the positions are uncertain: the band on the map is wide there"
         more = "one more landmark near; vislam2tag check tells where it helps most"
-        yield Problem(what, f"{TOGETHER}; or {more}" if _may_join(summary) else more, "uncertainty")
+        yield Problem(what, f"{TOGETHER}; or {more}" if may_join(summary) else more, "uncertainty")
 
 
-def _may_join(summary: Summary) -> bool:
+def may_join(summary: Summary) -> bool:
     """Whether walks were mapped each alone that could tell one another something."""
     return summary.strategy == "smoother" and summary.sessions > 1 and "told_by_others" not in summary.findings
+
+
+def joining_helps(summary: Summary) -> bool:
+    """Whether so much is unsure or not mapped of walks mapped each alone that telling one another is worth a try."""
+    unsure = sum(summary.frames.get(status.label, 0) for status in (Status.UNCERTAIN, Status.NO_MAPPING))
+    return may_join(summary) and unsure > MUCH * sum(summary.frames.values())

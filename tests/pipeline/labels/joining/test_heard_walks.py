@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from tests.cli.command import vislam2tag
 from tests.surveys import bytes_of
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
@@ -105,6 +106,15 @@ def test_a_session_that_cannot_be_read_tells_why_and_nothing_else(survey: Path, 
     assert ties_of([walk, HeardWalk(task.ref.key)]) == {}
 
 
+def test_the_command_ends_with_the_option_that_helps(survey: Path, tmp_path: Path) -> None:
+    alone = vislam2tag("process", str(survey), "--out", str(tmp_path / "out"))
+    *_, step = alone.stdout.splitlines()
+    assert step == f"next: vislam2tag process {survey} --out {tmp_path / 'out'} --together"
+    together = vislam2tag(*step.removeprefix("next: vislam2tag ").split())
+    assert "placed_by_scans" in together.stdout
+    assert "--together" not in together.stdout
+
+
 def table(scans: int) -> pl.DataFrame:
     """Scans of two access points, 1 s apart, the second reading of each 200 ms later."""
     scan = np.repeat(np.arange(scans), 2)
@@ -121,14 +131,14 @@ def table(scans: int) -> pl.DataFrame:
 
 
 def test_a_scan_has_the_mean_time_of_its_readings_and_what_was_heard() -> None:
-    scans = scans_of("walk", "phone", table(3))
+    scans = scans_of("phone", table(3))
     assert (scans.time_ns - 10**12).tolist() == [100_000_000, 1_100_000_000, 2_100_000_000]
     assert scans.access_points == ("a",)
     assert scans.rssi_dbm.tolist() == [-50.0] * 3
-    assert (set(scans.session), set(scans.device)) == ({"walk"}, {"phone"})
+    assert set(scans.device) == {"phone"}
 
 
 def test_no_more_scans_are_kept_than_are_used() -> None:
-    assert len(scans_of("walk", "phone", table(MOST_KEPT + 100))) == MOST_KEPT
+    assert len(scans_of("phone", table(MOST_KEPT + 100))) == MOST_KEPT
     repeated = table(2).with_columns(repeated=pl.lit(value=True))
-    assert len(scans_of("walk", "phone", repeated)) == 0
+    assert len(scans_of("phone", repeated)) == 0

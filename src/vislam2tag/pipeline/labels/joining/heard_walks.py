@@ -24,8 +24,8 @@ from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.walk_ties.traces import WalkTrace
 
-MOST_KEPT = 512
-"""Scans of a session, evenly spread: far more than it is asked and told."""
+MOST_KEPT = 256
+"""Scans of a session, evenly spread: no more of it are asked."""
 
 
 @dataclass(frozen=True)
@@ -48,14 +48,14 @@ def heard_walk(strategy: str, settings: MappingSettings, task: SessionTask) -> H
             return HeardWalk(key)
         mapped = strategy_named(strategy, settings).map(camera, log, prepared.landmarks)
         trace = WalkTrace.of(mapped, key.floor, LandmarkPriors.of(log.ids, prepared.landmarks))
-        return HeardWalk(key, trace, scans_of(str(key), key.device, wifi))
+        return HeardWalk(key, trace, scans_of(key.device, wifi))
     except SessionError as error:
         return HeardWalk(key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
         return HeardWalk(key, error=unexpected(key, error))
 
 
-def scans_of(name: str, device: str, wifi: pl.DataFrame) -> RadioScans:
+def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
     """The scans of a session's table of readings, each at the mean time of these; no more than are kept."""
     table = wifi.filter(~pl.col("repeated"))
     number = np.unique(table["scan"].to_numpy(), return_inverse=True)[1]
@@ -68,7 +68,6 @@ def scans_of(name: str, device: str, wifi: pl.DataFrame) -> RadioScans:
         table["rssi_dbm"].to_numpy().astype(np.float64),
         count,
         device=np.full(count, device),
-        session=np.full(count, name),
         time_ns=start_ns + later_ns.astype(np.int64),
     )
     return scans[calibration_rows(count, MOST_KEPT)]
