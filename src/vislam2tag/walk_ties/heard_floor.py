@@ -23,8 +23,8 @@ LEAST_AWAY = 1e-3
 """Scans nearer in signal space than this count alike."""
 OFFSET_ROUNDS = 3
 """So often a phone's levels are compared with those of the scans most like it: the more alike, the truer."""
-MOST_LEARNED = 4000
-"""Scans of a floor that others are compared with, evenly spread."""
+MOST_LEARNED, MOST_LEVELLED = 4000, 1000
+"""Scans of a floor that others are compared with, and those that tell of phones, evenly spread."""
 LAGS_S = np.arange(-4.0, 8.5, 0.5)
 """Tried: how much older scans may be than their times, seconds ..."""
 USUAL_LAG_S = 2.0
@@ -111,6 +111,7 @@ class HeardFloor:
         for _ in range(OFFSET_ROUNDS if len(phones) > 1 else 0):
             near = floor.nearest(self.learned, phone)
             some = np.flatnonzero(near.away[:, 0] < 1)
+            some = some[calibration_rows(len(some), MOST_LEVELLED)]
             louder = floor.scans[self.learned[some]].dense() - floor.scans[near.which[some, 0]].dense()
             both = np.isfinite(louder)
             own = phone[self.learned[some]]
