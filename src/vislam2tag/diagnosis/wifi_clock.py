@@ -81,11 +81,7 @@ def wifi_clock_offsets(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWal
 
     ``heard`` have their ways in the frames of the passes; ``evidence`` lays them onto the plan.
     """
-    floors: dict[int, dict[SessionKey, HeardOnWalk]] = defaultdict(dict)
-    for walk in evidence.walks:
-        key = walk.passes.key
-        if key in heard and len(heard[key].way) > 1 and (way := walk.on_plan(heard[key].as_way)) is not None:
-            floors[key.floor][key] = replace(heard[key], way=way)
+    floors = heard_on_floors(evidence, heard)
     found: dict[SessionKey, ClockOffset] = {}
     for walks in floors.values():
         telling = {key: walk for key, walk in walks.items() if len(np.unique(walk.scan)) >= FEWEST_SCANS}
@@ -93,6 +89,18 @@ def wifi_clock_offsets(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWal
             offsets = offsets_on_floor(list(telling.values()))
             found |= {key: at for key, at in zip(telling, offsets, strict=True) if at is not None}
     return found
+
+
+def heard_on_floors(
+    evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]
+) -> dict[int, dict[SessionKey, HeardOnWalk]]:
+    """By floor the walks that could be laid onto its plan, their ways there."""
+    floors: dict[int, dict[SessionKey, HeardOnWalk]] = defaultdict(dict)
+    for walk in evidence.walks:
+        key = walk.passes.key
+        if key in heard and len(heard[key].way) > 1 and (way := walk.on_plan(heard[key].as_way)) is not None:
+            floors[key.floor][key] = replace(heard[key], way=way)
+    return floors
 
 
 def offsets_on_floor(telling: Sequence[HeardOnWalk]) -> list[ClockOffset | None]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
+from vislam2tag.common.bootstrap import draws, multiplicities
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.baselines.scan_index import Apart, NearestScans, ScanIndex, SignalDistance
 from vislam2tag.positioning.scans.held_out import calibration_rows
@@ -25,12 +26,20 @@ OFFSET_ROUNDS = 3
 """So often a phone's levels are compared with those of the scans most like it: the more alike, the truer."""
 MOST_LEARNED, MOST_LEVELLED = 4000, 1000
 """Scans of a floor that others are compared with, and those that tell of phones, evenly spread."""
-LAGS_S = np.arange(-4.0, 8.5, 0.5)
+LAG_STEP_S, LAG_ROUNDS = 0.5, 2
+LAGS_S = np.arange(-4.0, 8.5, LAG_STEP_S)
 """Tried: how much older scans may be than their times, seconds ..."""
 USUAL_LAG_S = 2.0
 """... how much that usually is ..."""
 ALIKE = 0.7
 """... by scans that have others so near in signal space."""
+
+
+class ScanLag(NamedTuple):
+    """How much older scans are than their times, and the standard error of that, seconds."""
+
+    seconds: float
+    sigma_s: float
 
 
 @dataclass(frozen=True)
@@ -49,19 +58,21 @@ class HeardFloor:
     @classmethod
     def of(cls, traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> Self:
         """Take the scans of walks while it is known where they led, at the times at which they were taken."""
-        floor = cls._placed(traces, scans)
-        if lag_s := floor.lag_s(traces):
-            floor = cls._placed(traces, [replace(one, time_ns=one.time_ns - _ns(lag_s)) for one in scans])
-        return floor._levelled()
+        floor = cls.as_logged(traces, scans)
+        lags = floor.lags(traces)
+        if any(lag.seconds for lag in lags.values()):
+            return cls.as_logged(traces, [_taken_before(one, lags) for one in scans])
+        return floor
 
     @classmethod
-    def _placed(cls, traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> Self:
+    def as_logged(cls, traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> Self:
+        """Take the scans of walks while it is known where they led, by their times."""
         on_path = [_on_path(trace, heard) for trace, heard in zip(traces, scans, strict=True)]
         along = [trace.along(heard.time_ns) for trace, heard in zip(traces, on_path, strict=True) if trace is not None]
         columns = np.concatenate([np.empty((0, 4)), *along])
         walk = np.repeat(np.arange(len(on_path)), [len(heard) for heard in on_path])
         learned = calibration_rows(len(walk), MOST_LEARNED)
-        return cls(joined_scans(on_path), walk, columns[:, :2], columns[:, 2], columns[:, 3], learned)
+        return cls(joined_scans(on_path), walk, columns[:, :2], columns[:, 2], columns[:, 3], learned)._levelled()
 
     def nearest(self, rows: IntArray, apart: IntArray | None = None) -> NearestScans:
         """Of scans ``rows`` those most like them among the learned ones (by row) of other walks, or of other groups
@@ -77,32 +88,47 @@ class HeardFloor:
         some = self.scans[self.learned]
         return ScanIndex.of(some, _levels(some), SignalDistance.SORENSEN)
 
-    def lag_s(self, traces: Sequence[WalkTrace | None]) -> float:
-        """How much older scans are than their times: with it, scans like one another lie together most.
+    def lags(self, traces: Sequence[WalkTrace | None]) -> dict[str, ScanLag]:
+        """How much older the scans of each phone are than their times: scans like one another lie together most then.
 
-        Of walks that meet others head-on each puts what it hears late behind the place where it was.
+        Of walks that meet others head-on each puts what it hears late behind the place where it was. Had other walks
+        been walked a lag would scatter as when walks are drawn anew (bootstrap).
         """
         near = self.nearest(self.learned)
-        some = np.flatnonzero(near.away[:, 0] < ALIKE)
-        if not len(some):
-            return 0.0
-        which, weight = near.which[some], scan_weights(near.away[some])
-        off_m2 = np.empty((len(LAGS_S), len(some)))
-        for number, lag_s in enumerate(LAGS_S.tolist()):
-            place = self._places(traces, lag_s)
-            off_m2[number] = (((weight[..., None] * place[which]).sum(axis=1) - place[self.learned[some]]) ** 2).sum(1)
-        usual_m2 = max(float(np.median(off_m2)), 1e-6)
-        cost = np.log1p(off_m2 / usual_m2).sum(axis=1) + (LAGS_S / USUAL_LAG_S) ** 2 / 2
-        return float(LAGS_S[cost.argmin()])
-
-    def _places(self, traces: Sequence[WalkTrace | None], lag_s: float) -> FloatArray:
-        """(n, 2) where walks were so much before the times of their scans."""
+        alike = np.flatnonzero(near.away[:, 0] < ALIKE)
+        rows, which, weight = self.learned[alike], near.which[alike], scan_weights(near.away[alike])
+        walks, walk = np.unique(self.walk[rows], return_inverse=True)
+        if len(walks) < 2:
+            return {}
+        times = np.vstack((np.ones(len(walks)), multiplicities(draws(len(walks)))))
         place = self.place.copy()
-        for number, trace in enumerate(traces):
-            own = np.flatnonzero(self.walk == number)
-            if trace is not None and len(own):
+
+        def off_m2() -> FloatArray:
+            return np.asarray((((weight[..., None] * place[which]).sum(axis=1) - place[rows]) ** 2).sum(axis=1))
+
+        usual_m2 = max(float(np.median(off_m2())), 1e-6)
+        found: dict[str, ScanLag] = {}
+        for phone in np.unique(self.scans.device).tolist() * LAG_ROUNDS:
+            of_phone = np.unique(self.walk[self.scans.device == phone]).tolist()
+            own = [self.learned[self.walk[self.learned] == number] for number in of_phone]
+            by_walk = np.empty((len(LAGS_S), len(walks)))
+            for number, lag_s in enumerate(LAGS_S.tolist()):
+                self._move(place, own, traces, lag_s)
+                by_walk[number] = np.bincount(walk, np.log1p(off_m2() / usual_m2), len(walks))
+            cost = by_walk @ times.T + ((LAGS_S / USUAL_LAG_S) ** 2 / 2)[:, None]
+            lags_s = LAGS_S[cost.argmin(axis=0)]
+            found[phone] = ScanLag(float(lags_s[0]), float(np.hypot(lags_s[1:].std(), LAG_STEP_S / np.sqrt(12))))
+            self._move(place, own, traces, found[phone].seconds)
+        return found
+
+    def _move(
+        self, place: FloatArray, rows: Sequence[IntArray], traces: Sequence[WalkTrace | None], lag_s: float
+    ) -> None:
+        """Put scans of some walks, each one's ``rows``, where the walk was so much before their times."""
+        for own in rows:
+            trace = traces[self.walk[own[0]]] if len(own) else None
+            if trace is not None:
                 place[own] = trace.along(self.scans.time_ns[own] - _ns(lag_s))[:, :2]
-        return place
 
     def _levelled(self) -> Self:
         """Take from all levels of a phone by how much it hears louder than others where scans are most alike."""
@@ -127,6 +153,12 @@ def scan_weights(away: FloatArray) -> FloatArray:
     """(q, k) how much each neighbour counts, by its distance; they add up to one where one has anything in common."""
     weight = np.where(away < 1, np.maximum(away, LEAST_AWAY) ** -SHARPNESS, 0.0)
     return np.asarray(weight / np.maximum(weight.sum(axis=1, keepdims=True), 1e-12))
+
+
+def _taken_before(scans: RadioScans, lags: Mapping[str, ScanLag]) -> RadioScans:
+    """The scans of one walk at the times at which they were taken."""
+    lag = lags.get(str(scans.device[0])) if len(scans) else None
+    return scans if lag is None else replace(scans, time_ns=scans.time_ns - _ns(lag.seconds))
 
 
 def _ns(seconds: float) -> int:

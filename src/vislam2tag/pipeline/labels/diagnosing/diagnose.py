@@ -19,10 +19,10 @@ from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.stream_faults import stream_faults
 from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from vislam2tag.diagnosis.walls_crossed import Inside
-from vislam2tag.diagnosis.wifi_clock import wifi_clock_offsets
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession, MappedShare, observe_session
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
+from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
 from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
 from vislam2tag.pipeline.labels.joining.odd_references import odd_faults, references
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
@@ -74,7 +74,7 @@ def diagnose(
     heard = {session.key: session.heard for session in sessions if session.heard is not None}
     ways = {key: one.as_way for key, one in heard.items()}
     faults = told_by_plan(faults, corrected, ways, _walkable_floors(survey))
-    clocks = wifi_clock_offsets(corrected, heard)
+    clocks = wifi_clocks(corrected, heard)
     signs = {session.key: session.signs for session in sessions if session.signs is not None}
     faults += stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)
     faults += [fault for session in sessions for fault in session.faults]

@@ -1,0 +1,96 @@
+"""By how much the clocks of Wi-Fi scans are off: those of all walks of a phone alike, and each one's beside them.
+
+Compared with each other, walks whose scans are all late hear what they should where they go the same way. Where they
+meet head-on they do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from vislam2tag.diagnosis.evidence import Evidence
+from vislam2tag.diagnosis.wifi_clock import (
+    FEWEST_WALKS,
+    SURE_SIGMAS,
+    ClockOffset,
+    HeardOnWalk,
+    heard_on_floors,
+    wifi_clock_offsets,
+)
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.survey.model import SessionKey
+from vislam2tag.walk_ties.heard_floor import HeardFloor, ScanLag
+from vislam2tag.walk_ties.traces import HOLE_S, WalkTrace
+
+LEAST_LAG_S = 1.5
+"""Less than this is how long a scan takes."""
+WAY_SIGMA_M = 0.2
+"""How well a way laid past landmarks is known; all alike, so that it hardly matters."""
+
+
+def wifi_clocks(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> dict[SessionKey, ClockOffset]:
+    """What to add to the times of each walk's scans; walks of which nobody can tell are left out."""
+    lags = {
+        (floor, device): lag
+        for floor, walks in heard_on_floors(evidence, heard).items()
+        for device, lag in common_lags(walks).items()
+        if abs(lag.seconds) > max(LEAST_LAG_S, SURE_SIGMAS * lag.sigma_s)
+    }
+    late = {key: lags[key.floor, key.device] for key in heard if (key.floor, key.device) in lags}
+    on_time = {key: _earlier(one, late[key].seconds) if key in late else one for key, one in heard.items()}
+    return {
+        key: _after(offset, late[key]) if key in late else offset
+        for key, offset in wifi_clock_offsets(evidence, on_time).items()
+    }
+
+
+def common_lags(walks: Mapping[SessionKey, HeardOnWalk]) -> dict[str, ScanLag]:
+    """How much older the scans of each phone's walks of a floor are than their times."""
+    if len(walks) < FEWEST_WALKS:
+        return {}
+    traces = [_trace(walk) for walk in walks.values()]
+    scans = [_scans(key.device, walk) for key, walk in walks.items()]
+    return HeardFloor.as_logged(traces, scans).lags(traces)
+
+
+def _earlier(walk: HeardOnWalk, seconds: float) -> HeardOnWalk:
+    return replace(walk, time_s=walk.time_s - seconds)
+
+
+def _after(offset: ClockOffset, lag: ScanLag) -> ClockOffset:
+    """The offset of scans that were taken to be so old before: it is believed beside that as far as it is sure."""
+    own_s = offset.offset_s if offset.sure else 0.0
+    return ClockOffset(own_s - lag.seconds, float(np.hypot(offset.sigma_s * offset.sure, lag.sigma_s)))
+
+
+def _trace(walk: HeardOnWalk) -> WalkTrace | None:
+    """The way where it lies on the plan; None where it hardly does."""
+    rows = np.flatnonzero(np.isfinite(walk.way))
+    if len(rows) < 2:
+        return None
+    place = walk.way[rows]
+    time_ns = np.rint(walk.way_s[rows] * 1e9).astype(np.int64)
+    return WalkTrace(
+        time_ns=time_ns,
+        position_bcs=np.column_stack((place.real, place.imag)),
+        covariance_bcs=np.tile(WAY_SIGMA_M**2 * np.eye(2), (len(rows), 1, 1)),
+        way_m=np.concatenate(([0.0], np.cumsum(np.abs(np.diff(place))))),
+        whole=np.diff(time_ns, prepend=time_ns[0]) <= HOLE_S * 1e9,
+    )
+
+
+def _scans(device: str, walk: HeardOnWalk) -> RadioScans:
+    number = np.unique(walk.scan, return_inverse=True)[1]
+    count = int(number.max(initial=-1)) + 1
+    time_s = np.bincount(number, walk.time_s) / np.bincount(number)
+    return scans_from_readings(
+        number,
+        walk.bssid,
+        walk.dbm,
+        count,
+        device=np.full(count, device),
+        time_ns=np.rint(time_s * 1e9).astype(np.int64),
+    )
