@@ -87,7 +87,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[21, 22, 23, 24])
     parser.add_argument("--severity", default="default")
-    parser.add_argument("--faults", type=int, default=10)
+    parser.add_argument("--faults", type=int, default=10, help="of each kind and size, beside devices")
     options = parser.parse_args()
     sites = list(generated_sites(options.seeds, options.severity))
     floors = [Floor.of(site, seed) for site, seed in zip(sites, options.seeds, strict=True)]
@@ -100,25 +100,27 @@ def main() -> None:
     for floor, seed in zip(floors, options.seeds, strict=True):
         if floor.clean.odd:
             print(f"seed {seed}: {described(floor.clean.odd)}; false: {described(floor.false) or 'none'}")
-    if not options.faults:
-        return
     print("| fault | injected | named | possible | others named too |")
     print("| --- " * 5 + "|")
     rng = np.random.default_rng(0)
-    for size_m in SIZES_M:
-        for kind, inject in KINDS.items():
-            hits, extra, best = [], [], []
-            for floor in floors:
-                for _ in range(options.faults):
-                    maps, priors, culprit = inject(floor, size_m, rng)
-                    odd = references_of(vote(join(maps, priors), DAYS, DEVICES).odd)
-                    hits.append(culprit in odd)
-                    extra.append(len(odd - {culprit} - references_of(floor.clean.odd)))
-                    best.append(possible(floor.clean, culprit, size_m))
-            figures = f"{np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
-            print(f"| {kind}, {size_m} m | {len(hits)} | {figures} |", flush=True)
+    for size_m in SIZES_M if options.faults else ():
+        for kind in KINDS:
+            print(f"| {kind}, {size_m} m | {of_references(floors, kind, size_m, options.faults, rng)} |", flush=True)
     for what, share, of in device_faults(sites, options.seeds, floors):
         print(f"| metre of a device, {what} | {of_devices(of, share, rng)} |", flush=True)
+
+
+def of_references(floors: Sequence[Floor], kind: str, size_m: float, faults: int, rng: np.random.Generator) -> str:
+    """Move references of a kind: how many, how many are named, could be, and how much else is."""
+    hits, extra, best = [], [], []
+    for floor in floors:
+        for _ in range(faults):
+            maps, priors, culprit = KINDS[kind](floor, size_m, rng)
+            odd = references_of(vote(join(maps, priors), DAYS, DEVICES).odd)
+            hits.append(culprit in odd)
+            extra.append(len(odd - {culprit} - references_of(floor.clean.odd)))
+            best.append(possible(floor.clean, culprit, size_m))
+    return f"{len(hits)} | {np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
 
 
 def device_faults(
