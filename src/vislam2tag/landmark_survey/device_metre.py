@@ -106,8 +106,9 @@ class _Metres:
 
 
 def device_metres(joined: LandmarkMap, devices: Sequence[str], but: Collection[str] = frozenset()) -> list[DeviceMetre]:
-    """Compare each of two devices or more of which several walks tell, ``but`` some; ``devices`` (b,), of each map's
-    walk.
+    """Compare each of two devices or more of which several walks tell, ``but`` some.
+
+    ``devices`` (b,) are those of the maps' walks.
     """
     metres = _metres(joined)
     metres = metres.select(metres.telling)
@@ -129,8 +130,9 @@ def device_metres(joined: LandmarkMap, devices: Sequence[str], but: Collection[s
 
 
 def _apart(excess: FloatArray, covariance: FloatArray, number: int) -> float:
-    """By how many standard deviations one of some metres (d,) differs from the mean of the others; 0 where that is the
-    one that the survey contradicts more.
+    """By how many standard deviations one of some metres (d,) differs from the mean of the others.
+
+    0 where the survey contradicts these more: of two that differ, they are the culprit then.
     """
     worth = np.diag(covariance) ** -1.0 * (np.arange(len(excess)) != number)
     others = worth / worth.sum()
