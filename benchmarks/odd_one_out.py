@@ -5,7 +5,8 @@ day. Without a fault, a survey or a day that is named is a false alarm. So is a 
 the true places of all landmarks by the rest of its map, has that one off to within half of what is said: there the
 tracker slipped, or a sighting erred. Then one reference at a time is moved, in a direction drawn at random. "Possible"
 is what the best test names whose false alarms are 2 % of floors, were errors normal with the deviations that each
-comparison states: none where nothing can be compared. Last, all walks of a device are longer or shorter by a share.
+comparison states: none where nothing can be compared. Last, all walks of a device are longer or shorter by a share,
+also where few landmarks are surveyed, and less exactly.
 
     python benchmarks/odd_one_out.py                      seeds 21 to 24, 10 faults of each kind and size on each
     python benchmarks/odd_one_out.py --seeds 31 32 --faults 5
@@ -14,13 +15,13 @@ comparison states: none where nothing can be compared. Last, all walks of a devi
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
-from landmark_survey import SIGMA_M, Site, generated_sites
+from landmark_survey import SIGMA_M, Site, generated_sites, spread
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.landmark_survey.changed_map import apart
@@ -39,6 +40,8 @@ DEVICES = ("first",) * 4 + ("second",) * 4
 """By which each walk was made."""
 SHARES = (0.03, 0.015)
 """By which a device's metre is off."""
+FEW, FEW_SHARE = ((4, 0.3), (2, 0.5)), 0.04
+"""Landmarks that are surveyed, and how exactly (metres), where a device's metre is off by this share."""
 EXACT_M = 0.001
 """Sigma of a place that is true."""
 TRUE_SHARE = 0.5
@@ -57,9 +60,9 @@ class Floor:
     clean: Votes
 
     @classmethod
-    def of(cls, site: Site, seed: int) -> Floor:
-        """Survey all landmarks, and vote."""
-        priors, truth = survey(site, seed), exact(site)
+    def of(cls, site: Site, seed: int, surveyed: int | None = None, sigma_m: float = SIGMA_M) -> Floor:
+        """Survey so many landmarks, or all, and vote."""
+        priors, truth = survey(site, seed, surveyed, sigma_m), exact(site)
         return cls(site.maps, priors, truth, vote(join(site.maps, priors), DAYS, DEVICES))
 
     @property
@@ -84,9 +87,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[21, 22, 23, 24])
     parser.add_argument("--severity", default="default")
-    parser.add_argument("--faults", type=int, default=10)
+    parser.add_argument("--faults", type=int, default=10, help="of each kind and size, beside devices")
     options = parser.parse_args()
-    sites = generated_sites(options.seeds, options.severity)
+    sites = list(generated_sites(options.seeds, options.severity))
     floors = [Floor.of(site, seed) for site, seed in zip(sites, options.seeds, strict=True)]
     references = sum(len(floor.priors.position) + sum(len(one.landmark) for one in floor.maps) for floor in floors)
     named, false = (sum(map(len, found)) for found in zip(*((one.clean.odd, one.false) for one in floors), strict=True))
@@ -97,30 +100,47 @@ def main() -> None:
     for floor, seed in zip(floors, options.seeds, strict=True):
         if floor.clean.odd:
             print(f"seed {seed}: {described(floor.clean.odd)}; false: {described(floor.false) or 'none'}")
-    if not options.faults:
-        return
     print("| fault | injected | named | possible | others named too |")
     print("| --- " * 5 + "|")
     rng = np.random.default_rng(0)
-    for size_m in SIZES_M:
-        for kind, inject in KINDS.items():
-            hits, extra, best = [], [], []
-            for floor in floors:
-                for _ in range(options.faults):
-                    maps, priors, culprit = inject(floor, size_m, rng)
-                    odd = references_of(vote(join(maps, priors), DAYS, DEVICES).odd)
-                    hits.append(culprit in odd)
-                    extra.append(len(odd - {culprit} - references_of(floor.clean.odd)))
-                    best.append(possible(floor.clean, culprit, size_m))
-            figures = f"{np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
-            print(f"| {kind}, {size_m} m | {len(hits)} | {figures} |", flush=True)
+    for size_m in SIZES_M if options.faults else ():
+        for kind in KINDS:
+            print(f"| {kind}, {size_m} m | {of_references(floors, kind, size_m, options.faults, rng)} |", flush=True)
+    for what, share, of in device_faults(sites, options.seeds, floors):
+        print(f"| metre of a device, {what} | {of_devices(of, share, rng)} |", flush=True)
+
+
+def of_references(floors: Sequence[Floor], kind: str, size_m: float, faults: int, rng: np.random.Generator) -> str:
+    """Move references of a kind: how many, how many are named, could be, and how much else is."""
+    hits, extra, best = [], [], []
+    for floor in floors:
+        for _ in range(faults):
+            maps, priors, culprit = KINDS[kind](floor, size_m, rng)
+            odd = references_of(vote(join(maps, priors), DAYS, DEVICES).odd)
+            hits.append(culprit in odd)
+            extra.append(len(odd - {culprit} - references_of(floor.clean.odd)))
+            best.append(possible(floor.clean, culprit, size_m))
+    return f"{len(hits)} | {np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
+
+
+def device_faults(
+    sites: Sequence[Site], seeds: Sequence[int], floors: Sequence[Floor]
+) -> Iterator[tuple[str, float, Sequence[Floor]]]:
+    """By how much a device's metre is off, and on which floors: all landmarks surveyed, or few."""
     for share in SHARES:
-        print(f"| metre of a device, {100 * share} % | {of_devices(floors, share, rng)} |", flush=True)
+        yield f"{100 * share} %", share, floors
+    for count, sigma_m in FEW:
+        less = [Floor.of(site, seed, count, sigma_m) for site, seed in zip(sites, seeds, strict=True)]
+        yield f"{100 * FEW_SHARE} %, {count} landmarks surveyed to {sigma_m} m", FEW_SHARE, less
 
 
 def of_devices(floors: Sequence[Floor], share: float, rng: np.random.Generator) -> str:
-    """Put off the metre of each device: how many, how many are named, could be, and how much else is."""
-    hits, extra, best = [], [], []
+    """Put off the metre of each device: how many, how many are named, could be, and how much else is.
+
+    Could be are those that the best test against the survey alone names. The others that are named are those of
+    innocent devices and of single references.
+    """
+    hits, extra, best, innocent = [], [], [], 0
     for floor in floors:
         usual = {one.device: one.sigma for one in device_metres(floor.clean.joined, DEVICES)}
         for culprit in usual:
@@ -134,9 +154,11 @@ def of_devices(floors: Sequence[Floor], share: float, rng: np.random.Generator) 
             hits.append(culprit in named)
             others = references_of(votes.odd) - references_of(floor.clean.odd)
             extra.append(len(others) + len(set(named) - {culprit}))
-            away = share / np.linalg.norm(list(usual.values()))
+            innocent += len(set(named) - {culprit})
+            away = share / usual[culprit]
             best.append(stats.ncx2.sf(stats.chi2.isf(FALSE_ALARMS / len(usual), 1), 1, away**2))
-    return f"{len(hits)} | {np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
+    shares = f"{np.mean(hits):.0%} | {np.mean(best):.0%} | {np.mean(extra):.2f}"
+    return f"{len(hits)} | {shares}, {innocent} devices"
 
 
 def references_of(odd: Sequence[Comparison]) -> set[Reference]:
@@ -162,13 +184,14 @@ def power(away_sigmas: FloatArray, compared: int) -> FloatArray:
     return np.asarray(stats.ncx2.sf(stats.chi2.isf(FALSE_ALARMS / compared, 2), 2, away_sigmas**2))
 
 
-def survey(site: Site, seed: int) -> LandmarkPriors:
-    """All landmarks surveyed, with the errors stated."""
+def survey(site: Site, seed: int, surveyed: int | None = None, sigma_m: float = SIGMA_M) -> LandmarkPriors:
+    """So many landmarks, well spread, or all of them surveyed with the errors stated."""
     priors = LandmarkPriors.nothing(len(site.landmarks.ids))
+    rows = spread(site.landmarks, len(priors.position) if surveyed is None else surveyed)
     rng = np.random.default_rng(seed)
-    off = SIGMA_M * (rng.standard_normal((len(priors.position), 2)) @ (1, 1j))
-    priors.position[:] = as_complex(site.landmarks.position_bcs) + off
-    priors.covariance[:] = np.eye(2) * SIGMA_M**2
+    off = sigma_m * (rng.standard_normal((len(priors.position), 2)) @ (1, 1j))
+    priors.position[rows] = (as_complex(site.landmarks.position_bcs) + off)[rows]
+    priors.covariance[rows] = np.eye(2) * sigma_m**2
     return priors
 
 

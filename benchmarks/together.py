@@ -105,7 +105,7 @@ def together(site: Site, surveyed: IntArray) -> list[Landmarks]:
     priors.position[surveyed] = as_complex(site.landmarks.position_bcs[surveyed])
     priors.covariance[surveyed] = np.eye(2) * SIGMA_M**2
     others = OtherWalks(join(site.maps, priors))
-    return [as_landmarks(site.landmarks, others.told(number)) for number in range(len(site.walks))]
+    return [as_landmarks(site.landmarks, others.seen(number)) for number in range(len(site.walks))]
 
 
 def told_noise(site: Site) -> list[TrackerNoise | None]:

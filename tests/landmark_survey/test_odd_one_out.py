@@ -11,7 +11,7 @@ from tests.landmark_survey.local_maps import building, seen_from
 from vislam2tag.landmark_survey.comparison import Comparison, Verdict
 from vislam2tag.landmark_survey.landmark_map import join
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.landmark_survey.odd_one_out import Votes, vote
+from vislam2tag.landmark_survey.odd_one_out import Votes, _sights, vote
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 SEEN = [[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10], [8, 9, 10, 11, 0, 1, 2], [0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9]]
@@ -103,6 +103,13 @@ def test_where_all_devices_differ_from_the_survey_alike_none_is_named() -> None:
     maps, priors = survey(7)
     stretched = [replace(one, position=one.position * 1.06) for one in maps]
     assert vote(join(stretched, priors), devices=["a", "b", "a", "b", "b"]).odd_devices == ()
+
+
+def test_how_far_walks_see_landmarks_off_counts_once_for_a_sight() -> None:
+    joined = join(*survey(8))
+    doubts = replace(joined.doubts, shift_m=0.3, shift=tuple(np.ones(len(seen)) for seen in SEEN))
+    best_m = min(one.sigma_m for one in _sights(replace(joined, doubts=doubts)))
+    assert 1.0 < best_m / np.hypot(0.1, 0.3) < 1.3
 
 
 def test_two_faults_are_named_the_greater_first() -> None:

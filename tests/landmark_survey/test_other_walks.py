@@ -36,6 +36,14 @@ def test_a_walk_is_told_what_the_map_without_it_says() -> None:
         assert told.covariance == pytest.approx(of_landmarks(without.covariance, told.landmark), rel=1e-4, abs=1e-8)
 
 
+def test_where_a_walk_should_see_landmarks_is_less_certain_by_how_far_walks_see_them_off() -> None:
+    others = OtherWalks(replace(usual(5), doubts=replace(usual(5).doubts, shift_m=0.3)))
+    told, seen = others.told(1), others.seen(1)
+    off_m2 = np.repeat((0.3**2 * 5 / 3, 0.0), (2 * len(told.landmark), len(told.landmark)))
+    assert seen.covariance == pytest.approx(told.covariance + np.diag(off_m2))
+    assert seen.landmark.tolist() == told.landmark.tolist()
+
+
 def test_what_a_walk_alone_saw_it_is_not_told() -> None:
     joined = usual(6)
     only = {1, 2, 6}  # of these maps, the first alone passes 1 and 2, the second 6
@@ -56,7 +64,7 @@ def test_shared_errors_are_told_with_their_covariance_and_are_as_great_as_stated
     probability, apart = [], []
     for seed in range(15):
         place, maps, priors = as_stated(seed)
-        told = OtherWalks(join(maps, priors)).told(0)
+        told = OtherWalks(join(maps, priors)).seen(0)
         miss = as_points(told.position - place[told.landmark])
         k = len(miss)
         each = np.stack([told.covariance[np.ix_((2 * i, 2 * i + 1), (2 * i, 2 * i + 1))] for i in range(k)])

@@ -80,7 +80,7 @@ def test_every_sentence_about_a_survey_is_there_in_german() -> None:
         for file in sorted((ROOT / "src" / "vislam2tag" / package).rglob("*.py"))
         if "evaluating" not in file.parts and file.name not in ELSEWHERE
         for sentence in templates(ast.parse(file.read_text(encoding="utf-8")))
-        if " " in sentence and len(re.findall(r"[a-z]{2,}", sentence)) >= 4
+        if " " in sentence and re.search(r"[a-z]{2,}", sentence)
     }
     assert len(spoken) > 90
     missing = {sentence: name for sentence, name in spoken.items() if renumbered(sentence) not in known}

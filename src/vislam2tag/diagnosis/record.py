@@ -38,7 +38,10 @@ class FaultKind(StrEnum):
     DOUBTFUL_FIX = "doubtful_fix"
     """A known position of a walk without poses that the others contradict."""
     ODD_REFERENCE = "odd_reference"
-    """A surveyed place, or what one walk saw of a landmark, that all others contradict; nothing tells a correction."""
+    """A surveyed place, what a walk or all of a day saw of a landmark, or a device's metre, that all others contradict.
+
+    Nothing tells a correction.
+    """
 
 
 class CorrectionEntry(Record):

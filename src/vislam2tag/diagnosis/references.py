@@ -37,13 +37,13 @@ class OddReference(Record):
     """Of a device none: what it says of single landmarks may agree."""
     sessions: tuple[str, ...] = ()
     """Those of a device."""
-    reach_m: float = 0.0
+    off_m: float = 0.0
     """By how much a device puts landmarks off, at most."""
 
     @property
     def size_m(self) -> float:
         """The greatest offset of what it stands for."""
-        return max((one.size_m or 0.0 for one in self.references), default=self.reach_m)
+        return max((one.size_m or 0.0 for one in self.references), default=self.off_m)
 
 
 class References(Record):

@@ -6,21 +6,28 @@ contradict the others at any one landmark.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, joint_columns
-from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join, linear_map
-from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join, linear_map, survey_equations
+from vislam2tag.landmark_survey.local_map import LinearMap
+from vislam2tag.smoother.equations import FREE_SCALE
 
 CERTAIN_SIGMAS = 2.5
 """A device's metre contradicts where it is so many standard deviations off, from survey and from other devices' ..."""
 LEAST_EXCESS = 0.01
 """... and by this share at least."""
-FEWEST_WALKS, FEWEST_LANDMARKS = 2, 2
-"""Of a device whose walks are compared, and of a walk."""
+FEWEST_WALKS = 2
+"""Of a device that is compared."""
+GREATEST_SIGMA = 0.1
+"""A walk whose metre is not known better than this by all else tells nothing of it: it saw too few landmarks whose
+places are known, or all near one another."""
+SHARED_SIGMA = 0.005
+"""Walks of all devices see landmarks too near, or too far apart, by this alike (assumed: where headings wander, a chord
+is shorter than the way)."""
 STATED_COUNTS = 1
 """That walks' metres differ as is stated (2 %) counts as much as so many walks."""
 
@@ -29,8 +36,9 @@ STATED_COUNTS = 1
 class DeviceMetre:
     """By which share ``excess`` what a device takes for a metre is too short: it sees landmarks too far apart by that.
 
-    ``sigma`` is the usual size of that, ``reach_m`` how far landmarks of its walks are from their middles, at most;
-    ``apart_sigmas``, by how many standard deviations it differs from that of the other devices.
+    ``walks`` are those that tell; ``sigma`` is the usual size of ``excess``, by the survey with the metres of all
+    devices unknown; ``apart_sigmas``, by how many standard deviations it differs from that of the other devices;
+    ``reach_m`` how far landmarks of its walks are from their middles, at most.
     """
 
     device: str
@@ -56,33 +64,82 @@ class DeviceMetre:
         return self.sigmas > CERTAIN_SIGMAS and abs(self.excess) > LEAST_EXCESS
 
 
-def device_metres(joined: LandmarkMap, devices: Sequence[str]) -> list[DeviceMetre]:
-    """Compare each of two devices or more that several tied walks are of; ``devices`` (b,), of each map's walk."""
-    walks = {
-        device: tuple(n for n in np.flatnonzero(joined.tied).tolist() if devices[n] == device)
-        for device in sorted(set(devices))
-    }
-    pooled = {device: _metre(joined, own, own) for device, own in walks.items() if len(own) >= FEWEST_WALKS}
-    pooled = {device: one for device, one in pooled.items() if np.isfinite(one[1])}
-    if len(pooled) < 2:
+@dataclass(frozen=True)
+class _Metres:
+    """What ``t`` walks tell of their metres, each its own, with the places of all landmarks unknown but for the survey.
+
+    ``information`` (t, t) and ``right`` (t,) of the shares by which they see landmarks too far apart; ``survey``
+    (t, t), the part of the information's covariance that is owed to errors of the survey.
+    """
+
+    walks: IntArray
+    information: FloatArray
+    right: FloatArray
+    survey: FloatArray
+
+    @property
+    def telling(self) -> BoolArray:
+        """(t,) walks that tell something."""
+        return np.asarray(np.diag(self.information) > GREATEST_SIGMA**-2)
+
+    def select(self, keep: BoolArray) -> _Metres:
+        """Those of some walks (t,), as if the metres of the others were as they state."""
+        pairs = np.ix_(keep, keep)
+        return _Metres(self.walks[keep], self.information[pairs], self.right[keep], self.survey[pairs])
+
+    def pooled(self, device: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Metres of ``d`` devices (d,) and their covariance (d, d), from the device (t,) of each walk."""
+        of_device = np.eye(int(device.max()) + 1)[device]
+        covariance = _inverse(of_device.T @ self.information @ of_device)
+        excess = covariance @ of_device.T @ self.right
+        gain = covariance @ of_device.T
+        factor = self._scale(float(excess @ of_device.T @ self.right), of_device.shape[1])
+        own = factor * (self.information - self.survey)
+        return excess, gain @ (own + self.survey) @ gain.T + SHARED_SIGMA**2
+
+    def _scale(self, explained: float, devices: int) -> float:
+        """By which factor the variance of walks' metres about that of their device exceeds what is stated."""
+        covariance = _inverse(self.information)
+        squares = float(self.right @ covariance @ self.right) - explained
+        freedom = float(np.trace(covariance @ self.information)) - devices
+        return (STATED_COUNTS + max(squares, 0.0)) / (STATED_COUNTS + max(freedom, 0.0))
+
+
+def device_metres(joined: LandmarkMap, devices: Sequence[str], but: Collection[str] = frozenset()) -> list[DeviceMetre]:
+    """Compare each of two devices or more of which several walks tell, ``but`` some.
+
+    ``devices`` (b,) are those of the maps' walks.
+    """
+    metres = _metres(joined)
+    metres = metres.select(metres.telling)
+    of_walk = [devices[number] for number in metres.walks.tolist()]
+    names = sorted(name for name in {*of_walk} - {*but} if of_walk.count(name) >= FEWEST_WALKS)
+    if len(names) < 2:
         return []
-    factor = _scale(joined, {device: walks[device] for device in pooled}, pooled)
-    return [_compared(joined, device, walks[device], pooled, factor) for device in pooled]
+    metres = metres.select(np.isin(of_walk, names))
+    device = np.array([names.index(devices[number]) for number in metres.walks.tolist()])
+    excess, covariance = metres.pooled(device)
+    found = []
+    for number, name in enumerate(names):
+        walks = tuple(metres.walks[device == number].tolist())
+        places = [joined.maps[walk].position for walk in walks]
+        reach_m = max(float(np.abs(place - place.mean()).max()) for place in places)
+        apart, sigma = _apart(excess, covariance, number), float(covariance[number, number] ** 0.5)
+        found.append(DeviceMetre(name, walks, float(excess[number]), sigma, apart, reach_m))
+    return found
 
 
-def _compared(
-    joined: LandmarkMap, device: str, own: tuple[int, ...], pooled: Mapping[str, tuple[float, float]], factor: float
-) -> DeviceMetre:
-    excess, sigma = pooled[device]
-    others = np.array([one for other, one in pooled.items() if other != device])
-    worth = others[:, 1] ** -2
-    usual = float(worth @ others[:, 0] / worth.sum())
-    apart = abs(excess - usual) / float(np.hypot(sigma, worth.sum() ** -0.5)) / factor
-    # Of two that contradict one another, it is the one that the survey contradicts more.
-    apart = apart if abs(excess) > abs(usual) else 0.0
-    places = [joined.maps[number].position for number in own]
-    reach_m = max(float(np.abs(place - place.mean()).max()) for place in places)
-    return DeviceMetre(device, own, excess, sigma * factor, apart, reach_m)
+def _apart(excess: FloatArray, covariance: FloatArray, number: int) -> float:
+    """By how many standard deviations one of some metres (d,) differs from the mean of the others.
+
+    0 where the survey contradicts these more: of two that differ, they are the culprit then.
+    """
+    worth = np.diag(covariance) ** -1.0 * (np.arange(len(excess)) != number)
+    others = worth / worth.sum()
+    if abs(excess[number]) <= abs(others @ excess):
+        return 0.0
+    difference = (np.arange(len(excess)) == number) - others
+    return float(abs(difference @ excess) / (difference @ covariance @ difference) ** 0.5)
 
 
 def in_true_metres(joined: LandmarkMap, odd: DeviceMetre) -> LandmarkMap:
@@ -94,58 +151,40 @@ def in_true_metres(joined: LandmarkMap, odd: DeviceMetre) -> LandmarkMap:
     return join(maps, joined.priors)
 
 
-def _scale(
-    joined: LandmarkMap, walks: Mapping[str, tuple[int, ...]], pooled: Mapping[str, tuple[float, float]]
-) -> float:
-    """By which factor walks' metres differ more than stated from that of their device."""
-    squares = 0.0
-    for device, own in walks.items():
-        for number in own:
-            excess, sigma = _metre(joined, (number,), own)
-            squares += ((excess - pooled[device][0]) / sigma) ** 2
-    freedom = sum(map(len, walks.values())) - len(walks)
-    return float(np.sqrt((STATED_COUNTS + squares) / (STATED_COUNTS + freedom)))
+def _metres(joined: LandmarkMap) -> _Metres:
+    """Of all walks that are tied, by the normal equations of landmarks and metres, the landmarks eliminated."""
+    walks = np.flatnonzero(joined.tied)
+    of_survey, right = survey_equations(joined)
+    of_places, both = of_survey.copy(), np.zeros((len(right), len(walks)))
+    information, own_right = np.zeros((2, len(walks)))
+    for row, number in enumerate(walks.tolist()):
+        linear = linear_map(joined, number)
+        of_map, of_right = linear.equations()
+        of_places[np.ix_(linear.column, linear.column)] += of_map
+        right[linear.column] += of_right
+        longer = _longer(joined, number, linear)
+        pull = longer @ linear.worth
+        pull -= (pull @ linear.frame) @ linear.frame_gain
+        both[linear.column, row] = pull @ linear.design
+        information[row], own_right[row] = pull @ longer, pull @ linear.residual
+    moved = np.linalg.solve(of_places, both)
+    return _Metres(
+        walks,
+        np.diag(information) - both.T @ moved,
+        own_right - moved.T @ right,
+        moved.T @ of_survey @ moved,
+    )
 
 
-def _metre(joined: LandmarkMap, walks: Sequence[int], device: Sequence[int]) -> tuple[float, float]:
-    """By which share some walks of a device see landmarks too far apart, and its standard deviation.
-
-    One least squares of all of them, where survey and walks of other devices have the landmarks.
-    """
-    turn_rad = joined.turn_rad.copy()
-    turn_rad[list(device)] = np.nan
-    told = OtherWalks(replace(joined, turn_rad=turn_rad)).told(device[0])
-    parts = [part for number in walks if (part := _part(joined, told, number)) is not None]
-    if not parts:
-        return 0.0, float("inf")
-    from scipy.linalg import block_diag  # SciPy, which nobody needs who maps walks alone
-
-    residual, longer = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
-    frame, own = (block_diag(*[part[i] for part in parts]) for i in (2, 3))
-    design = np.vstack([part[4] for part in parts])
-    worth = np.linalg.inv(own + design @ told.covariance @ design.T)
-    pull = frame.T @ worth
-    worth -= pull.T @ np.linalg.solve(pull @ frame, pull)
-    information = float(longer @ worth @ longer)
-    return float(longer @ worth @ residual) / information, information**-0.5
-
-
-def _part(joined: LandmarkMap, told: ToldPlaces, number: int) -> tuple[FloatArray, ...] | None:
-    """Of the positions (r,) that a walk saw, where others have the landmarks: what they are off by, what a longer metre
-    would put them off by, design by the walk's frame (r, 3), covariance (r, r), and design by what is told (r, 3k).
-    """
-    own = joined.maps[number]
-    rows = np.flatnonzero(np.isin(own.landmark, told.landmark))
-    if len(rows) < FEWEST_LANDMARKS:
-        return None
-    moved = replace(joined, position=joined.position.copy())
-    moved.position[told.landmark] = told.position
-    linear = linear_map(moved, number)
-    keep = (2 * rows[:, None] + (0, 1)).ravel()
-    arm = np.exp(-1j * joined.turn_rad[number]) * (told.position[np.searchsorted(told.landmark, own.landmark[rows])])
+def _longer(joined: LandmarkMap, number: int, linear: LinearMap) -> FloatArray:
+    """(r,) by what a walk's observations change with its metre."""
+    arm = np.exp(-1j * joined.turn_rad[number]) * joined.position[joined.maps[number].landmark]
     arm -= arm.mean()
-    at = joint_columns(np.searchsorted(told.landmark, own.landmark[rows]), len(told.landmark))[: len(keep)]
-    design = np.zeros((len(keep), len(told.covariance)))
-    design[:, at] = linear.design[np.ix_(keep, keep)]
-    noise = linear.own[np.ix_(keep, keep)] + np.diag(linear.shift[keep])
-    return linear.residual[keep], np.column_stack((arm.real, arm.imag)).ravel(), linear.frame[keep], noise, design
+    longer = np.zeros(len(linear.residual))
+    longer[: 2 * len(arm)] = np.column_stack((arm.real, arm.imag)).ravel()
+    return longer
+
+
+def _inverse(information: FloatArray) -> FloatArray:
+    """Covariance of metres of which some may not be known at all."""
+    return np.asarray(np.linalg.inv(information + np.eye(len(information)) * FREE_SCALE**-2))

@@ -67,10 +67,14 @@ def vote(joined: LandmarkMap, days: Sequence[str | None] = (), devices: Sequence
 
 
 def _devices_put_right(joined: LandmarkMap, devices: Sequence[str]) -> tuple[list[DeviceMetre], LandmarkMap]:
-    """Put right the metre of the device that contradicts the others most, until none does."""
+    """Put right the metre of the device that contradicts the others most, until none does.
+
+    One that was put right says nothing of the others any more: it has its metre from the survey.
+    """
     odd: list[DeviceMetre] = []
     for _ in set(devices):
-        contradicting = [one for one in device_metres(joined, devices) if one.contradicts]
+        compared = device_metres(joined, devices, {one.device for one in odd})
+        contradicting = [one for one in compared if one.contradicts]
         if not contradicting:
             break
         odd.append(max(contradicting, key=lambda one: one.sigmas))

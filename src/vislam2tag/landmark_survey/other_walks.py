@@ -7,7 +7,7 @@ message from the landmarks to this walk). Errors that the landmarks share are ca
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -60,10 +60,7 @@ class OtherWalks:
         return count
 
     def told(self, number: int) -> ToldPlaces:
-        """What is known of the landmarks without the map of this number; a map that is not tied is told everything.
-
-        How far walks see a landmark off its place is part of the covariance.
-        """
+        """What is known of the landmarks without the map of this number; a map that is not tied is told everything."""
         information, right = (part.copy() for part in self._whole)
         tellers = self._tellers.copy()
         if number in self._parts:
@@ -72,6 +69,13 @@ class OtherWalks:
             right[column] -= part_right
             tellers[self.joined.maps[number].landmark] -= 1
         return self._places(information, right, np.asarray(tellers > 0))
+
+    def seen(self, number: int) -> ToldPlaces:
+        """Where the map of this number should see the landmarks: as told, and off by what walks see them off."""
+        told = self.told(number)
+        places, covariance = np.arange(2 * len(told.landmark)), told.covariance.copy()
+        covariance[places, places] += self.joined.doubts.seen_off_m2
+        return replace(told, covariance=covariance)
 
     def _places(self, information: FloatArray, right: FloatArray, known: BoolArray) -> ToldPlaces:
         """Solve for the landmarks that somebody tells of."""
@@ -83,8 +87,7 @@ class OtherWalks:
         position = joined.position[rows] + step[: 2 * k : 2] + 1j * step[1 : 2 * k : 2]
         heading_sigma = np.sqrt(np.diag(covariance)[2 * k :])
         heading = np.where(heading_sigma < GREATEST_HEADING_SIGMA_RAD, joined.heading_rad[rows] + step[2 * k :], np.nan)
-        covariance[np.arange(2 * k), np.arange(2 * k)] += joined.doubts.seen_off_m2
-        variance = np.diag(covariance)[: 2 * k].reshape(-1, 2).mean(axis=1)
+        variance = np.diag(covariance)[: 2 * k].reshape(-1, 2).mean(axis=1) + joined.doubts.seen_off_m2
         placed = np.flatnonzero(variance < GREATEST_SIGMA_M**2)
         kept = joint_columns(placed, k)
         return ToldPlaces(rows[placed], position[placed], heading[placed], covariance[np.ix_(kept, kept)])

@@ -9,6 +9,7 @@ from vislam2tag.evaluation.control_points.odd_points import (
     PooledOffset,
     PressOffset,
     odd_points,
+    pooled_offsets,
     press_offsets,
     shared_m,
 )
@@ -58,6 +59,18 @@ def test_what_presses_at_a_point_share_is_told_by_how_far_points_are_off() -> No
 
 def test_a_session_that_is_off_everywhere_makes_no_point_odd() -> None:
     assert odd_points([(0, walk(0, {}, common=3 + 1j)), (0, walk(1, {}))]) == []
+
+
+@pytest.mark.parametrize("pressed", ["c", "cd"])
+def test_sessions_that_pressed_at_one_or_two_points_alone_say_nothing(pressed: str) -> None:
+    walks = [[one for one in walk(seed, {"c": 1.2 + 0j}) if one.point in pressed] for seed in range(6)]
+    assert odd_points([(0, one) for one in walks]) == []
+    assert pooled_offsets([(0, one) for one in walks]) == {}
+
+
+def test_of_three_points_that_sessions_pressed_at_the_one_that_is_off_is_named() -> None:
+    walks = [[one for one in walk(seed, {"c": 2.0 + 0j}) if one.point in "cde"] for seed in range(6)]
+    assert [odd.point for odd in odd_points([(0, one) for one in walks])] == ["c"]
 
 
 def test_one_session_alone_names_none() -> None:

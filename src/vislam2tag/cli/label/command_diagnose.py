@@ -23,8 +23,8 @@ Say what is wrong with a survey, how that is known, and the lines for correction
 No ground truth is needed: walks that pass the same landmarks tell which of them hang elsewhere than the table says
 (docs/how-to/diagnosis.md). Named are landmarks in each other's place, mis-surveyed, moved since a date, or with one id
 twice; landmark tables that are mirrored or in another unit than metres; sessions in another floor's or device's folder;
-phones that deliver old scans again, and the odd one out: a surveyed place, or what one walk saw of a landmark, that all
-others contradict.
+phones that deliver old scans again, and the odd one out: a surveyed place, what one walk or all of a day saw of a
+landmark, or what a device takes for a metre, that all others contradict.
 
 Exit code: 0 nothing is wrong, 1 something is, or a session cannot be read, 2 wrong usage or not a survey, 130
 interrupted; with --apply and --revert 0 where that was done.

@@ -19,6 +19,8 @@ LEAST_M = 0.3
 """... and at least this far: presses are seldom exact ..."""
 FEWEST_SESSIONS = 2
 """... if so many sessions pressed there: one that was lost errs at all its points."""
+FEWEST_POINTS = 3
+"""A session that pressed at fewer is left out: what its presses have in common may be a point's."""
 SHARED_M, SHARED_COUNTS = 0.13, 20
 """All presses at a point err by this alike, per axis, as who passes it keeps to the same side: half of what a press is
 held off by (assumed, as if so many points told it, before any is seen)."""
@@ -87,7 +89,7 @@ def pooled_offsets(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> dict
     """
     offsets: dict[tuple[int, str], list[tuple[int, complex, float]]] = defaultdict(list)
     for session, (floor, presses) in enumerate(pressed):
-        if presses:
+        if len({one.point for one in presses}) >= FEWEST_POINTS:
             common = np.median([one.x_m for one in presses]) + 1j * np.median([one.y_m for one in presses])
             for one in presses:
                 offsets[floor, one.point].append((session, complex(one.x_m, one.y_m) - common, one.sigma_m))

@@ -1,11 +1,17 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from vislam2tag.common.findings import Finding
+from vislam2tag.evaluation.point_errors import PointErrors, walking_velocity
+from vislam2tag.evaluation.total_station.station_file import read_station_track
+from vislam2tag.pipeline.labels.evaluating import evaluate_station as evaluating
 from vislam2tag.pipeline.labels.evaluating.evaluate_session import EvaluationJob, TruthComparisons
 from vislam2tag.pipeline.labels.evaluating.evaluate_station import AT_PRISM, evaluate_station, station_jobs
 from vislam2tag.pipeline.run.store import OutputFolder
@@ -115,3 +121,41 @@ def test_a_clock_set_between_the_walks_is_told(survey: Path) -> None:
     (other,) = [one for one in shown(survey) if not one.measured]
     assert [finding.kind for finding in other.findings] == ["station_no_overlap"]
     assert abs(float(other.findings[0].message.split("would be ")[1].split(" s off")[0])) == pytest.approx(14400, abs=1)
+
+
+def test_walks_are_compared_with_where_the_camera_was_not_the_prism(
+    survey: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compared: list[PointErrors] = []
+
+    def keep(walks: Sequence[PointErrors]) -> list[Finding]:
+        compared.extend(walks)
+        return []
+
+    monkeypatch.setattr(evaluating, "frame_against_walks", keep)
+    for path in survey.glob("floor_4/*/*/tachy.csv"):
+        hang_aside(path, 0.5)
+    shown(survey)
+    assert len(compared) == 2
+    assert all(abs(np.nanmedian(one.across_m)) < 0.2 for one in compared)
+
+
+def test_a_session_that_is_not_compared_is_not_told_that_walks_contradict_the_frame(
+    survey: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    odd = Finding(kind="station_frame", file="", count=3, message="around there")
+    monkeypatch.setattr(evaluating, "frame_against_walks", lambda walks: [odd] if walks else [])
+    last = sorted(survey.glob("floor_4/*/*/tachy.csv"))[1]
+    last.write_text(last.read_text().replace("2022-01-14 16:", "2022-01-14 20:"))
+    for found in shown(survey):
+        assert (odd in found.findings) == bool(found.measured)
+
+
+def hang_aside(path: Path, left_m: float) -> None:
+    """Write a track anew as of a prism to the left of the camera."""
+    track = read_station_track(path)
+    velocity = walking_velocity(track.time_ns, track.time_ns, track.position)
+    left = velocity[:, ::-1] * (-1, 1) / np.linalg.norm(velocity, axis=1, keepdims=True).clip(0.2)
+    times = [row.split(";")[0] for row in path.read_text().splitlines()]
+    rows = [f"{time};{x:.4f};{y:.4f}" for time, (x, y) in zip(times[1:], track.position + left_m * left, strict=True)]
+    path.write_text("\n".join(["time;X;Y", *rows]) + "\n")

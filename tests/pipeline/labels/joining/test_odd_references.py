@@ -7,7 +7,7 @@ from vislam2tag.diagnosis.references import OddReference, References
 from vislam2tag.pipeline.labels.joining.odd_references import odd_faults, odd_findings
 
 SESSIONS = ("0 / LG / a", "0 / LG / b")
-FOUND = References(odd=(OddReference(culprit="device LG", summary="too far apart", sessions=SESSIONS, reach_m=0.6),))
+FOUND = References(odd=(OddReference(culprit="device LG", summary="too far apart", sessions=SESSIONS, off_m=0.6),))
 
 
 def test_a_device_is_a_fault_of_its_sessions_with_its_size() -> None:

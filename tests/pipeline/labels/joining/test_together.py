@@ -8,16 +8,19 @@ import shutil
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
+from vislam2tag.core.arrays import joint_columns
 from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.landmark_survey.other_walks import OtherWalks
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
-from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduce_session
-from vislam2tag.pipeline.labels.joining.together import HearJob, ReduceJob, told_tasks
+from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, join_sessions, reduce_session
+from vislam2tag.pipeline.labels.joining.together import HearJob, ReduceJob, _told, told_tasks
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.labels.stored_session import give_up
@@ -60,6 +63,18 @@ def test_walks_together_are_mapped_where_walks_alone_cannot_be(
     assert together[1].frames["ok"] > 1.5 * alone.frames["ok"]
     assert together[1].findings["told_by_others"] > 0
     assert not (tmp_path / "alone/conflicts.json").exists()
+
+
+def test_sessions_are_told_of_how_far_walks_see_landmarks_off(survey: Path) -> None:
+    opened = open_survey(survey)
+    tasks = [session_task(ref, opened, Corrections(), TOGETHER) for ref in opened.sessions]
+    joint = join_sessions(opened, [reduce_session(TOGETHER.mapping, task) for task in tasks], 0.02)
+    others = OtherWalks(joint.joined)
+    for number, told in enumerate(_told(joint)[session.key] for session in joint.mapped):
+        exact, passed = others.told(number), joint.joined.maps[number].landmark
+        own = joint_columns(np.flatnonzero(np.isin(exact.landmark, passed)), len(exact.landmark))[: 2 * len(told.ids)]
+        off_m2 = np.diag(told.joint_covariance)[: len(own)] - np.diag(exact.covariance)[own]
+        assert np.median(off_m2) == pytest.approx(joint.joined.doubts.seen_off_m2, rel=0.3)
 
 
 def test_how_references_fit_one_another_lies_beside_the_report(together: tuple[Path, Summary], tmp_path: Path) -> None:

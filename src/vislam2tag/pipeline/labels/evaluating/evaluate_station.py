@@ -111,10 +111,11 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
             outcome.found[walk.job.ref.slug].missing.append(str(error))
         return outcome
     lag_s = _pose_lag(walks)
-    odd = frame_against_walks(_reference_errors(walks, methods[AT_PRISM]))
+    odd = frame_against_walks(_reference_errors(walks, methods[AT_CAMERA]))
     for number, walk in enumerate(walks):
         found = outcome.found[walk.job.ref.slug]
-        found.findings += [*station_findings(standing[number], methods[AT_PRISM], number), *odd]
+        found.findings += station_findings(standing[number], methods[AT_PRISM], number)
+        found.findings += odd if methods[AT_CAMERA].truths[number] is not None else []
         found.estimates |= _estimates(frame, methods[AT_PRISM]) | {"pose_lag_s": lag_s}
         for method, alignment in methods.items():
             _compare(walk, method, alignment, number, found)

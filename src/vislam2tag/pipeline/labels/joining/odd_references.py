@@ -109,10 +109,11 @@ def _of_device(joint: JointSurvey, odd: DeviceMetre) -> OddReference:
     share, usual = f"{100 + 100 * odd.excess:.1f} %", f"{100 * odd.sigma:.1f} %"
     summary = (
         f"device {odd.device} sees landmarks {share} as far apart as survey and other devices do (usual are {usual} "
-        f"more or less), up to {odd.off_m:.2f} m off: its camera is not calibrated, or its app scales positions"
+        f"more or less), up to {odd.off_m:.2f} m off: calibrate that phone's camera, or switch scaling off in its app, "
+        "and walk again; until then leave its sessions out"
     )
     sessions = tuple(str(joint.mapped[walk].key) for walk in odd.walks)
-    return OddReference(culprit=f"device {odd.device}", summary=summary, sessions=sessions, reach_m=odd.off_m)
+    return OddReference(culprit=f"device {odd.device}", summary=summary, sessions=sessions, off_m=odd.off_m)
 
 
 def _single(row: Reference) -> OddReference:

@@ -194,7 +194,7 @@ def _told(joint: JointSurvey) -> dict[SessionKey, ToldLandmarks]:
     """What each session that passed landmarks is told of them."""
     others, tied = OtherWalks(joint.joined), joint.joined.tied
     return {
-        session.key: _of_session(joint, others.told(number), number, int(tied.sum() - tied[number]))
+        session.key: _of_session(joint, others.seen(number), number, int(tied.sum() - tied[number]))
         for number, session in enumerate(joint.mapped)
     }
 
