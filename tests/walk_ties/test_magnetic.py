@@ -11,7 +11,8 @@ import pytest
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.walk_ties.felt_ways import STEP_M, FeltField, FeltWay
 from vislam2tag.walk_ties.field_matching import FeltFloor
-from vislam2tag.walk_ties.magnetic import ACROSS_M, DOUBTED, magnetic_ties, walk_fixes
+from vislam2tag.walk_ties.fix_errors import Fixes, MatchErrors, match_errors, promised
+from vislam2tag.walk_ties.magnetic import ACROSS_M, DOUBTED, TRIED, magnetic_ties, walk_fixes
 from vislam2tag.walk_ties.traces import WalkTrace
 
 LENGTH_M = 80.0
@@ -127,6 +128,27 @@ def test_who_stands_feels_one_step() -> None:
     moved = np.where(felt.time_ns > trace.time_ns[20], 60 * 10**9, 0)
     way = FeltWay.of(stood, FeltField(felt.time_ns + moved, felt.field_ut))
     assert len(way.place) == len(FeltWay.of(trace, felt).place)
+
+
+def test_size_and_delay_of_errors_along_the_course_are_found() -> None:
+    rng = np.random.default_rng(5)
+    way_m = np.arange(0.0, 120.0, 5.0)
+    count = len(way_m)
+    angle = np.where(np.arange(count) < 12, 0.3, 0.3 + np.pi)  # out and back
+    course = np.column_stack((np.cos(angle), np.sin(angle)))
+    path = np.cumsum(5.0 * course, axis=0)
+    ones = np.ones(count)
+    blank = Fixes(way_m.astype(np.int64), path, path, way_m, 0.3 * ones, 0.1 * ones[:, None], 0.2 * ones, course)
+    true = MatchErrors(4.0, 0.95, np.inf)
+    root = np.linalg.cholesky(blank.covariance(true) + blank.path_covariance())
+    fixes = [replace(blank, position=path + (root @ rng.normal(size=count))[:, None] * course) for _ in range(16)]
+    found = match_errors(fixes, 4.0, TRIED)
+    assert 2.5 < found.size < 6.0
+    assert found.share >= 0.8
+    assert np.isinf(found.reach_m)
+    halved = promised(blank, 1e-9 * np.eye(count))
+    assert halved == pytest.approx(1 - np.sqrt(0.5), abs=0.02)  # one axis of two is known, but where the way turns
+    assert promised(blank, 1e4 * np.eye(count)) == pytest.approx(0.0, abs=1e-3)
 
 
 def sensors(values: dict[str, FloatArray]) -> pl.DataFrame:
