@@ -8,7 +8,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
-from vislam2tag.walk_ties.fix_errors import Fixes, RadioErrors, promised, radio_errors
+from vislam2tag.walk_ties.fix_errors import Fixes, MatchErrors, match_errors, promised
 from vislam2tag.walk_ties.radio import radio_ties, walk_fixes
 from vislam2tag.walk_ties.traces import WalkTrace
 
@@ -96,11 +96,11 @@ def test_the_size_of_errors_is_found() -> None:
     way_m = np.arange(0, 120, 3.0)
     nothing, ones = np.zeros(len(way_m)), np.ones(len(way_m))
     path = np.column_stack((way_m, nothing))
-    blank = Fixes(way_m.astype(np.int64), path, path, way_m, 0.5 * ones, 0.2 * ones, ones)
-    true = RadioErrors(1.39, 0.6, 5.0)
+    blank = Fixes(way_m.astype(np.int64), path, path, way_m, 0.5 * ones, 0.2 * ones[:, None], ones)
+    true = MatchErrors(1.39, 0.6, 5.0)
     root = np.linalg.cholesky(blank.covariance(true) + blank.path_covariance())
     fixes = [replace(blank, position=path + root @ rng.normal(size=path.shape)) for _ in range(12)]
-    found = radio_errors(fixes)
+    found = match_errors(fixes)
     assert 1.1 < found.size < 1.7
     assert 0.4 <= found.share <= 0.8
     assert found.reach_m in {2.0, 5.0, 10.0}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -129,6 +131,12 @@ class PlaceTies:
     time_ns: IntArray
     position_bcs: FloatArray
     covariance_m2: FloatArray
+
+    def least_sigma_m(self) -> FloatArray:
+        """(k,) standard deviation in the direction in which each is known best, metres."""
+        column = np.arange(2 * len(self.time_ns)).reshape(-1, 2)
+        own = self.covariance_m2[column[:, :, None], column[:, None, :]]
+        return np.asarray(np.sqrt(np.linalg.eigvalsh(own)[:, 0]))
 
 
 @dataclass(frozen=True)

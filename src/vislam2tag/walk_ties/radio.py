@@ -19,7 +19,7 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.positioning.baselines.scan_index import NearestScans
 from vislam2tag.positioning.scans.held_out import calibration_rows
 from vislam2tag.positioning.scans.radio_scans import RadioScans
-from vislam2tag.walk_ties.fix_errors import Fixes, promised, radio_errors
+from vislam2tag.walk_ties.fix_errors import Fixes, match_errors, promised
 from vislam2tag.walk_ties.heard_floor import LEAST_AWAY, HeardFloor, scan_weights
 from vislam2tag.walk_ties.traces import WalkTrace
 
@@ -49,7 +49,7 @@ def radio_ties(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) 
     told = [one for one in fixes if one is not None]
     if not told:
         return [None] * len(fixes)
-    radio = radio_errors(told)
+    radio = match_errors(told)
     return [None if one is None else _ties(one, DOUBTED * one.covariance(radio)) for one in fixes]
 
 
@@ -101,7 +101,7 @@ def _fixes(floor: HeardFloor, asked: _Asked, usual_away: float) -> Fixes:
         path=floor.place[rows],
         way_m=floor.way_m[rows],
         path_m=floor.sigma_m[rows],
-        label_m=(weight * sigma_m).sum(axis=1),
+        label_m=(weight * sigma_m).sum(axis=1, keepdims=True),
         unit_m=np.sqrt(SPREAD_SHARE * spread_m2 + unlike_m2 + gap_m**2 + LEAST_M2),
     )
 
