@@ -125,7 +125,7 @@ FindingKind = Literal[
     "unprintable_id",
     "unreadable_dates",
     "odd_reference",
-    "placed_by_scans",
+    "placed_by_others",
     "told_by_others",
     "unreadable_file",
     "unreadable_folder",

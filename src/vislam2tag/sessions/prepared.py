@@ -227,7 +227,7 @@ def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[F
             f"{len(ties.time_ns)} moments, to {np.median(ties.least_sigma_m()):.1f} m each (one standard deviation in "
             "the direction that is known best, median)"
         )
-        findings.append(_finding("placed_by_scans", "", len(ties.time_ns), message))
+        findings.append(_finding("placed_by_others", "", len(ties.time_ns), message))
     return findings
 
 

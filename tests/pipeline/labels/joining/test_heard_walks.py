@@ -51,10 +51,10 @@ def test_walks_far_from_landmarks_are_known_better_by_others_scans(
     survey: Path, labels: tuple[Path, Summary], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told = labels[1]
-    assert told.findings["placed_by_scans"] > 0
+    assert told.findings["placed_by_others"] > 0
     monkeypatch.setattr(together, "FAR_M", 1e9)
     without = process(survey, tmp_path / "out", TOGETHER)
-    assert "placed_by_scans" not in without.findings
+    assert "placed_by_others" not in without.findings
     assert told.frames["uncertain"] < 0.8 * without.frames["uncertain"]
     assert squared_error(labels[0], survey) < squared_error(tmp_path / "out", survey)
 
@@ -84,7 +84,7 @@ def test_what_scans_tell_is_a_part_of_what_a_result_follows_from(
     monkeypatch.setattr(together, "FAR_M", 1e9)
     changed: list[Outcome] = []
     process(survey, out, TOGETHER, progress=lambda outcome, _: changed.append(outcome))
-    told = {path.stem for path in (labels[0] / "sessions").glob("*.json") if "placed_by_scans" in path.read_text()}
+    told = {path.stem for path in (labels[0] / "sessions").glob("*.json") if "placed_by_others" in path.read_text()}
     assert {outcome.slug for outcome in changed if outcome.repeated} == told != set()
 
 
@@ -113,7 +113,7 @@ def test_the_command_ends_with_the_option_that_helps(survey: Path, tmp_path: Pat
     *_, step = alone.stdout.splitlines()
     assert step == f"next: vislam2tag process {survey} --out {tmp_path / 'out'} --together"
     together = vislam2tag(*step.removeprefix("next: vislam2tag ").split())
-    assert "placed_by_scans" in together.stdout
+    assert "placed_by_others" in together.stdout
     assert "--together" not in together.stdout
 
 
