@@ -46,7 +46,7 @@ class SessionTask:
     ways: WalkedWays | None = None
     """Where the other sessions without poses led on its floor; None where it is mapped alone."""
     ties: PlaceTies | None = None
-    """Where the scans of other sessions say that it was; None where they tell nothing."""
+    """Where other sessions say that it was, by what they heard and felt; None where they tell nothing."""
     tracker: TrackerNoise | None = None
     """How noisy other sessions of its device say that the tracker is; None where it is mapped alone."""
 
