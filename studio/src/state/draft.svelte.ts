@@ -110,7 +110,6 @@ export async function addFloor(): Promise<string[]> {
     by === 'distance' ? { distance: { from: points[0], to: points[1], metres: draft.typed } } : by === 'paper' ? { scale: { one_to: Number(draft.oneTo) } } : {};
   const plan = { file: draft.look!.name, page: draft.page, level: draft.level || null, area, ...scale };
   const { floor, notes } = await api.addFloor({ file: draft.file!, whole: !draft.building, part: { number: draft.floor, name: draft.name, plan } });
-  forget();
   choice.floor = floor;
   return notes;
 }
