@@ -39,8 +39,9 @@ from vislam2tag.diagnosis.stream_faults import stream_faults
 from vislam2tag.diagnosis.streams import StreamSigns
 from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from vislam2tag.diagnosis.walls_crossed import Inside
-from vislam2tag.diagnosis.wifi_clock import HeardOnWalk, wifi_clock_offsets
+from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import PATH_STEP
+from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.simulation.building.building import draw_plan
@@ -293,7 +294,7 @@ def _diagnosed(made: MadeSurvey) -> list[Fault]:
     faults, corrected = found_faults(Evidence(table, walks))
     heard = {walk.key: one.heard() for walk, one in zip(made.walks, made.streams, strict=False)}
     faults = told_by_plan(faults, corrected, {key: one.as_way for key, one in heard.items()}, made.inside)
-    clocks = wifi_clock_offsets(corrected, heard)
+    clocks = wifi_clocks(corrected, heard)
     signs = {walk.key: one.signs(walk.key) for walk, one in zip(made.walks, made.streams, strict=False)}
     return faults + stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)
 

@@ -76,12 +76,10 @@ class ClockOffset(NamedTuple):
         return abs(self.offset_s) > SURE_SIGMAS * self.sigma_s
 
 
-def wifi_clock_offsets(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> dict[SessionKey, ClockOffset]:
-    """By how much the scans of each walk are off; walks of which nobody can tell are left out.
-
-    ``heard`` have their ways in the frames of the passes; ``evidence`` lays them onto the plan.
+def wifi_clock_offsets(floors: Mapping[int, Mapping[SessionKey, HeardOnWalk]]) -> dict[SessionKey, ClockOffset]:
+    """By how much the scans of each walk are off, by floor the walks on its plan (:func:`heard_on_floors`); walks of
+    which nobody can tell are left out.
     """
-    floors = heard_on_floors(evidence, heard)
     found: dict[SessionKey, ClockOffset] = {}
     for walks in floors.values():
         telling = {key: walk for key, walk in walks.items() if len(np.unique(walk.scan)) >= FEWEST_SCANS}
@@ -94,7 +92,10 @@ def wifi_clock_offsets(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWal
 def heard_on_floors(
     evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]
 ) -> dict[int, dict[SessionKey, HeardOnWalk]]:
-    """By floor the walks that could be laid onto its plan, their ways there."""
+    """By floor the walks that could be laid onto its plan, their ways there.
+
+    ``heard`` have their ways in the frames of the passes; ``evidence`` lays them onto the plan.
+    """
     floors: dict[int, dict[SessionKey, HeardOnWalk]] = defaultdict(dict)
     for walk in evidence.walks:
         key = walk.passes.key

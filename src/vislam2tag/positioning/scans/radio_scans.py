@@ -183,3 +183,22 @@ def scans_from_readings(
         session=known.get("session", empty),
         time_ns=known.get("time_ns", np.zeros(n, dtype=np.int64)),
     )
+
+
+def scans_of_walk(scan: IntArray, bssid: TextArray, rssi_dbm: FloatArray, time_ns: IntArray, device: str) -> RadioScans:
+    """The scans of one walk of a ``device``, of readings (k,), in order of their numbers ``scan`` (k,).
+
+    Each has the mean time of its readings.
+    """
+    rows = np.unique(scan, return_inverse=True)[1]
+    count = int(rows.max(initial=-1)) + 1
+    start_ns = int(time_ns.min(initial=np.iinfo(np.int64).max))
+    later_ns = np.bincount(rows, time_ns - start_ns, count) / np.bincount(rows, minlength=count)
+    return scans_from_readings(
+        rows,
+        bssid,
+        rssi_dbm,
+        count,
+        device=np.full(count, device),
+        time_ns=start_ns + later_ns.astype(np.int64),
+    )

@@ -20,7 +20,7 @@ from vislam2tag.diagnosis.wifi_clock import (
     heard_on_floors,
     wifi_clock_offsets,
 )
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.positioning.scans.radio_scans import scans_of_walk
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.walk_ties.heard_floor import HeardFloor, ScanLag
 from vislam2tag.walk_ties.traces import HOLE_S, WalkTrace
@@ -33,17 +33,20 @@ WAY_SIGMA_M = 0.2
 
 def wifi_clocks(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> dict[SessionKey, ClockOffset]:
     """What to add to the times of each walk's scans; walks of which nobody can tell are left out."""
+    floors = heard_on_floors(evidence, heard)
     lags = {
         (floor, device): lag
-        for floor, walks in heard_on_floors(evidence, heard).items()
+        for floor, walks in floors.items()
         for device, lag in common_lags(walks).items()
         if abs(lag.seconds) > max(LEAST_LAG_S, SURE_SIGMAS * lag.sigma_s)
     }
     late = {key: lags[key.floor, key.device] for key in heard if (key.floor, key.device) in lags}
-    on_time = {key: _earlier(one, late[key].seconds) if key in late else one for key, one in heard.items()}
+    on_time = {
+        floor: {key: _earlier(one, late[key].seconds) if key in late else one for key, one in walks.items()}
+        for floor, walks in floors.items()
+    }
     return {
-        key: _after(offset, late[key]) if key in late else offset
-        for key, offset in wifi_clock_offsets(evidence, on_time).items()
+        key: _after(offset, late[key]) if key in late else offset for key, offset in wifi_clock_offsets(on_time).items()
     }
 
 
@@ -52,7 +55,10 @@ def common_lags(walks: Mapping[SessionKey, HeardOnWalk]) -> dict[str, ScanLag]:
     if len(walks) < FEWEST_WALKS:
         return {}
     traces = [_trace(walk) for walk in walks.values()]
-    scans = [_scans(key.device, walk) for key, walk in walks.items()]
+    scans = [
+        scans_of_walk(walk.scan, walk.bssid, walk.dbm, np.rint(walk.time_s * 1e9).astype(np.int64), key.device)
+        for key, walk in walks.items()
+    ]
     return HeardFloor.as_logged(traces, scans).lags(traces)
 
 
@@ -79,18 +85,4 @@ def _trace(walk: HeardOnWalk) -> WalkTrace | None:
         covariance_bcs=np.tile(WAY_SIGMA_M**2 * np.eye(2), (len(rows), 1, 1)),
         way_m=np.concatenate(([0.0], np.cumsum(np.abs(np.diff(place))))),
         whole=np.diff(time_ns, prepend=time_ns[0]) <= HOLE_S * 1e9,
-    )
-
-
-def _scans(device: str, walk: HeardOnWalk) -> RadioScans:
-    number = np.unique(walk.scan, return_inverse=True)[1]
-    count = int(number.max(initial=-1)) + 1
-    time_s = np.bincount(number, walk.time_s) / np.bincount(number)
-    return scans_from_readings(
-        number,
-        walk.bssid,
-        walk.dbm,
-        count,
-        device=np.full(count, device),
-        time_ns=np.rint(time_s * 1e9).astype(np.int64),
     )

@@ -19,7 +19,7 @@ from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.positioning.scans.held_out import calibration_rows
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.survey.model import SessionKey
@@ -65,19 +65,14 @@ def heard_walk(strategy: str, settings: MappingSettings, task: SessionTask) -> H
 def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
     """The scans of a session's table of readings, each at the mean time of these; no more than are kept."""
     table = wifi.filter(~pl.col("repeated"))
-    number = np.unique(table["scan"].to_numpy(), return_inverse=True)[1]
-    time_ns, count = table["time_ns"].to_numpy().astype(np.int64), len(np.unique(number))
-    start_ns = int(time_ns.min(initial=np.iinfo(np.int64).max))
-    later_ns = np.bincount(number, time_ns - start_ns, count) / np.bincount(number, minlength=count)
-    scans = scans_from_readings(
-        number,
+    scans = scans_of_walk(
+        table["scan"].to_numpy(),
         table["bssid"].to_numpy().astype(np.str_),
         table["rssi_dbm"].to_numpy().astype(np.float64),
-        count,
-        device=np.full(count, device),
-        time_ns=start_ns + later_ns.astype(np.int64),
+        table["time_ns"].to_numpy().astype(np.int64),
+        device,
     )
-    return scans[calibration_rows(count, MOST_KEPT)]
+    return scans[calibration_rows(len(scans), MOST_KEPT)]
 
 
 def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
