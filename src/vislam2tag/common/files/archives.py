@@ -19,6 +19,7 @@ from typing import IO, Any
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.bounded_file import BoundedFile
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain
 
 _TAR_NAMES = (".tar", ".tar.gz", ".tgz", ".tar.xz", ".tar.bz2")
@@ -138,7 +139,7 @@ def zip_names(file: IO[bytes]) -> list[PurePosixPath]:
 
 
 def folder_of(
-    path: Path, scratch: Path, most_bytes: int = MOST_UNPACKED, wanted: Container[PurePosixPath] | None = None
+    path: Path, scratch: Folder, most_bytes: int = MOST_UNPACKED, wanted: Container[PurePosixPath] | None = None
 ) -> Path:
     """Return the folder itself, a file's folder, or where the archive was unpacked to (below ``scratch``).
 
@@ -158,9 +159,9 @@ _DEEPEST = 100
 """Folders within folders: thousands could neither be looked through nor removed."""
 
 
-def _unpacked(path: Path, scratch: Path, most_bytes: int, wanted: Container[PurePosixPath] | None) -> Path:
+def _unpacked(path: Path, scratch: Folder, most_bytes: int, wanted: Container[PurePosixPath] | None) -> Path:
     """Unpack the files of an archive that are wanted; links, devices and names that lead outside are left out."""
-    target = scratch / "unpacked"
+    target = scratch.folder("unpacked")
     left = most_bytes
     try:
         for member in _members(path):
@@ -168,8 +169,7 @@ def _unpacked(path: Path, scratch: Path, most_bytes: int, wanted: Container[Pure
                 continue
             if len(member.name.parts) > _DEEPEST:
                 raise _cannot_unpack(path, f"a file of it lies more than {_DEEPEST} folders deep")
-            (target / member.name).parent.mkdir(parents=True, exist_ok=True)
-            with member.open() as content, (target / member.name).open("wb") as file:
+            with member.open() as content, target.writing(member.name.as_posix()) as file:
                 while left >= 0 and (block := content.read(_BLOCK)):
                     left -= len(block)
                     file.write(block)
@@ -180,8 +180,7 @@ def _unpacked(path: Path, scratch: Path, most_bytes: int, wanted: Container[Pure
         if isinstance(error, OSError) and error.errno in _OUR_DISK:
             raise
         raise _cannot_unpack(path, first_line(error)) from error
-    target.mkdir(exist_ok=True)
-    return target
+    return target.make().path
 
 
 def _leads_outside(name: PurePosixPath) -> bool:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from vislam2tag.common.errors import StoreConflictError, StoreError
+from vislam2tag.common.errors import OutputError, StoreConflictError, StoreError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import Listed, Store, Stored, Version, store_at
-from vislam2tag.common.files.whole_file import whole_file
 
 _LOCK = ".lock"
 _WAIT_S = 60
@@ -39,19 +38,26 @@ class FolderStore:
             raise StoreError(f"{self.root / name}: cannot be read ({error.strerror}); check its permissions") from error
         return Stored(data, Version(hashlib.sha256(data).hexdigest()), {})
 
-    def fetch(self, name: str, target: Path) -> None:
-        """Copy a file to ``target``; raises StoreError where it cannot be done."""
+    @property
+    def _folder(self) -> Folder:
+        return Folder.at(self.root)
+
+    def fetch(self, name: str, folder: Folder, new_name: str) -> None:
+        """Copy a file to a folder; raises StoreError if it cannot be done."""
         try:
-            shutil.copyfile(self.root / name, target)
+            folder.copy(self.root / name, new_name)
         except OSError as error:
             raise StoreError(f"{self.root / name}: cannot be copied ({error.strerror})") from error
 
     def put(self, name: str, content: bytes | Path) -> None:
         """Write a file whole; raises OutputError where it cannot be written."""
-        target = self.root / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(target) as partial:
-            partial.write_bytes(read_bytes(content) if isinstance(content, Path) else content)
+        try:
+            if isinstance(content, Path):
+                self._folder.copy(content, name)
+            else:
+                self._folder.write(name, content)
+        except OSError as error:
+            raise OutputError(f"{self.root / name}: cannot be written ({error.strerror})") from error
 
     def put_over(self, name: str, content: bytes, before: Version | None) -> None:
         """Replace the version ``before`` of a file, or create it where that is None.
@@ -61,9 +67,8 @@ class FolderStore:
         """
         from filelock import FileLock, Timeout
 
-        self.root.mkdir(parents=True, exist_ok=True)
         try:
-            with FileLock(self.root / _LOCK, timeout=_WAIT_S):
+            with FileLock(self._folder.without_links(_LOCK), timeout=_WAIT_S):
                 found = self.get(name)
                 if (None if found is None else found.version) != before:
                     raise StoreConflictError(f"{self.root / name}: another program has written it meanwhile")
@@ -87,7 +92,7 @@ class FolderStore:
     def delete(self, names: Iterable[str]) -> None:
         """Remove files; one that is not there is no fault."""
         for name in names:
-            (self.root / name).unlink(missing_ok=True)
+            self._folder.remove(name)
 
 
 AnyStore: TypeAlias = Store | FolderStore

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.store_connection import SCHEMES, cause_of, connection_to, obstore, store_errors
 
 _ADDRESS = re.compile(rf"({'|'.join(SCHEMES)}):(?:/+(.*))?")
@@ -153,11 +154,11 @@ class Store:
             raise self._error(name, "read", error) from None
         return Stored(data, _version(found.meta), {str(key): str(value) for key, value in found.attributes.items()})
 
-    def fetch(self, name: str, target: Path) -> Version | None:
-        """Stream an object into a file; None, and no file, where there is none."""
+    def fetch(self, name: str, folder: Folder, new_name: str) -> Version | None:
+        """Stream an object into a file of a folder; None, and no file, if there is none."""
         try:
             found = obstore().get(self._bucket, self._path(name))
-            with target.open("wb") as file:
+            with folder.writing(new_name) as file:
                 for chunk in found.stream():
                     file.write(chunk)
         except FileNotFoundError as error:

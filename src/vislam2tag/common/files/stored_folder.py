@@ -14,9 +14,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, Vislam2tagError
+from vislam2tag.common.files.folder import Folder, scratch_folder
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import Listed, Store, Version, store_at
 
@@ -127,16 +128,13 @@ def outline_at_hand(store: Store, fetched: Callable[[Path], Iterable[Path]]) -> 
     the next. Without any file there is no folder. Raises StoreError where the store cannot be read.
     """
     with place_for(store) as root:
+        here = Folder(root)
         listed = _without_folders(sorted(file for file in store.list() if is_safe_name(file.name)))
-        made: set[Path] = set()
         for file in listed:
-            path = root / file.name
-            if path.parent not in made:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                made.add(path.parent)
-            path.touch()
+            here.create(file.name)
         for path in fetched(root):
-            store.fetch(path.relative_to(root).as_posix(), path)
+            name = path.relative_to(root).as_posix()
+            store.fetch(name, here, name)
         _OUTLINES[root] = Outline(store, _by_folder(listed))
         try:
             yield root
@@ -150,8 +148,8 @@ def place_for(store: Store) -> Iterator[Path]:
 
     Errors of ours that the block raises name the address.
     """
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        here = Path(scratch).resolve() / PurePosixPath(store.address).name
+    with scratch_folder() as scratch:
+        here = scratch / PurePosixPath(store.address).name
         _STOOD_FOR[str(here)] = store.address
         for old in list(islice(_STOOD_FOR, max(len(_STOOD_FOR) - _REMEMBERED, 0))):
             _STOOD_FOR.pop(old, None)
@@ -163,25 +161,27 @@ def place_for(store: Store) -> Iterator[Path]:
 
 
 def is_safe_name(name: str) -> bool:
-    """Whether an object's name can be that of a file below a folder, without leaving it or being hidden."""
-    return bool(name) and not any(part == "/" or part.startswith(".") for part in PurePosixPath(name).parts)
+    """Whether an object's name can be that of a file below a folder, without leaving it or being hidden.
+
+    The record of a folder's own files is hidden, but belongs to it.
+    """
+    hidden = any(part == "/" or part.startswith(".") for part in PurePosixPath(name).parts)
+    return bool(name) and (not hidden or name == OWN_FILES)
 
 
 def _fetch(store: Store, here: Path) -> dict[str, str]:
     """Fetch a folder whole; return the SHA-256 of each file."""
     sums = {}
     for file in _without_folders([file for file in store.list() if is_safe_name(file.name)]):
-        path = here / file.name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if store.fetch(file.name, path) is not None:
-            sums[file.name] = _sha256(path)
+        if store.fetch(file.name, Folder(here), file.name) is not None:
+            sums[file.name] = _sha256(here / file.name)
     return sums
 
 
 def _fetch_file(address: str, here: Path) -> bool:
     """Fetch the one object that has this address; tell whether there is one."""
     folder, _, name = address.rpartition("/")
-    return not folder.endswith("/") and Store(folder).fetch(name, here) is not None
+    return not folder.endswith("/") and Store(folder).fetch(name, Folder(here.parent), here.name) is not None
 
 
 def _put_whole(

@@ -16,6 +16,7 @@ from typing import Any
 
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.parquet_layout import check_parquet
 
 
@@ -73,17 +74,19 @@ def scan_csv(path: Path, **options: Any) -> pl.LazyFrame:
     return pl.scan_csv(_to_read(path), glob=False, **options)
 
 
-def write_parquet(table: pl.DataFrame | pl.LazyFrame, path: Path, **options: Any) -> None:
-    """Write a Parquet file; a lazy table is streamed. Raises OSError or PolarsError where it cannot be written."""
-    if isinstance(table, pl.LazyFrame):
-        table.sink_parquet(_absolute(path), **options)
-    else:
-        table.write_parquet(_absolute(path), **options)
+def write_parquet(table: pl.DataFrame | pl.LazyFrame, folder: Folder, name: str, **options: Any) -> None:
+    """Write a Parquet file whole; a lazy table is streamed. Raises OSError or PolarsError if it cannot be written."""
+    with folder.filling(name) as path:
+        if isinstance(table, pl.LazyFrame):
+            table.sink_parquet(_absolute(path), **options)
+        else:
+            table.write_parquet(_absolute(path), **options)
 
 
-def write_csv(table: pl.DataFrame, path: Path, **options: Any) -> None:
-    """Write a CSV file with :meth:`polars.DataFrame.write_csv`'s options; raises as :func:`write_parquet`."""
-    table.write_csv(_absolute(path), **options)
+def write_csv(table: pl.DataFrame, folder: Folder, name: str, **options: Any) -> None:
+    """Write a CSV file whole with :meth:`polars.DataFrame.write_csv`'s options; raises as :func:`write_parquet`."""
+    with folder.writing(name) as file:
+        table.write_csv(file, **options)
 
 
 def _end_of(path: Path) -> bytes:

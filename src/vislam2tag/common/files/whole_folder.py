@@ -1,22 +1,19 @@
 """A folder that appears whole or not at all: filled in a hidden work folder beside its place, then exchanged with it.
 
-``.NAME.vislam2tag`` beside ``NAME`` is the work folder, and holds
+``.NAME.vislam2tag`` beside ``NAME`` is the work folder, and contains
 
 - ``lock``: who holds it may write; the next command on ``NAME`` is refused as long,
 - ``new``: what is being written,
-- ``old``: what stood at ``NAME``, while ``new`` is renamed to it: only where the system cannot exchange two folders at
-  once. Whoever is killed meanwhile leaves nothing at ``NAME``; :func:`restore` moves ``old`` back.
+- ``old``: what was at ``NAME``, while ``new`` is renamed to it: only if the system cannot exchange two folders at
+  once. A command killed meanwhile leaves nothing at ``NAME``; :func:`restore` moves ``old`` back.
 
-What a killed command left there is removed by the next one.
+The next command on ``NAME`` removes what a killed one left there. In the folder, ``.vislam2tag-files`` lists the files
+that the command wrote. When it is written again these are replaced; all others are the user's and are kept.
 """
 
 from __future__ import annotations
 
-import ctypes
-import errno
 import os
-import shutil
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,32 +21,29 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import OutputError, first_line
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.lock import only_one
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, without_record
 
-_EXCHANGES = {"linux": "renameat2", "darwin": "renameatx_np"}
-"""By platform: the function of the C library that can exchange two names at once."""
-_EXCHANGE = 2
-"""The flag that asks for it (``RENAME_EXCHANGE``, ``RENAME_SWAP``)."""
-_CANNOT_EXCHANGE = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP}
-"""What systems and file systems answer that cannot."""
+_LOCK, _NEW, _OLD, _REPLACED = "lock", "new", "old", "replaced"
 
 
 @contextmanager
-def whole_folder(target: Path, replaceable: Callable[[Path], bool], option: str = "--out") -> Iterator[Path]:
+def whole_folder(target: Path, replaceable: Callable[[Path], bool], option: str = "--out") -> Iterator[Folder]:
     """Yield an empty folder that becomes ``target``, named by an ``option``, when the block ends without an exception.
 
     What was at ``target`` stays until then; it must not exist, be empty, or be ``replaceable`` (made by the same
-    command). What is written beside the yielded folder goes when the block ends. Raises OutputError otherwise, where
-    another command writes there, and where nothing can be written.
+    command). Files in it that the command did not write are kept. Raises OutputError otherwise, if another command
+    writes there, and if nothing can be written.
     """
     with exclusive_writer(target, option) as work:
         _refuse_foreign(target, replaceable, option)
         try:
-            new = work / "new"
-            new.mkdir()
+            new = work.folder(_NEW).make_new()
             yield new
             _refuse_foreign(target, replaceable, option)  # another command may have put its own there meanwhile
-            _put_in_place(new, target.resolve(), work / "old")
+            new.write(OWN_FILES, OwnFiles.of(files_below(new.path)).text())
+            _put_in_place(work, target)
         except (OSError, pl.exceptions.PolarsError) as error:
             cause = (error.strerror if isinstance(error, OSError) else None) or first_line(error)
             advice = f"free space or choose another {option}"
@@ -59,93 +53,118 @@ def whole_folder(target: Path, replaceable: Callable[[Path], bool], option: str 
 
 
 def restore(target: Path) -> None:
-    """Move back what stood at ``target`` if the command that replaced it was killed before anything else did.
+    """Move back what was at ``target`` if the command that replaced it was killed before anything else did.
 
-    Raises OutputError where that cannot be done, or another command is at it.
+    Raises OutputError if that cannot be done, or another command is at it.
     """
-    if not target.exists() and (work_folder_of(target) / "old").exists():
+    if not target.exists() and (work_folder_of(target) / _OLD).exists():
         with exclusive_writer(target):
             pass
 
 
 def work_folder_of(target: Path) -> Path:
-    """The work folder of a target; it is there while a command writes, or where one was killed."""
+    """The work folder of a target; it is there while a command writes, or if one was killed."""
     place = target.resolve()
     return place.with_name(f".{place.name}.vislam2tag")
 
 
 @contextmanager
-def exclusive_writer(target: Path, option: str = "--out") -> Iterator[Path]:
+def exclusive_writer(target: Path, option: str = "--out") -> Iterator[Folder]:
     """Hold the work folder of ``target``, tidied before and after, and remove it in the end.
 
-    Raises OutputError where another command writes there, and where the parent of ``target`` cannot be written.
+    Raises OutputError if another command writes there, and if the parent of ``target`` cannot be written.
     """
-    work = work_folder_of(target)
+    path = work_folder_of(target)
+    work = Folder(path.parent).folder(path.name)
     try:
-        work.mkdir(parents=True, exist_ok=True)
+        work.make()
     except OSError as error:
         raise OutputError(f"{target}: cannot be made ({error.strerror}); choose another {option}") from error
     refusal = f"{target}: another command is writing there; wait for it or choose another {option}"
     try:
-        with only_one(work / "lock", refusal):
+        with only_one(work, _LOCK, refusal):
             _tidy(work, target.resolve())
             try:
                 yield work
             finally:
                 _tidy(work, target.resolve())
     finally:
-        with suppress(OSError):
-            work.rmdir()
+        work.remove_if_empty()
 
 
-def _tidy(work: Path, place: Path) -> None:
-    """Restore ``old`` where nothing has its place, and remove all but the lock."""
-    _clear(work, {"lock", "old"})
-    old = work / "old"
+def files_below(folder: Path) -> Iterator[str]:
+    """Yield the files below a folder, and links whatever they lead to, by their paths in it, sorted in each folder."""
+    for parent, folders, files in os.walk(folder):
+        links = [name for name in folders if (Path(parent) / name).is_symlink()]
+        folders.sort()
+        yield from ((Path(parent) / name).relative_to(folder).as_posix() for name in sorted([*files, *links]))
+
+
+def _tidy(work: Folder, place: Path) -> None:
+    """Restore ``old`` if nothing has its place, and remove what else a command left."""
+    _clear(work, (_NEW, _REPLACED))
     try:
-        if old.exists():  # renamed before it is removed: half of it must never be restored
-            old.rename(work / "replaced" if place.exists() else place)
+        if _OLD in work.names():  # renamed before it is removed: half of it must never be restored
+            if place.exists():
+                work.move(_OLD, work, _REPLACED)
+            else:
+                work.move(_OLD, Folder(place.parent), place.name)
     except OSError as error:
-        raise OutputError(f"{place}: cannot be restored ({error.strerror}); it lies in {old}, move it back") from error
-    _clear(work, {"lock"})
+        old = work / _OLD
+        raise OutputError(f"{place}: cannot be restored ({error.strerror}); it is in {old}, move it back") from error
+    _clear(work, (_REPLACED,))
 
 
-def _clear(work: Path, kept: set[str]) -> None:
-    for path in work.iterdir():
-        if path.name not in kept:
-            shutil.rmtree(path, ignore_errors=True)
+def _clear(work: Folder, names: tuple[str, ...]) -> None:
+    for name in names:
+        with suppress(OSError):
+            work.remove_tree(name)
 
 
 def _refuse_foreign(target: Path, replaceable: Callable[[Path], bool], option: str) -> None:
     if target.is_file():
         raise OutputError(f"{target}: is a file, not a folder; choose another {option}")
-    if target.exists() and target.resolve() in (Path.cwd(), *Path.cwd().parents):
+    if not target.is_dir():
+        return
+    if target.resolve() in (Path.cwd(), *Path.cwd().parents):
         raise OutputError(f"{target}: is the folder you are in, which cannot be replaced; choose another {option}")
-    if target.is_dir() and any(target.iterdir()) and not replaceable(target):
-        raise OutputError(
-            f"{target}: is not empty and was not made by this command; choose an empty or new folder for {option}"
-        )
+    if any(target.iterdir()):
+        if not replaceable(target):
+            raise OutputError(
+                f"{target}: is not empty and was not made by this command; choose an empty or new folder for {option}"
+            )
+        if OwnFiles.read(target) is None:
+            raise without_record(str(target))
 
 
-def _put_in_place(new: Path, place: Path, old: Path) -> None:
+def _put_in_place(work: Folder, target: Path) -> None:
     """Let the new folder take its place; what was there ends at ``new`` or at ``old``."""
+    place = target.resolve()
+    around = Folder(place.parent)
     if not place.exists():
-        new.rename(place)
-    elif not _exchange(new, place):
-        place.rename(old)
-        new.rename(place)
+        work.move(_NEW, around, place.name)
+        return
+    own = OwnFiles.read(place) or OwnFiles()
+    _keep_others(place, own, work.folder(_NEW), target)
+    if work.exchange(_NEW, around, place.name):
+        _keep_others(work / _NEW, own, around.folder(place.name), target)  # what came while they were exchanged
+        return
+    around.move(place.name, work, _OLD)
+    work.move(_NEW, around, place.name)
+    _keep_others(work / _OLD, own, around.folder(place.name), target)
 
 
-def _exchange(one: Path, other: Path) -> bool:
-    """Exchange two folders given by absolute paths, at once; False where the system or the file system cannot."""
-    if sys.platform not in _EXCHANGES:
-        return False
-    function = getattr(ctypes.CDLL(None, use_errno=True), _EXCHANGES[sys.platform], None)
-    if function is None:
-        return False
-    if function(0, os.fsencode(one), 0, os.fsencode(other), ctypes.c_uint(_EXCHANGE)) == 0:
-        return True
-    number = ctypes.get_errno()
-    if number in _CANNOT_EXCHANGE:
-        return False
-    raise OSError(number, os.strerror(number), str(other))
+def _keep_others(old: Path, own: OwnFiles, new: Folder, target: Path) -> None:
+    """Give files of the old folder that the command did not write a second name in the new one."""
+    for name in files_below(old):
+        if own.owns(name):
+            continue
+        try:
+            new.link(old / name, name)
+        except FileExistsError:
+            there = (new / name).lstat()
+            if (there.st_dev, there.st_ino) != ((old / name).lstat().st_dev, (old / name).lstat().st_ino):
+                raise OutputError(
+                    f"{target / name}: was not written by this command, which now has a file of this name to write; "
+                    "move yours away and run it again"
+                ) from None
