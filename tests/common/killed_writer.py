@@ -12,7 +12,7 @@ import os
 import sys
 from pathlib import Path
 
-from vislam2tag.common.files import whole_folder as module
+from vislam2tag.common.files import folder as module
 from vislam2tag.common.files.whole_folder import restore, whole_folder
 
 FILES = 3
@@ -22,8 +22,7 @@ def write(target: Path, text: str) -> None:
     """Write the folder as a command does."""
     with whole_folder(target, lambda folder: (folder / "0.txt").is_file()) as folder:
         for number in range(FILES):
-            (folder / f"{number}.txt").write_text(text)
-        (folder.parent / "scratch").mkdir()
+            folder.write(f"{number}.txt", text)
 
 
 def killed(target: Path, step: int) -> bool:
@@ -45,8 +44,8 @@ def killed(target: Path, step: int) -> bool:
 
 
 def texts(target: Path) -> list[str]:
-    """What the files of the folder hold; empty where there is no folder."""
-    return [path.read_text() for path in sorted(target.iterdir())] if target.exists() else []
+    """The content of our files in the folder; empty if there is no folder."""
+    return [path.read_text() for path in sorted(target.glob("[0-9].txt"))]
 
 
 def main(target: Path, how: str) -> None:
@@ -54,12 +53,16 @@ def main(target: Path, how: str) -> None:
     if how == "rename":
         module._EXCHANGES.clear()
     write(target, "old")
+    (target / "own").mkdir()
+    (target / "own" / "notes.txt").write_text("mine")
     step, gone = 1, 0
     while killed(target, step):
         gone += not target.exists()
         restore(target)
         assert texts(target) in (["old"] * FILES, ["new"] * FILES), (step, texts(target))
         write(target, "old")
+        assert (target / "own" / "notes.txt").read_text() == "mine", step
+        assert len([path for path in target.rglob("*") if path.is_file()]) == FILES + 2, step
         assert {path.name for path in target.parent.iterdir()} == {target.name}, step
         step += 1
     assert texts(target) == ["new"] * FILES

@@ -150,7 +150,8 @@ class Folder:
 
         FileExistsError if something is there.
         """
-        with self._place(name) as (at, last):
+        *before, last = _parts(name)
+        with self._opened(before, make=True) as at:
             try:
                 os.link(source, at.spelled(last), dst_dir_fd=at.handle, follow_symlinks=False)
             except (FileExistsError, FileNotFoundError):
@@ -300,7 +301,11 @@ class _Directory:
         if (found.st_dev, found.st_ino) in _swept:
             return
         _swept.add((found.st_dev, found.st_ino))
-        for name in filter(UNFINISHED.fullmatch, self.names()):
+        try:
+            names = self.names()
+        except PermissionError:  # it may be written, but not listed
+            return
+        for name in filter(UNFINISHED.fullmatch, names):
             with suppress(OSError, _SweptError), _locked(self, name, wait=False) as handle:
                 if stat.S_ISDIR(os.fstat(handle).st_mode):
                     self.remove_tree(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,28 +12,24 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.folder import Folder
 
 
-def place_of(target: Path) -> tuple[Folder, str]:
-    """The folder and the name of a file that the user named; links on the way to it, and it itself, are followed."""
-    real = target.resolve()
-    return Folder(real.parent), real.name
-
-
 def write_file(target: Path, content: bytes | str) -> None:
     """Write a file, text as UTF-8; raises OutputError if it cannot be written."""
-    folder, name = place_of(target)
-    with output_errors(target):
-        folder.write(name, content)
+    with file_to_write(target) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
 
 
 @contextmanager
 def file_to_write(target: Path) -> Iterator[BinaryIO]:
     """Yield an open file, which becomes ``target`` when the block ends without an exception.
 
-    Raises OutputError if it cannot be written.
+    Links on the way to it, and the file itself if it is one, are followed. Raises OutputError if it cannot be written.
     """
-    folder, name = place_of(target)
-    with output_errors(target), folder.writing(name) as file:
-        yield file
+    real = target.resolve()
+    with output_errors(target):
+        if not real.parent.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, f"{target.parent} is not a folder")
+        with Folder(real.parent).writing(real.name) as file:
+            yield file
 
 
 @contextmanager
