@@ -112,12 +112,20 @@ def test_a_file_holds_what_was_written_last(tmp_path_factory: pytest.TempPathFac
 def test_a_failure_leaves_the_file_that_was_there_and_nothing_else(tmp_path: Path) -> None:
     folder = Folder.at(tmp_path)
     folder.write("a.txt", "old")
-    with pytest.raises(KeyboardInterrupt), folder.writing("a.txt") as file:
-        file.write(b"half")
-        raise KeyboardInterrupt
-    with pytest.raises(KeyboardInterrupt), folder.filling("a.txt") as path:
-        path.write_text("half")
-        raise KeyboardInterrupt
+
+    def interrupted_writing() -> None:
+        with folder.writing("a.txt") as file:
+            file.write(b"half")
+            raise KeyboardInterrupt
+
+    def interrupted_filling() -> None:
+        with folder.filling("a.txt") as path:
+            path.write_text("half")
+            raise KeyboardInterrupt
+
+    for interrupted in (interrupted_writing, interrupted_filling):
+        with pytest.raises(KeyboardInterrupt):
+            interrupted()
     assert tree(tmp_path) == {"a.txt": "old"}
     assert folder.names() == ["a.txt"]
 
@@ -149,13 +157,13 @@ def test_what_a_killed_program_left_goes_and_what_a_living_one_writes_stays(
         for _ in range(2):
             monkeypatch.setattr(module, "_swept", set())
             Folder.at(tmp_path).write("c.txt", "whole")
-            left = [name for name in os.listdir(tmp_path) if UNFINISHED.fullmatch(name)]
+            left = [name for name in Folder.at(tmp_path).names() if UNFINISHED.fullmatch(name)]
             if writer.poll() is None:
                 assert len(left) == 2
                 writer.send_signal(signal.SIGKILL)
                 writer.wait()
     assert left == []
-    assert sorted(os.listdir(tmp_path)) == [mine.name, "c.txt"]
+    assert Folder.at(tmp_path).names() == [mine.name, "c.txt"]
 
 
 def test_scratch_folders_go_with_their_block(tmp_path: Path) -> None:
@@ -165,4 +173,4 @@ def test_scratch_folders_go_with_their_block(tmp_path: Path) -> None:
         assert inside.path.parent == tmp_path
         inside.move("b.txt", Folder.at(tmp_path), "b.txt")
     assert not scratch.path.exists()
-    assert os.listdir(tmp_path) == ["b.txt"]
+    assert Folder.at(tmp_path).names() == ["b.txt"]

@@ -155,9 +155,14 @@ def test_a_file_of_the_user_is_not_replaced_by_one_of_the_command(tmp_path: Path
     out = tmp_path / "out"
     write(out, "first")
     (out / "b.txt").write_text("mine")
-    with pytest.raises(OutputError, match=r"b.txt: was not written by this command"), whole_folder(out, ours) as folder:
-        folder.write("a.txt", "second")
-        folder.write("b.txt", "second")
+
+    def replace_both() -> None:
+        with whole_folder(out, ours) as folder:
+            folder.write("a.txt", "second")
+            folder.write("b.txt", "second")
+
+    with pytest.raises(OutputError, match=r"b.txt: was not written by this command"):
+        replace_both()
     assert ((out / "a.txt").read_text(), (out / "b.txt").read_text()) == ("first", "mine")
 
 

@@ -77,10 +77,11 @@ def scan_csv(path: Path, **options: Any) -> pl.LazyFrame:
 def write_parquet(table: pl.DataFrame | pl.LazyFrame, folder: Folder, name: str, **options: Any) -> None:
     """Write a Parquet file whole; a lazy table is streamed. Raises OSError or PolarsError if it cannot be written."""
     with folder.filling(name) as path:
+        _absolute(path)  # refuses a path that Polars cannot take
         if isinstance(table, pl.LazyFrame):
-            table.sink_parquet(_absolute(path), **options)
+            table.sink_parquet(path, **options)
         else:
-            table.write_parquet(_absolute(path), **options)
+            table.write_parquet(path, **options)
 
 
 def write_csv(table: pl.DataFrame, folder: Folder, name: str, **options: Any) -> None:
