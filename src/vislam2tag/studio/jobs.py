@@ -4,8 +4,6 @@ what is given away.
 
 from __future__ import annotations
 
-import os
-import shutil
 import threading
 import time
 from collections import deque
@@ -16,6 +14,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import TRAJECTORY
@@ -199,7 +198,7 @@ class JobQueue:
     def _keep_before(self, ids: Sequence[str]) -> None:
         """Keep the labels of sessions as they are: files are replaced whole, so that a second name keeps the first."""
         workspace = self._workspace
-        folder = workspace.outputs[BEFORE].root
+        before = Folder.at(workspace.outputs[BEFORE].root)
         for id in ids:
             result = workspace.result(id)
             workspace.before_slugs.pop(id, None)
@@ -207,7 +206,9 @@ class JobQueue:
                 continue
             for table, suffix in _BEFORE_FILES:
                 file = f"{table}/{result.slug}.{suffix}"
-                _link(workspace.out / file, folder / file)
+                before.remove(file)
+                with suppress(FileNotFoundError):
+                    before.link(workspace.out / file, file)
             workspace.before_slugs[id] = result.slug
 
     def _diagnose(self, number: int, pool: ProcessPoolExecutor) -> None:
@@ -269,15 +270,3 @@ def _reduced(survey: Survey, corrections: Corrections, out: Path, settings: Proc
     """Make summary and report; runs in a worker."""
     with label_run(survey, corrections, out, settings) as run:
         run.reduced()
-
-
-def _link(file: Path, kept: Path) -> None:
-    """Give a file a second name, or copy it where the file system cannot."""
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    kept.unlink(missing_ok=True)
-    try:
-        os.link(file, kept)
-    except FileNotFoundError:
-        return
-    except OSError:
-        shutil.copyfile(file, kept)

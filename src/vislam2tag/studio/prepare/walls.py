@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.pipeline.site.register import floor_of
 from vislam2tag.studio.layers.walkable import rings_of
 from vislam2tag.studio.prepare.messages import Stroke, WallsRequest, WallsView
@@ -38,7 +39,7 @@ def corrected_floor(root: Path, request: WallsRequest, settings: WalkableSetting
     mask = _painted(before, plan, request.strokes, settings)
     space = walkable_space(plan, settings, mask)
     if request.write:
-        _write(root / f"floor_{floor.number}" / MASK_FILE, mask)
+        _write(root, f"floor_{floor.number}/{MASK_FILE}", mask)
     return WallsView(
         floor=floor.number,
         area_m2=float(space.area.mask.sum()) * space.area.cell_m**2,
@@ -80,13 +81,13 @@ def _painted(
     return np.asarray(image)
 
 
-def _write(path: Path, mask: npt.NDArray[np.uint8] | None) -> None:
+def _write(root: Path, name: str, mask: npt.NDArray[np.uint8] | None) -> None:
     try:
         if mask is None:
-            path.unlink(missing_ok=True)
+            Folder.at(root).remove(name)
             return
-        path.parent.mkdir(exist_ok=True)
+        buffer = io.BytesIO()
+        Image.fromarray(mask).save(buffer, "png")
+        Folder.at(root).write(name, buffer.getvalue())
     except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror}); check its permissions") from error
-    with whole_file(path) as partial:
-        Image.fromarray(mask).save(partial, "png")
+        raise OutputError(f"{root / name}: cannot be written ({error.strerror}); check its permissions") from error

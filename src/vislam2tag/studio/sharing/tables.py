@@ -6,13 +6,12 @@ A group's statistics tell its sessions, floors and places, so that a walk or a p
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.studio.radio.maps import NUMBER, STRONGEST, Radio
 from vislam2tag.studio.series import scans_table, series_columns, session_series
@@ -30,34 +29,30 @@ _FRAMES = {"session": np.uint16, **FULL}
 _SERIES = {"session": np.uint16, "series": np.uint8, "t": np.float32, "v": np.float32}
 
 
-def write_output(workspace: Workspace, output: str, folder: Path, done: Callable[[str], None]) -> None:
+def write_output(workspace: Workspace, output: str, folder: Folder, done: Callable[[str], None]) -> None:
     """Write the walks of an output: all thinned, every frame, scans and charts; ``done`` is told of each walk."""
-    folder.mkdir(parents=True)
     columns, stride = overview(workspace, output)
-    write_rows(pl.DataFrame(dict(columns)), folder / "overview.parquet", {STRIDE: str(stride)})
-    write_rows(scans_table(workspace, output), folder / "scans.parquet")
-    with TemporaryDirectory(prefix="vislam2tag-", dir=folder) as scratch:
-        for name in ("frames", "series"):
-            (Path(scratch) / name).mkdir()
+    write_rows(pl.DataFrame(dict(columns)), folder, "overview.parquet", {STRIDE: str(stride)})
+    write_rows(scans_table(workspace, output), folder, "scans.parquet")
+    with scratch_folder(folder) as scratch:
         for index, id in enumerate(workspace.now.ids):
-            write_rows(_frames(workspace, index, output), Path(scratch) / "frames" / f"{index:06d}.parquet")
-            write_rows(_series(workspace, index, output), Path(scratch) / "series" / f"{index:06d}.parquet")
+            write_rows(_frames(workspace, index, output), scratch, f"frames/{index:06d}.parquet")
+            write_rows(_series(workspace, index, output), scratch, f"series/{index:06d}.parquet")
             done(id)
         for name, schema in (("frames", _FRAMES), ("series", _SERIES)):
-            parts = sorted((Path(scratch) / name).iterdir())
+            parts = sorted((scratch / name).glob("*"))
             whole = scan_parquet(parts) if parts else pl.DataFrame({k: np.empty(0, v) for k, v in schema.items()})
-            write_rows(whole, folder / f"{name}.parquet")
+            write_rows(whole, folder, f"{name}.parquet")
 
 
-def write_radio(radio: Radio, folder: Path) -> None:
+def write_radio(radio: Radio, folder: Folder) -> None:
     """Write the maps of each floor and technology: of all access points together, and those of each as a group."""
-    folder.mkdir(parents=True)
     for maps in radio.floors:
         floor, technology = maps.place.floor, maps.place.technology
         layers = {name: radio.layer(floor, technology, name, "")[1].ravel() for name in (STRONGEST, NUMBER)}
-        write_rows(pl.DataFrame(layers), folder / f"{floor}-{technology}-all.parquet")
+        write_rows(pl.DataFrame(layers), folder, f"{floor}-{technology}-all.parquet")
         cells = pl.DataFrame({name: getattr(maps, name).astype(np.float32).ravel() for name in LAYERS_OF_POINT})
-        write_rows(cells, folder / f"{floor}-{technology}.parquet", group_rows=maps.grid.rows * maps.grid.columns)
+        write_rows(cells, folder, f"{floor}-{technology}.parquet", group_rows=maps.grid.rows * maps.grid.columns)
 
 
 def _frames(workspace: Workspace, index: int, output: str) -> pl.DataFrame:
@@ -75,7 +70,12 @@ def _series(workspace: Workspace, index: int, output: str) -> pl.DataFrame:
 
 
 def write_rows(
-    table: pl.DataFrame | pl.LazyFrame, path: Path, notes: dict[str, str] | None = None, group_rows: int = GROUP_ROWS
+    table: pl.DataFrame | pl.LazyFrame,
+    folder: Folder,
+    name: str,
+    notes: dict[str, str] | None = None,
+    group_rows: int = GROUP_ROWS,
 ) -> None:
     """Write a table as the page reads it, in groups of so many rows; with ``notes`` in the file's own words."""
-    write_parquet(table, path, compression="snappy", row_group_size=group_rows, statistics=True, metadata=notes)
+    options = {"compression": "snappy", "row_group_size": group_rows, "statistics": True, "metadata": notes}
+    write_parquet(table, folder, name, **options)
