@@ -9,33 +9,34 @@ import pytest
 
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, PlanText, Use
 from vislam2tag.survey.plans.svg_text import svg_texts
-from vislam2tag.survey.room_names import RoomName, names_on_plan, read_room_names
+from vislam2tag.survey.room_names import RoomName, names_on_plan, read_room_names, rooms_of
 
 
-def written(root: Path, text: str) -> Path:
+def written(root: Path, text: str) -> tuple[Path, Path | None]:
     (root / "floor_2").mkdir()
     (root / "floor_2" / "rooms.csv").write_text(text)
-    return root
+    return root, rooms_of(root / "floor_2")
 
 
 @pytest.mark.parametrize(
     "text", ["name,x,y\n2.114,3.5,4\nLab,1,2\n", "Raum;Rechtswert;Hochwert\n2.114;3,5;4,0\nLab;1,0;2,0\n"]
 )
 def test_a_table_of_the_survey_names_rooms(tmp_path: Path, text: str) -> None:
-    names, findings = read_room_names(written(tmp_path, text), 2)
+    names, findings = read_room_names(*written(tmp_path, text))
     assert names == [RoomName("2.114", (3.5, 4.0)), RoomName("Lab", (1.0, 2.0))]
     assert "malformed_lines" not in {finding.kind for finding in findings}
-    assert read_room_names(tmp_path, 3) == ([], [])
+    assert rooms_of(tmp_path / "floor_3") is None
+    assert read_room_names(tmp_path, None) == ([], [])
 
 
 def test_rows_without_a_place_are_left_out_and_told(tmp_path: Path) -> None:
-    names, findings = read_room_names(written(tmp_path, "name,x,y\n2.114,3.5,4\nLab,left,2\n"), 2)
+    names, findings = read_room_names(*written(tmp_path, "name,x,y\n2.114,3.5,4\nLab,left,2\n"))
     assert len(names) == 1
     assert [(one.kind, one.file, one.lines) for one in findings] == [("malformed_lines", "floor_2/rooms.csv", (3,))]
 
 
 def test_a_table_without_places_says_what_it_needs(tmp_path: Path) -> None:
-    names, (finding,) = read_room_names(written(tmp_path, "name,floor\n2.114,2\n"), 2)
+    names, (finding,) = read_room_names(*written(tmp_path, "name,floor\n2.114,2\n"))
     assert (names, finding.kind) == ([], "malformed_header")
     assert "it lacks x and y" in finding.message
 

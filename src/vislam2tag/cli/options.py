@@ -35,6 +35,10 @@ Replace: TypeAlias = Annotated[
     bool,
     typer.Option("--replace", help="Replace what another strategy or command wrote in OUT, the whole folder."),
 ]
+FollowLinks: TypeAlias = Annotated[
+    bool,
+    typer.Option("--follow-links", help="Share files, too, that links lead to outside the given folder."),
+]
 DryRun: TypeAlias = Annotated[bool, typer.Option("--dry-run", help="Say what would run, and why, and write nothing.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, show_default="all cores", help="Processes to run at once.")]

@@ -25,6 +25,7 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
+from vislam2tag.survey.links import CURE, outside_link
 
 MANIFEST = "dataset.json"
 SPLITS = "splits"
@@ -60,6 +61,21 @@ def open_dataset(folder: AnyPath) -> Dataset:
     plans = {floor.plan: folder / floor.plan for floor in info.floors if floor.plan and (folder / floor.plan).is_file()}
     splits = {name: _split(folder, name, account) for name, account in info.splits.items()}
     return Dataset(info, tables, splits, plans)
+
+
+def open_dataset_to_share(folder: AnyPath, *, follow_links: bool = False) -> Dataset:
+    """Open a data set whose files go elsewhere; raises as :func:`open_dataset`.
+
+    DatasetError also where a link leads to any of its files outside the folder, unless ``follow_links`` is given.
+    """
+    folder = Path(folder)
+    dataset = open_dataset(folder)
+    files = [MANIFEST, *(f"{name}.parquet" for name in dataset.tables), *dataset.files]
+    files += [f"{SPLITS}/{name}.{kind}" for name in dataset.splits for kind in ("json", "parquet")]
+    links = [] if follow_links else sorted({link for name in files if (link := outside_link(folder, folder / name))})
+    if links:
+        raise DatasetError(f"{folder}: links lead to files outside the data set: {', '.join(links)}; {CURE}")
+    return dataset
 
 
 def write_dataset(dataset: Dataset, target: AnyPath) -> Dataset:

@@ -5,7 +5,7 @@ A module ends with ``register(ImportFormat(...), ExportFormat(...))``, or names 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, Protocol, TypeVar
@@ -64,6 +64,10 @@ class ExportContext:
     """Called after each part (table, walk) with its name."""
     escape_formulas: bool = True
     """Put an apostrophe before texts that a spreadsheet would take for formulas, where the format allows it."""
+    follow_links: bool = False
+    """Share files, too, that links lead to outside the labels and the survey."""
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None
+    """Called with what is left out, by name."""
 
 
 class Writer(Protocol):

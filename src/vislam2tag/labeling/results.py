@@ -231,6 +231,8 @@ class SessionResult(Record):
     version: str
     error: str | None = None
     """Why the session could not be read or mapped; None where it could."""
+    from_outside: bool = False
+    """Whether links lead to any of its files outside the survey: a data set then leaves the session out."""
     files: list[FileAccount] = []
     findings: list[Finding] = []
     start_ns: int | None = None

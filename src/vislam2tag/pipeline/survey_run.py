@@ -32,6 +32,7 @@ from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.self_check.record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
+from vislam2tag.survey.links import left_out_of, shared_survey
 
 LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -60,6 +61,7 @@ def run_survey(
     settings: Settings | None = None,
     *,
     landmarks: AnyPath | None = None,
+    follow_links: bool = False,
     jobs: int = 1,
     progress: _StepProgress = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
@@ -67,7 +69,8 @@ def run_survey(
     """Make ``labels``, ``diagnosis.json``, ``conflicts.html``, ``check``, ``dataset`` and ``index.html`` in ``out``.
 
     ``progress`` hears of each session the step and why it failed, if it did; ``tell`` what is odd about the site's
-    files. ``landmarks`` and ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what
+    files, and what is left out because links lead to it outside the survey. ``landmarks``, ``follow_links`` and
+    ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what
     the steps raise; what was done before is kept.
     """
     survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(landmarks)
@@ -84,20 +87,23 @@ def run_survey(
             landmarks=landmarks,
             jobs=jobs,
             replace=True,
+            follow_links=follow_links,
             progress=_named("label", progress),
             tell=tell,
         )
         labels, walkable = _labels_key(out / LABELS), settings.walkable.model_dump(mode="json")
+        shown = shared_survey(survey, follow_links=follow_links)
+        pages = {"left_out": [finding.message for finding in left_out_of(shown.findings)]}
         diagnosis = steps.unless_done(
             DIAGNOSIS,
             key_of(labels, code_key(diagnose.__module__)),
             lambda: _kept(out / DIAGNOSIS_FILE, Diagnosis),
             lambda: _diagnose(survey_root, settings, landmarks, jobs, progress, folder),
         )
-        folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, survey, diagnosis.references))
+        folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, shown, diagnosis.references))
         checked = steps.unless_done(
             CHECK,
-            key_of(labels, walkable, code_key(check.__module__)),
+            key_of(labels, walkable, pages, code_key(check.__module__)),
             lambda: _kept(out / CHECK / CHECK_FILE, SurveyCheck) if (out / CHECK / CHECK_PAGE).is_file() else None,
             lambda: check(
                 survey_root,
@@ -106,14 +112,21 @@ def run_survey(
                 landmarks=landmarks,
                 jobs=jobs,
                 walkable=settings.walkable,
+                follow_links=follow_links,
                 progress=_named("check", progress),
             ),
         )
         steps.unless_done(
             DATASET,
-            key_of(labels, walkable, settings.dataset.model_dump(mode="json"), code_key(build_dataset.__module__)),
+            key_of(
+                labels,
+                walkable,
+                pages | {"follow_links": follow_links},
+                settings.dataset.model_dump(mode="json"),
+                code_key(build_dataset.__module__),
+            ),
             lambda: is_dataset(out / DATASET) or None,
-            lambda: _collect(survey_root, out, settings, checked, jobs, progress),
+            lambda: _collect(survey_root, out, settings, checked, follow_links, jobs, progress, tell),
         )
         faults = [fault.summary for fault in diagnosis.faults]
         folder.write(INDEX, lambda path: write_index_page(path, name, summary, checked, faults, _LINKS))
@@ -146,15 +159,29 @@ def _diagnose(
 
 
 def _collect(
-    survey: Path, out: Path, settings: Settings, checked: SurveyCheck, jobs: int, progress: _StepProgress
+    survey: Path,
+    out: Path,
+    settings: Settings,
+    checked: SurveyCheck,
+    follow_links: bool,
+    jobs: int,
+    progress: _StepProgress,
+    tell: Callable[[Sequence[Finding]], None],
 ) -> bool:
     build_dataset(
         out / LABELS,
         out / DATASET,
         settings.dataset,
-        BuildOptions(name=survey.resolve().name, surveys=survey, walked=checked.walked, replace=True),
+        BuildOptions(
+            name=survey.resolve().name,
+            surveys=survey,
+            walked=checked.walked,
+            replace=True,
+            follow_links=follow_links,
+        ),
         jobs=jobs,
         progress=lambda step, total: progress((step.stage, step.error), total),
+        tell=tell,
     )
     return True
 

@@ -18,6 +18,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
 from vislam2tag.survey.corrections.file import Corrections, read_corrections
+from vislam2tag.survey.links import Link, link_findings, links_in
 from vislam2tag.survey.model import SessionRef, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
 
@@ -85,6 +86,8 @@ class Inspection(Record):
     floors: tuple[FloorOverview, ...]
     sessions: tuple[SessionOverview, ...]
     findings: tuple[Finding, ...]
+    links: tuple[Link, ...] = ()
+    """All links below the survey's folder; a survey in a store has none."""
 
 
 def inspect_survey(
@@ -110,7 +113,14 @@ def _inspection(root: Path, finding_settings: FindingSettings | None, progress: 
         progress(done, len(survey.sessions))
         sessions.append(_session_overview(survey, ref, corrections, finding_settings or FindingSettings()))
     progress(len(survey.sessions), len(survey.sessions))
-    return Inspection(survey=str(root), floors=_floors(survey), sessions=tuple(sessions), findings=survey.findings)
+    links = tuple(links_in(root))
+    return Inspection(
+        survey=str(root),
+        floors=_floors(survey),
+        sessions=tuple(sessions),
+        findings=(*survey.findings, *link_findings(links)),
+        links=links,
+    )
 
 
 def _floors(survey: Survey) -> tuple[FloorOverview, ...]:

@@ -30,6 +30,7 @@ from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, re
 from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
 from vislam2tag.survey.corrections.unused import unused_corrections
 from vislam2tag.survey.discover import read_site, session_folders, zip_of
+from vislam2tag.survey.links import is_from_outside
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, StoredFolder, Survey
 from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.settings import SurveySettings
@@ -217,6 +218,8 @@ class FoundSession(NamedTuple):
     folder: Path
     format: str
     packed: Path | None = None
+    from_outside: bool = False
+    """Whether links lead to any of its files outside the survey."""
 
 
 @dataclass(frozen=True)
@@ -244,6 +247,7 @@ class SurveyFiles:
                 slug,
                 stored_folder(self.root, of.folder, of.packed, tied_recordings),
                 of.packed,
+                from_outside=of.from_outside,
             )
             for key, of, slug in listed
         ]
@@ -276,7 +280,7 @@ def survey_files(
     Unless it has to be ``walked`` already, a folder without sessions will do.
     """
     try:
-        site, findings = read_site(root, default_sigma_m, landmark_file)
+        site, findings = read_site(root, default_sigma_m, landmark_file, follow_links=True)
         site = with_stored_drawings(site, root)
         sessions, odd_folders = _sessions(root)
     except OSError as error:
@@ -289,6 +293,17 @@ def survey_files(
         )
     odd_folders += walks_twice(root, [of[:2] for of in sessions])
     return SurveyFiles(root, site, tuple(sessions), findings, tuple(odd_folders))
+
+
+def slugs_from_outside(root: Path) -> frozenset[str]:
+    """Slugs of the sessions of a survey whose files links lead to outside it, with corrections and without."""
+    files = survey_files(root, SurveySettings().landmark_sigma_m, walked=False)
+    if not any(found.from_outside for found in files.sessions):
+        return frozenset()
+    slugs = zip(session_slugs([found.key for found in files.sessions]), files.sessions, strict=True)
+    corrected = files.corrected(read_corrections(root)).sessions
+    found = {slug for slug, session in slugs if session.from_outside}
+    return frozenset(found | {ref.slug for ref in corrected if ref.from_outside})
 
 
 def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) -> list[SessionKey]:
@@ -317,15 +332,20 @@ def _sessions(root: Path) -> tuple[list[FoundSession], list[Finding]]:
             message = "the folder's name is not UTF-8; left out: rename it"
             findings.append(_unrecognised(path, message, Severity.WARNING))
         elif name is not None:
-            sessions.append(FoundSession(key, folder, name))
+            sessions.append(FoundSession(key, folder, name, from_outside=_is_from_outside(root, folder)))
             if packed is not None:
                 message = f"is left out: the folder {folder.name} beside it is a session already; remove one of the two"
                 findings.append(Finding(kind="zipped_session", file=f"{path}.zip", count=1, message=message))
         elif packed is None:
             findings.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
         elif (name := _format_in_zip(root, packed, findings)) is not None:
-            sessions.append(FoundSession(key, folder, name, packed))
+            sessions.append(FoundSession(key, folder, name, packed, _is_from_outside(root, folder, packed)))
     return sessions, findings
+
+
+def _is_from_outside(root: Path, folder: Path, *packed: Path) -> bool:
+    """Whether links, or ties of companions, lead to anything of a session outside the survey."""
+    return is_from_outside(root, (folder, *packed, *tied_recordings(folder)))
 
 
 def _format_in_zip(root: Path, packed: Path, findings: list[Finding]) -> str | None:

@@ -108,7 +108,7 @@ def _picked(source: Path, found: list[SheetRequest], wanted: tuple[str, ...]) ->
 
 
 def _of_site(root: Path) -> tuple[list[SheetRequest], tuple[Finding, ...]]:
-    site, findings = read_site(root)
+    site, findings = read_site(root, follow_links=True)
     building = read_site_file(root).name if has_site_file(root) else ""
     sizes: dict[str, tuple[SheetSize | None, float | None]] = {}
     for path in sorted({root / source.rpartition(":")[0] for source in site.landmarks.source}):

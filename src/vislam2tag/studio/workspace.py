@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.findings import Finding
 from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import jobs_of
@@ -27,6 +28,14 @@ from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.survey.corrections.lines import corrections_text
 from vislam2tag.survey.discover import session_folders, site_files
 from vislam2tag.survey.landmark_file import landmarks_from
+from vislam2tag.survey.links import (
+    CURE,
+    is_from_outside,
+    left_out_of,
+    left_out_sessions,
+    outside_link,
+    shared_site,
+)
 from vislam2tag.survey.model import Floor, SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.names import session_slugs
 
@@ -87,6 +96,9 @@ class Workspace:
         """The last whole one, and the version of the sessions that it was made of."""
         self._lock = threading.RLock()
         self._stale: tuple[str, frozenset[str]] | None = None
+        self._shares = False
+        self.left_out: tuple[Finding, ...] = ()
+        """What :meth:`leave_out_links` left out, by name."""
         self._site_stamp = self._look_at_site()
         self._content, self._content_version = corrections_text(root)
         self.now = self._snapshot(self._files(), self._content)
@@ -94,6 +106,20 @@ class Workspace:
     def close(self) -> None:
         """Forget the labels as they were before."""
         self._scratch.cleanup()
+
+    def leave_out_links(self) -> None:
+        """Leave out, from now on, what links lead to outside the survey: site files, and sessions with such files.
+
+        Raises SurveyError where no session remains, or corrections or labels come from outside.
+        """
+        if (link := outside_link(self.root, self.root / CORRECTIONS_FILE)) is not None:
+            raise SurveyError(f"{self.root / link}: a link leads to it outside the survey; {CURE}")
+        for output in self.outputs.values():
+            if is_from_outside(output.root, [output.root]):
+                raise SurveyError(f"{output.root}: has links to files outside it; {CURE}")
+        with self._lock:
+            self._shares = True
+            self.now = self._snapshot(self._files(), self._content)
 
     def refresh(self) -> Versions:
         """Look whether anything changed, whoever changed it; returns the versions now."""
@@ -116,7 +142,32 @@ class Workspace:
         """What the folder holds; an empty one is a survey that is still to be prepared."""
         if is_empty(self.root):
             return SurveyFiles(self.root, Site((), landmarks_from([])), (), (), ())
-        return survey_files(self.root, self.settings.survey.landmark_sigma_m, walked=False)
+        files = survey_files(self.root, self.settings.survey.landmark_sigma_m, walked=False)
+        return self._shared(files) if self._shares else files
+
+    def _shared(self, files: SurveyFiles) -> SurveyFiles:
+        """What of a survey may be shown to others; notes what is left out."""
+        site = shared_site(self.root, files.site, files.findings)
+        odd_folders = shared_site(self.root, files.site, files.odd_folders).findings
+        kept = tuple(found for found in files.sessions if not found.from_outside)
+        ids = session_slugs([found.key for found in files.sessions])
+        gone = [id for id, found in zip(ids, files.sessions, strict=True) if found.from_outside]
+        if gone and not kept:
+            raise SurveyError(f"{self.root}: links lead to the files of all sessions outside the survey; {CURE}")
+        if session_slugs([found.key for found in kept]) != tuple(id for id in ids if id not in gone):
+            raise SurveyError(
+                f"{self.root}: two sessions have one name, and a link leads to one of them; rename it, or {CURE}"
+            )
+        named = [left_out_sessions(gone, named=True)] if gone else []
+        counted = [left_out_sessions(gone, named=False)] if gone else []
+        self.left_out = (*named, *left_out_of(site.findings))
+        return SurveyFiles(
+            files.root,
+            site.site,
+            kept,
+            (*site.findings, *counted),
+            tuple(finding for finding in odd_folders if finding.kind != "from_outside"),
+        )
 
     def _snapshot(self, files: SurveyFiles, text: str) -> Snapshot:
         corrections = corrections_of(text)
@@ -138,7 +189,8 @@ class Workspace:
         """Result of a session in an output; as before where that is asked for and kept, else as now."""
         if output == BEFORE and id in self.before_slugs:
             return self.outputs[BEFORE].result([self.before_slugs[id]])
-        return self.outputs[LABELS if output == BEFORE else output].result(self.now.slugs(id))
+        found = self.outputs[LABELS if output == BEFORE else output].result(self.now.slugs(id))
+        return None if self._shares and found is not None and found.from_outside else found
 
     def output_of(self, id: str, output: str) -> Output:
         """The folder that a session's labels of an output are in."""

@@ -23,8 +23,10 @@ from vislam2tag.survey.landmark_file import (
     read_control_points,
     read_landmark_files,
 )
+from vislam2tag.survey.links import shared_site
 from vislam2tag.survey.model import Floor, SessionKey, Site
 from vislam2tag.survey.plans.load import check_image
+from vislam2tag.survey.room_names import rooms_of
 from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.shared_errors import with_shared_errors
 from vislam2tag.survey.site_checks import walks_in_no_floor
@@ -47,13 +49,22 @@ def read_site(
     root: Path,
     default_sigma_m: float = SurveySettings().landmark_sigma_m,
     landmark_file: Path | None = None,
+    *,
+    follow_links: bool = False,
 ) -> tuple[Site, tuple[Finding, ...]]:
     """Read floors, landmarks and control points of a survey folder: as its ``site.toml`` says, else as published.
 
     ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none; ``landmark_file``
-    replaces the floors' own landmark files. Missing and damaged site files are findings. Raises SurveyError where the
-    folder is missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
+    replaces the floors' own landmark files. Missing and damaged site files are findings. What comes from outside the
+    folder is left out, which is a finding, unless ``follow_links`` is given. Raises SurveyError where the folder is
+    missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
     """
+    site, findings = _read_site(root, default_sigma_m, landmark_file)
+    shared = shared_site(root, site, findings, follow_links=follow_links)
+    return shared.site, shared.findings
+
+
+def _read_site(root: Path, default_sigma_m: float, landmark_file: Path | None) -> tuple[Site, tuple[Finding, ...]]:
     restore(root)  # what `site write` makes is replaced whole
     if is_ilc20_site(root):
         return _ilc20_site(root, landmark_file, default_sigma_m)
@@ -212,6 +223,7 @@ def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple
         plan=plan,
         control_points=control_points,
         mask=mask_of(folder),
+        rooms=rooms_of(folder),
     )
     return floor, findings + plan_findings
 

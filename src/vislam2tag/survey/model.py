@@ -77,6 +77,8 @@ class SessionRef:
     """The zip beside ``folder`` that the session is read from; ``folder`` then has what was found in it since."""
     beside: Path | None = None
     """Of a session that is unpacked in ``folder`` just now: the folder beside its zip."""
+    from_outside: bool = False
+    """Whether links lead to any of its files outside the survey."""
 
     @property
     def own(self) -> Path:
@@ -116,6 +118,8 @@ class Floor:
     """Where the BCS lies on the earth."""
     mask: Path | None = None
     """Image of corrections of where the floor can be walked, where its folder has one."""
+    rooms: Path | None = None
+    """Table of its rooms' names, where its folder has one."""
     site_T_bcs: Similarity2 = field(default_factory=Similarity2.identity)
     """From this floor's BCS to the frame that all floors of the site share; its scale is 1."""
     stored_plan: StoredFile | None = None

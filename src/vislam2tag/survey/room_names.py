@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from shapely.geometry import Polygon
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
-from vislam2tag.survey.site_table import finite_or_none, read_site_table, unreadable_file
+from vislam2tag.survey.site_table import finite_or_none, is_file, read_site_table, unreadable_file
 from vislam2tag.survey.table_columns import ROOMS
 
 ROOMS_FILE = "rooms.csv"
@@ -30,10 +31,17 @@ class RoomName:
     place_m: tuple[float, float]
 
 
-def read_room_names(root: Path, floor: int) -> tuple[list[RoomName], list[Finding]]:
-    """Read ``floor_K/rooms.csv`` of a survey: name, x, y; nothing where there is none, findings where it is wrong."""
-    path = root / f"floor_{floor}" / ROOMS_FILE
-    if not path.is_file():
+def rooms_of(folder: Path) -> Path | None:
+    """The table of rooms that a floor's folder has."""
+    path = folder / ROOMS_FILE
+    with suppress(PermissionError):  # a locked folder is reported where its sessions are looked for
+        return path if is_file(path) else None
+    return None
+
+
+def read_room_names(root: Path, path: Path | None) -> tuple[list[RoomName], list[Finding]]:
+    """Read a floor's table of rooms: name, x, y; nothing where there is none, findings where it is wrong."""
+    if path is None:
         return [], []
     name = path.relative_to(root).as_posix()
     try:

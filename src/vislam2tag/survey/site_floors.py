@@ -16,6 +16,7 @@ from vislam2tag.survey.plans.drawing import Bounds
 from vislam2tag.survey.plans.load import plan_extent
 from vislam2tag.survey.plans.placing import extent_sides_m
 from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.survey.room_names import rooms_of
 from vislam2tag.survey.site_file import SITE_FILE, FloorPart, read_site_file
 from vislam2tag.survey.site_table import is_file
 
@@ -64,6 +65,7 @@ def _floor(root: Path, folder: Path, part: FloorPart, earth: Georeference | None
         lower_left_m=(left, low),
         source=part.plan,
         mask=mask_of(folder),
+        rooms=rooms_of(folder),
         georeference=georeference,
         site_T_bcs=site_T_bcs,
     )

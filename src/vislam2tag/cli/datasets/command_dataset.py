@@ -14,6 +14,7 @@ from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
     AsJson,
+    FollowLinks,
     HashBssid,
     IncludeNomap,
     Jobs,
@@ -23,6 +24,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 
@@ -131,6 +133,7 @@ def _dataset(
         Path | None, typer.Option(help="Keep in this folder what process writes, if the source is a survey.")
     ] = None,
     replace: Replace = False,
+    follow_links: FollowLinks = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
     from vislam2tag.dataset.description import read_description
@@ -162,6 +165,7 @@ def _dataset(
         field_work=_field_work(people, hours),
         walkable=settings.walkable,
         replace=replace,
+        follow_links=follow_links,
     )
     try:
         dataset = _built(sources, out, settings.dataset, options, jobs)
@@ -205,7 +209,7 @@ def _built(sources: list[Path], out: Path, settings: DatasetSettings, options: B
                 bars[step.stage] = stack.enter_context(session_bar(f"walks: {step.stage}"))
             bars[step.stage].advance(total, step.error)
 
-        return build_dataset(sources, out, settings, options, jobs=jobs, progress=advance)
+        return build_dataset(sources, out, settings, options, jobs=jobs, progress=advance, tell=print_warnings)
 
 
 def _print(dataset: Dataset, out: Path) -> None:

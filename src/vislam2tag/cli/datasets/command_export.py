@@ -13,6 +13,7 @@ from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
     AsJson,
+    FollowLinks,
     HashBssid,
     IncludeNomap,
     Jobs,
@@ -21,6 +22,7 @@ from vislam2tag.cli.options import (
     privacy_of,
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
@@ -94,12 +96,14 @@ def _export(
             "goes before them, which import takes off, so that no spreadsheet computes them.",
         ),
     ] = False,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
     from vislam2tag.pipeline.datasets.export import ExportOptions
 
-    options = ExportOptions(split, fold, survey, privacy_of(include_nomap, hash_bssid, no_ssid), not keep_formulas)
+    privacy = privacy_of(include_nomap, hash_bssid, no_ssid)
+    options = ExportOptions(split, fold, survey, privacy, not keep_formulas, follow_links)
     try:
         record = _exported(source, out, format_name, options, jobs)
     except KeyboardInterrupt:
@@ -124,7 +128,7 @@ def _exported(source: Path, out: Path, format_name: str, options: ExportOptions,
                 bars[stage] = stack.enter_context(session_bar(stage))
             bars[stage].advance(total, None)
 
-        return export(source, out, format_name, options, jobs=jobs, progress=advance)
+        return export(source, out, format_name, options, jobs=jobs, progress=advance, tell=print_warnings)
 
 
 def _print(record: ExportRecord, out: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.options import AsJson, FollowLinks
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say_json, visible_console
@@ -58,6 +58,7 @@ def _figures(
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
     cell_m: Annotated[float | None, setting("coverage.cell_m")] = None,
     radius_m: Annotated[float | None, setting("coverage.radius_m")] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
     start: Annotated[
@@ -75,7 +76,12 @@ def _figures(
     console = visible_console(stderr=True)
     with console.status("counting") as status:
         made = make_dataset_figures(
-            dataset, out, settings, starts, lambda stem, _total: status.update(f"drawn: {stem.replace('_', ' ')}")
+            dataset,
+            out,
+            settings,
+            starts,
+            lambda stem, _total: status.update(f"drawn: {stem.replace('_', ' ')}"),
+            follow_links=follow_links,
         )
     if json:
         say_json(made)

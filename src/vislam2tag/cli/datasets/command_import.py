@@ -12,6 +12,7 @@ from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     INTERRUPTED,
     AsJson,
+    FollowLinks,
     HashBssid,
     IncludeNomap,
     NoSsid,
@@ -105,6 +106,7 @@ def _import(
     hash_bssid: HashBssid = None,
     no_ssid: NoSsid = False,
     replace: Replace = False,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
     from vislam2tag.dataset.description import read_description
@@ -118,6 +120,7 @@ def _import(
         None if describe is None else read_description(describe),
         replace,
         _bytes(max_unpacked_gb),
+        follow_links,
     )
     try:
         with session_bar("files") as bar:

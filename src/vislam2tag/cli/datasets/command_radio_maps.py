@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import INTERRUPTED, AsJson
+from vislam2tag.cli.options import INTERRUPTED, AsJson, FollowLinks
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
@@ -69,6 +69,7 @@ def _radio_maps(
         ),
     ] = None,
     most: Annotated[int | None, setting("radio_maps.most")] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
@@ -85,7 +86,12 @@ def _radio_maps(
     try:
         with session_bar("access points") as bar:
             found = write_radio_maps(
-                dataset, out, settings, tuple(ap or ()), lambda _done, total: bar.advance(total, error=None)
+                dataset,
+                out,
+                settings,
+                tuple(ap or ()),
+                lambda _done, total: bar.advance(total, error=None),
+                follow_links=follow_links,
             )
     except KeyboardInterrupt:
         say(f"interrupted: {out} holds no new radio maps", err=True)

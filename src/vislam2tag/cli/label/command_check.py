@@ -14,6 +14,7 @@ from vislam2tag.cli.options import (
     AsJson,
     Devices,
     Floors,
+    FollowLinks,
     Jobs,
     LandmarkFile,
     SurveyFolder,
@@ -21,7 +22,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.tables import metres, table, table_console
+from vislam2tag.cli.tables import metres, print_warnings, table, table_console
 from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ def _check(
     landmarks: LandmarkFile = None,
     floor: Floors = None,
     device: Devices = None,
+    follow_links: FollowLinks = False,
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
@@ -81,7 +83,7 @@ def _check(
     settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m}, survey)
     selection = selection_of(floor, device)
     try:
-        found = _with_progress(survey, settings, out, landmarks, selection, jobs)
+        found = _with_progress(survey, settings, out, landmarks, selection, follow_links, jobs)
     except KeyboardInterrupt:
         say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -96,7 +98,13 @@ def _check(
 
 
 def _with_progress(
-    survey: Path, settings: Settings, out: Path | None, landmarks: Path | None, selection: Selection, jobs: int
+    survey: Path,
+    settings: Settings,
+    out: Path | None,
+    landmarks: Path | None,
+    selection: Selection,
+    follow_links: bool,
+    jobs: int,
 ) -> SurveyCheck:
     """Check behind a progress bar; a line on standard error for each session that fails."""
     from vislam2tag.pipeline.labels.checking.check import check
@@ -110,7 +118,9 @@ def _with_progress(
             selection=selection,
             jobs=jobs,
             walkable=settings.walkable,
+            follow_links=follow_links,
             progress=lambda session, total: bar.advance(total, session.error),
+            tell=print_warnings,
         )
 
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, Jobs, SurveyFolder
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, FollowLinks, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def _diagnose(
     conflicts: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a page that maps what agrees and what contradicts.")
     ] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
     jobs: Jobs = ALL_CORES,
     config: ConfigFile = None,
@@ -79,7 +81,7 @@ def _diagnose(
         say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
     if conflicts is not None:
-        _write_conflicts(conflicts, survey, settings, found)
+        _write_conflicts(conflicts, survey, settings, found, follow_links)
     if json:
         say_json(found)
     else:
@@ -102,11 +104,15 @@ def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
         return diagnose(survey, settings, jobs=jobs, progress=lambda session, total: bar.advance(total, session.error))
 
 
-def _write_conflicts(page: Path, survey: Path, settings: Settings, found: Diagnosis) -> None:
+def _write_conflicts(page: Path, survey: Path, settings: Settings, found: Diagnosis, follow_links: bool) -> None:
     from vislam2tag.report.pages.conflict_page import write_conflict_page
     from vislam2tag.sessions.registry import open_survey
+    from vislam2tag.survey.links import left_out_of, shared_survey
 
-    write_conflict_page(page, open_survey(survey, settings.survey.landmark_sigma_m), found.references)
+    opened = open_survey(survey, settings.survey.landmark_sigma_m)
+    shown = shared_survey(opened, follow_links=follow_links)
+    print_warnings(left_out_of(shown.findings))
+    write_conflict_page(page, shown, found.references)
     say(f"conflicts: {page}", err=True)
 
 

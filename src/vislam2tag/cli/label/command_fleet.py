@@ -9,10 +9,10 @@ import typer
 
 from vislam2tag.cli.executors import ClusterFile, ExecutorName, SchedulerAddress, WhereSessionsRun, executor_of
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, DryRun, Jobs
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, DryRun, FollowLinks, Jobs
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
-from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.tables import print_warnings, table, table_console
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.files.store import shown
 
@@ -97,12 +97,19 @@ def register(app: typer.Typer) -> None:
 def _add(
     store: Store,
     surveys: Annotated[list[Path] | None, typer.Argument(metavar="[SURVEY]...", help="Folders or addresses.")] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.fleet.add import add_surveys
 
     with session_bar("surveys") as bar:
-        totals = add_surveys(store, surveys or (), progress=lambda _, total: bar.advance(total, None))
+        totals = add_surveys(
+            store,
+            surveys or (),
+            follow_links=follow_links,
+            progress=lambda _, total: bar.advance(total, None),
+            tell=print_warnings,
+        )
     _print_totals(totals, json)
     if not json:
         next_step("fleet add", fleet=store)
@@ -134,6 +141,7 @@ def _process(
     store: Store,
     survey: Annotated[list[str] | None, typer.Option(help="Only this survey, by its name; repeatable.")] = None,
     dry_run: DryRun = False,
+    follow_links: FollowLinks = False,
     jobs: Jobs = ALL_CORES,
     executor: WhereSessionsRun = ExecutorName.LOCAL,
     scheduler: SchedulerAddress = None,
@@ -148,7 +156,7 @@ def _process(
         if dry_run:
             _print_dry_run(store, tuple(survey or ()), config, run_all, json)
             return
-        totals, failed = _process_with_progress(store, tuple(survey or ()), config, run_all)
+        totals, failed = _process_with_progress(store, tuple(survey or ()), config, run_all, follow_links)
     _print_totals(totals, json)
     if not json:
         after = "fleet process, failed" if failed else "fleet process"
@@ -170,7 +178,7 @@ def _print_dry_run(store: Path, surveys: tuple[str, ...], config: Path | None, e
 
 
 def _process_with_progress(
-    store: Path, surveys: tuple[str, ...], config: Path | None, executor: Executor
+    store: Path, surveys: tuple[str, ...], config: Path | None, executor: Executor, follow_links: bool
 ) -> tuple[FleetTotals, bool]:
     """Process; return the fleet's totals, and whether anything of this run failed."""
     from vislam2tag.pipeline.fleet.process import SessionOutcome, process_fleet
@@ -189,6 +197,7 @@ def _process_with_progress(
                 lambda folder: settings_of(config, {}, folder),
                 surveys=surveys,
                 executor=executor,
+                follow_links=follow_links,
                 progress=advance,
             )
         except KeyboardInterrupt:

@@ -17,6 +17,7 @@ from vislam2tag.cli.options import (
     Devices,
     DryRun,
     Floors,
+    FollowLinks,
     Jobs,
     LandmarkFile,
     Replace,
@@ -79,6 +80,7 @@ def _process(
     floor: Floors = None,
     device: Devices = None,
     replace: Replace = False,
+    follow_links: FollowLinks = False,
     dry_run: DryRun = False,
     jobs: Jobs = ALL_CORES,
     executor: WhereSessionsRun = ExecutorName.LOCAL,
@@ -117,7 +119,9 @@ def _process(
             _print_dry_run(survey, out, settings, json, executor=run_all, **options)
             return
         on_cluster = executor is ExecutorName.DASK
-        summary = _process_with_progress(survey, out, settings, lines=on_cluster, executor=run_all, **options)
+        summary = _process_with_progress(
+            survey, out, settings, lines=on_cluster, executor=run_all, follow_links=follow_links, **options
+        )
     if json:
         say_json(summary)
         raise typer.Exit(1 if summary.failed else 0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, Jobs, LandmarkFile, SurveyFolder
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_warnings
@@ -45,13 +45,14 @@ def _run(
     survey: SurveyFolder,
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
     landmarks: LandmarkFile = None,
+    follow_links: FollowLinks = False,
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
     settings = settings_of(config, {}, survey)
     try:
-        made = _with_progress(survey, out, settings, landmarks, jobs)
+        made = _with_progress(survey, out, settings, landmarks, follow_links, jobs)
     except KeyboardInterrupt:
         say(f"interrupted: what is done is kept in {out}; run the same command again to go on", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -62,7 +63,9 @@ def _run(
     raise typer.Exit(1 if made.labels.failed else 0)
 
 
-def _with_progress(survey: Path, out: Path, settings: Settings, landmarks: Path | None, jobs: int) -> SurveyRun:
+def _with_progress(
+    survey: Path, out: Path, settings: Settings, landmarks: Path | None, follow_links: bool, jobs: int
+) -> SurveyRun:
     from vislam2tag.pipeline.survey_run import run_survey
 
     with ExitStack() as stack:
@@ -74,7 +77,16 @@ def _with_progress(survey: Path, out: Path, settings: Settings, landmarks: Path 
                 bars[step[0]] = stack.enter_context(session_bar(f"sessions: {step[0]}"))
             bars[step[0]].advance(total, step[1])
 
-        return run_survey(survey, out, settings, landmarks=landmarks, jobs=jobs, progress=advance, tell=print_warnings)
+        return run_survey(
+            survey,
+            out,
+            settings,
+            landmarks=landmarks,
+            follow_links=follow_links,
+            jobs=jobs,
+            progress=advance,
+            tell=print_warnings,
+        )
 
 
 def _print(made: SurveyRun, survey: Path, out: Path) -> None:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs
+from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.store import address_of, shown
@@ -30,7 +31,8 @@ it.
 
 With --export DIR nothing is opened: DIR becomes the same page on files, which only shows, for any web server or
 bucket. Names of networks, networks that opted out (_nomap) and what people wrote beside corrections are left out,
-addresses of networks are hashed; what is told of the building and of devices, stays. Where SURVEY is a fleet, or a
+addresses of networks are hashed; what is told of the building and of devices, stays. Sessions and site files that
+links lead to outside SURVEY are left out, unless --follow-links is given. Where SURVEY is a fleet, or a
 fleet's address, the page is a list of its surveys to search, and the walks of each that has labels are behind it;
 --survey chooses.
 
@@ -83,6 +85,7 @@ def _studio(
         list[str] | None,
         typer.Option("--survey", metavar="NAME", help="With --export of a fleet: only this survey; repeatable."),
     ] = None,
+    follow_links: FollowLinks = False,
     browser: Annotated[bool, typer.Option(help="Open the page in this computer's browser.")] = True,
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
@@ -96,7 +99,7 @@ def _studio(
                 f"{shown(survey)}: is a fleet; give --export DIR and neither --labels nor --compare, or open one of "
                 f"its surveys: vislam2tag studio {shown(survey)}/surveys/NAME --labels {shown(survey)}/labels/NAME"
             )
-        _export_fleet(survey, only or (), config, export, hash_bssid, json)
+        _export_fleet(survey, only or (), config, export, hash_bssid, follow_links, json)
         return
     if only:
         raise UsageError(f"--survey: {shown(survey)} is no fleet; leave the option out")
@@ -104,7 +107,7 @@ def _studio(
         raise UsageError(f"{shown(survey)}: is no fleet; copy the survey to this machine (docs/how-to/fleets.md)")
     workspace = _opened(survey, labels, compare or (), config)
     if export is not None:
-        _export(workspace, export, hash_bssid, json)
+        _export(workspace, export, hash_bssid, follow_links, json)
     else:
         _serve(workspace, host, port, browser, jobs, json)
 
@@ -117,7 +120,13 @@ def _opened(survey: Path, labels: Path | None, compare: Sequence[Path], config: 
 
 
 def _export_fleet(
-    fleet: Path, only: Sequence[str], config: Path | None, out: Path, key: Path | None, json: bool
+    fleet: Path,
+    only: Sequence[str],
+    config: Path | None,
+    out: Path,
+    key: Path | None,
+    follow_links: bool,
+    json: bool,
 ) -> None:
     from vislam2tag.studio.sharing.fleet import export_fleet
 
@@ -129,15 +138,24 @@ def _export_fleet(
             only,
             _key(key),
             lambda _, total: bar.advance(total, None),
+            follow_links=follow_links,
+            tell=print_warnings,
         )
     _tell(record, out, json)
 
 
-def _export(workspace: Workspace, out: Path, key: Path | None, json: bool) -> None:
+def _export(workspace: Workspace, out: Path, key: Path | None, follow_links: bool, json: bool) -> None:
     from vislam2tag.studio.sharing.export import export_survey
 
     with closing(workspace), session_bar("steps") as bar:
-        record = export_survey(workspace, out, _key(key), lambda _, total: bar.advance(total, None))
+        record = export_survey(
+            workspace,
+            out,
+            _key(key),
+            lambda _, total: bar.advance(total, None),
+            follow_links=follow_links,
+            tell=print_warnings,
+        )
     _tell(record, out, json)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import INTERRUPTED, AsJson, Floors
+from vislam2tag.cli.options import INTERRUPTED, AsJson, Floors, FollowLinks
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
@@ -80,6 +80,7 @@ def _plan(
     further: Annotated[int | None, setting("plan.further")] = None,
     first_id: Annotated[int, typer.Option(min=0, help="New landmarks are numbered from this on.")] = 1,
     time_limit_s: Annotated[float | None, setting("plan.time_limit_s")] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
     write: Annotated[
@@ -105,7 +106,7 @@ def _plan(
         },
         site,
     )
-    request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, mask, write, settings.walkable)
+    request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, mask, write, settings.walkable, follow_links)
     try:
         with session_bar("steps") as bar:
             result = write_plans(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.options import AsJson, FollowLinks
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json
@@ -90,6 +90,7 @@ def _register(
     shot_sigma_m: Annotated[float | None, setting("registration.shot_sigma_m")] = None,
     tape_sigma_m: Annotated[float | None, setting("registration.tape_sigma_m")] = None,
     plan_sigma_m: Annotated[float | None, setting("registration.plan_sigma_m")] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write files, record and figure there.")] = None,
@@ -99,9 +100,12 @@ def _register(
     from vislam2tag.pipeline.site import register as registering
     from vislam2tag.registration.names import NameRules
     from vislam2tag.registration.point_file import parse_columns
+    from vislam2tag.survey.links import refuse_outside_plan
 
     whole, chosen = registering.floor_of(site, floor)
     if click is not None:
+        if not follow_links:
+            refuse_outside_plan(site, chosen)
         _write_page(click, whole, chosen)
         if json:
             say_json({"floor": chosen.number, "page": click})

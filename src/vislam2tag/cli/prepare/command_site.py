@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson, Replace
+from vislam2tag.cli.options import AsJson, FollowLinks, Replace
 from vislam2tag.cli.prepare.site_init import INIT_HELP, SITE_CODES, site_init
 from vislam2tag.cli.prepare.site_walkable import WALKABLE_HELP, site_walkable
-from vislam2tag.cli.tables import print_findings, print_site, site_record, table, table_console
+from vislam2tag.cli.tables import print_findings, print_site, print_warnings, site_record, table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 
@@ -82,13 +82,14 @@ def _show(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw it there: a file named .png, .pdf, .svg or .html.")
     ] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.site.show import draw_site, summarise_site, title_of
 
-    summary = summarise_site(site, floor or ())
+    summary = summarise_site(site, floor or (), follow_links=follow_links)
     if out is not None:
-        draw_site(summary, title_of(site), out)
+        draw_site(summary, title_of(site, follow_links=follow_links), out)
     if json:
         say_json(site_record(summary))
         return
@@ -101,11 +102,12 @@ def _show(
 def _write(
     site: SiteFolder,
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
+    follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.site.write import write_published
 
-    changes, findings = write_published(site, out)
+    changes, findings = write_published(site, out, follow_links=follow_links)
     if json:
         say_json({"out": out, "changes": changes, "findings": findings})
         return
@@ -132,6 +134,7 @@ def _rebase(
     ] = None,
     building: Annotated[str | None, typer.Option(help="The site's building in a data set of several.")] = None,
     replace: Replace = False,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
@@ -142,7 +145,16 @@ def _rebase(
         _print_changes(changes)
     try:
         with visible_console(stderr=True).status("rebasing"):
-            kind = rebase(source, out, changes, to, building, replace=replace)
+            kind = rebase(
+                source,
+                out,
+                changes,
+                to,
+                building,
+                replace=replace,
+                follow_links=follow_links,
+                tell=print_warnings,
+            )
     except KeyboardInterrupt:
         say(f"interrupted: nothing was written to {out}", err=True)
         raise typer.Exit(130) from None
@@ -166,7 +178,8 @@ def _changes(
         return read_changes(by)
     if to is None:
         raise UsageError("--to: give the new site, or the change by --by")
-    return estimated_changes(read_site(old or source)[0], read_site(to)[0], rigid=rigid, without=without)
+    sites = (read_site(site, follow_links=True)[0] for site in (old or source, to))
+    return estimated_changes(*sites, rigid=rigid, without=without)
 
 
 def _print_changes(changes: FrameChanges) -> None:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson, Floors
+from vislam2tag.cli.options import AsJson, Floors, FollowLinks
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.tables import print_warnings, table, table_console
 from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:  # image processing is imported where it is used: the other commands of site do without
@@ -43,6 +43,7 @@ def site_walkable(
         Path | None, typer.Option(metavar="IMAGE", help="With one floor: green can be walked, red cannot.")
     ] = None,
     wall_contrast: Annotated[float | None, setting("walkable.wall_contrast")] = None,
+    follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
@@ -50,7 +51,7 @@ def site_walkable(
     from vislam2tag.pipeline.site.walkable import floor_record, write_walkable
 
     settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
-    found = write_walkable(site, out, floor or (), settings, mask)
+    found = write_walkable(site, out, floor or (), settings, mask, follow_links=follow_links, tell=print_warnings)
     if json:
         say_json([floor_record(one) for one in found])
         return

@@ -5,9 +5,9 @@ docs/reference/output.md tells more.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import polars as pl
@@ -22,6 +22,7 @@ from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.records import Record
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.survey.links import CURE, outside_link
 
 _AGAIN = "run `vislam2tag process` again"
 
@@ -34,7 +35,14 @@ class _RunFile(Record, extra="ignore"):
     floors: tuple[FloorRecord, ...]
     settings: dict[str, object]
     versions: dict[str, str]
+    site_from_outside: bool = False
     rebase: tuple[dict[str, object], ...] = ()
+
+
+class _Origin(Record, extra="ignore"):
+    """What a session's result says that matters before it is read."""
+
+    from_outside: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,20 @@ class LabelledSession:
             raise DatasetError(
                 f"{path}: cannot be read ({first_line(error)}); run `vislam2tag process` again"
             ) from error
+
+    def is_from_outside(self) -> bool:
+        """Whether links led to its raw files outside the survey, or lead to its labels outside their folder.
+
+        Raises DatasetError where its result cannot be read.
+        """
+        result = self.root / RESULTS / f"{self.slug}.json"
+        if any(outside_link(self.root, path) for path in (result, *(self._path(table) for table in SCHEMAS))):
+            return True
+        try:
+            stored = None if self.store is None else self.store.get(result.relative_to(self.root).as_posix())
+            return _Origin.model_validate_json(stored.data if stored else read_bytes(result)).from_outside
+        except (OSError, ValidationError) as error:
+            raise DatasetError(f"{result}: cannot be read ({first_line(error)}); {_AGAIN}") from error
 
     def has(self, table: str) -> bool:
         """Whether the session has this table; those that not every phone logs may be missing."""
@@ -114,6 +136,8 @@ class LabelledSurvey:
     """Sorted by slug."""
     rebase: tuple[Mapping[str, object], ...] = ()
     """Changes of frame that the labels went through since, in order (docs/how-to/new-plan.md)."""
+    left_out: tuple[str, ...] = ()
+    """Slugs of the sessions that are not in ``sessions``, because they come from outside the survey by links."""
 
     @property
     def max_sigma_m(self) -> float:
@@ -143,8 +167,8 @@ def is_labelled(folder: Path) -> bool:
     return (folder / RUN_FILE).is_file()
 
 
-def open_labelled(root: Path) -> LabelledSurvey:
-    """Look at an output folder of ``process``.
+def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
+    """Look at an output folder of ``process``, without what came from outside the survey unless ``follow_links``.
 
     Raises DatasetError where it is none, its last run has not ended, or it holds no session.
     """
@@ -157,9 +181,35 @@ def open_labelled(root: Path) -> LabelledSurvey:
     sessions = tuple(LabelledSession(root, path.stem, store) for path in sorted((root / RESULTS).glob("*.json")))
     if not sessions:
         raise DatasetError(f"{root}: holds no session; process a survey with sessions into it")
-    return LabelledSurvey(
+    opened = LabelledSurvey(
         root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions, run.rebase
     )
+    return opened if follow_links else _shared(opened, run.site_from_outside)
+
+
+def _shared(opened: LabelledSurvey, site_from_outside: bool) -> LabelledSurvey:
+    """Labels without what came from outside the survey: sessions, and names and georeferences of floors."""
+    if (link := outside_link(opened.root, opened.root / RUN_FILE)) is not None:
+        raise DatasetError(f"{opened.root / link}: is a link to a file outside the labels; {CURE}")
+    outside = tuple(session.slug for session in opened.sessions if session.is_from_outside())
+    if site_from_outside:
+        floors = (
+            floor.model_copy(update={"name": f"Floor {floor.number}", "georeference": None}) for floor in opened.floors
+        )
+        opened = replace(opened, floors=tuple(floors))
+    return without_sessions(opened, outside)
+
+
+def without_sessions(opened: LabelledSurvey, outside: Collection[str]) -> LabelledSurvey:
+    """Leave sessions out that come from outside their survey, by slug; raises DatasetError where none remains."""
+    kept = tuple(session for session in opened.sessions if session.slug not in outside)
+    gone = tuple(session.slug for session in opened.sessions if session.slug in outside)
+    if not kept:
+        raise DatasetError(
+            f"{opened.root}: links lead to the files of all {len(gone)} sessions outside the survey, and no other "
+            f"session remains: {', '.join(gone)}; {CURE}"
+        )
+    return replace(opened, sessions=kept, left_out=(*opened.left_out, *gone))
 
 
 def _run(root: Path) -> _RunFile:

@@ -23,14 +23,16 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.formats.gia.private_labels import PrivateLabels
+from vislam2tag.dataset.writing.shared_labels import shared_labels
 from vislam2tag.labeling.results import FloorRecord
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.georeference import Georeference, to_wgs84
+from vislam2tag.survey.links import left_out_of
 
 READINGS = {"wifi": tuple(SCHEMAS["wifi"]), "ble": tuple(SCHEMAS["ble"])}
 HOLDS = {
@@ -61,8 +63,8 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position, SurveyError
     where the survey is none.
     """
-    opened = open_labelled(labels)
-    plans = _plans(context.survey, opened.floors)
+    opened, outside = shared_labels(labels, context)
+    plans, plans_left_out = _plans(context, opened.floors)
     private = PrivateLabels.of(opened.sessions, context.privacy)
     unmapped = 0
     for session in opened.sessions:
@@ -76,11 +78,12 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
         context.progress(session.slug, len(opened.sessions))
     if unmapped == len(opened.sessions):
         raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
+    findings = (*outside, *plans_left_out, *private.findings)
     if not unmapped:
-        return private.findings
+        return findings
     message = "sessions without a position are left out"
     left_out = Finding(kind="unmapped_sessions", file="", count=unmapped, message=message, severity=Severity.INFO)
-    return (*private.findings, left_out)
+    return (*findings, left_out)
 
 
 def _write(path: Path, messages: list[Message]) -> None:
@@ -161,15 +164,20 @@ class _Plan:
     """Its format by Foxglove's word, and its file."""
 
 
-def _plans(survey: Path | None, floors: tuple[FloorRecord, ...]) -> list[_Plan]:
-    """The floors, with the images of their plans where the survey is at hand and has some."""
-    files = {} if survey is None else {floor.number: floor.plan for floor in read_site(survey)[0].floors}
+def _plans(context: ExportContext, floors: tuple[FloorRecord, ...]) -> tuple[list[_Plan], list[Finding]]:
+    """The floors, with the images of their plans where the survey is at hand and has some; and what is left out."""
+    files, left_out = {}, []
+    if context.survey is not None:
+        site, findings = read_site(context.survey, follow_links=context.follow_links)
+        files = {floor.number: floor.plan for floor in site.floors}
+        left_out = left_out_of(findings)
+        context.tell(left_out)
     plans = []
     for floor in floors:
         file = files.get(floor.number)
         kind = None if file is None else _IMAGES.get(file.suffix.lower())
         plans.append(_Plan(floor, (kind, read_bytes(file)) if file is not None and kind is not None else None))
-    return plans
+    return plans, left_out
 
 
 def _of_plans(plans: list[_Plan], time_ns: int) -> Iterator[Message]:

@@ -7,8 +7,9 @@ from pathlib import Path
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import has_position
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
+from vislam2tag.dataset.writing.shared_labels import shared_labels
 from vislam2tag.evaluation.trajectory_files import covariance_text, tum_text
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
@@ -26,14 +27,15 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
 
     Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position.
     """
-    sessions = open_labelled(labels).sessions
+    opened, left_out = shared_labels(labels, context)
+    sessions = opened.sessions
     unmapped = 0
     for session in sessions:
         unmapped += not _write(session, folder)
         context.progress(session.slug, len(sessions))
     if unmapped == len(sessions):
         raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
-    return _findings(unmapped)
+    return (*left_out, *_findings(unmapped))
 
 
 def _write(session: LabelledSession, folder: Path) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +12,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.table_files import scan_parquet
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.dataset.description import Description, with_description
@@ -32,6 +33,7 @@ from vislam2tag.pipeline.labels.checking.walked_floors import walked_floors
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.links import left_out_sessions
 from vislam2tag.survey.names import unique_slugs
 from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.walked.walked_record import WalkedFloor
@@ -77,6 +79,8 @@ class BuildOptions:
     """That, where ``check`` told it of the only source; None: it is found here."""
     replace: bool = False
     """Replace what another command or strategy left where data set or labels go."""
+    follow_links: bool = False
+    """Include what links lead to outside the sources and their surveys: plans, and sessions with such files."""
 
 
 def build_dataset(
@@ -87,10 +91,12 @@ def build_dataset(
     *,
     jobs: int = 1,
     progress: Progress[SessionStep] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> Dataset:
     """Build a data set of surveys or of output folders of ``process``, and open it.
 
-    A survey is processed first. With ``jobs`` > 1 sessions are worked at in that many processes (call it from under
+    A survey is processed first. ``tell`` is called with the names of what is left out, because links lead to it outside
+    its source. With ``jobs`` > 1 sessions are worked at in that many processes (call it from under
     ``if __name__ == "__main__":``). Raises SurveyError or DatasetError where a source is neither, cannot be read, or
     clashes with another, UsageError for options that do not fit, OutputError where ``out`` cannot be written.
     """
@@ -99,6 +105,7 @@ def build_dataset(
     with dataset_folder(out, "dataset", options.replace) as folder:
         scratch = folder.root / ".scratch"
         opened = _labelled(folders, scratch / "labels", options, jobs, progress)
+        tell(_left_out(opened, named=True))
         floors, plans = merged_floors(opened)
         todo = list(_session_jobs(opened, scratch / "parts", settings, options.max_sigma_m))
         outcomes = _build_sessions(todo, jobs, progress)
@@ -107,7 +114,7 @@ def build_dataset(
             floors=floors,
             groupings=_groupings(outcomes, settings),
             sources=tuple(source.record(settings) for source in opened),
-            findings=tuple(survey_findings(outcomes)),
+            findings=(*survey_findings(outcomes), *_left_out(opened, named=False)),
         )
         info = with_description(info, options.description) if options.description else info
         info = _add_tables(folder, scratch / "parts", info, options)
@@ -115,6 +122,13 @@ def build_dataset(
         shutil.rmtree(scratch)
         finish_dataset(folder, info, options.field_work, _walked(opened, outcomes, options))
     return open_dataset(out)
+
+
+def _left_out(sources: Sequence[LabelledSource], *, named: bool) -> list[Finding]:
+    """Count the sessions and name the plans that come from outside their survey; name the sessions, too, if wanted."""
+    slugs = [slug for source in sources for slug in source.labelled.left_out]
+    sessions = [left_out_sessions(slugs, named=named)] if slugs else []
+    return [*sessions, *(finding for source in sources for finding in source.plans_left_out)]
 
 
 def _walked(
@@ -131,7 +145,7 @@ def _walked(
         if source.survey is not None
         for number, floor in walked_floors(
             source.survey,
-            read_site(source.survey)[0],
+            read_site(source.survey, follow_links=options.follow_links)[0],
             [own for whose, own in walks if whose.building == source.building],
             options.walkable,
         ).items()
@@ -162,9 +176,11 @@ def _labelled(
             options.labelling,
             jobs=jobs,
             replace=options.replace,
+            follow_links=options.follow_links,
             progress=lambda done, total: progress(SessionStep(LABEL, done.error), total),
         )
-    return open_sources(outs, options.buildings, surveys, folders, scratch.parent / "plans")
+    plans = scratch.parent / "plans"
+    return open_sources(outs, options.buildings, surveys, folders, plans, follow_links=options.follow_links)
 
 
 def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -19,7 +20,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
-from vislam2tag.dataset.folder import is_dataset, open_dataset, sha256_of
+from vislam2tag.dataset.folder import is_dataset, open_dataset_to_share, sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, export_named
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
@@ -56,6 +57,8 @@ class ExportOptions:
     survey: AnyPath | None = None
     privacy: Privacy = field(default_factory=Privacy)
     escape_formulas: bool = True
+    follow_links: bool = False
+    """Share files, too, that links lead to outside the source and the survey."""
 
 
 def is_export(folder: Path) -> bool:
@@ -75,11 +78,13 @@ def export(
     *,
     jobs: int = 1,
     progress: Progress[str] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> ExportRecord:
     """Write ``source`` in a format into the folder ``out``, whole or not at all.
 
     Formats that are made of a data set take labels, too: the data set is built on the way. ``progress`` hears the stage
-    (``build``, ``write``) of each part and how many parts that stage has. Raises UsageError for a
+    (``build``, ``write``) of each part and how many parts that stage has; ``tell`` the names of what links lead to
+    outside ``source`` and the survey, which is left out. Raises UsageError for a
     format, split, fold or survey that is not there and for options that mean nothing to the format, DatasetError where
     ``source`` is neither, or holds nothing that the format can, OutputError where ``out`` cannot be written.
     """
@@ -94,13 +99,15 @@ def export(
         privacy=options.privacy,
         progress=lambda _part, total: progress("write", total),
         escape_formulas=options.escape_formulas,
+        follow_links=options.follow_links,
+        tell=tell,
     )
     if chosen.write_labels:
         with whole_folder(out, is_export) as folder:
             lost = chosen.write_labels(source, folder, context)
             return _finish(folder, chosen, source, None, (*lost, *left_out(_labels(source), chosen.holds)))
     with whole_folder(out, is_export) as folder:
-        opened = _dataset(source, folder.with_name("dataset"), jobs, progress)
+        opened = _dataset(source, folder.with_name("dataset"), options.follow_links, jobs, progress, tell)
         dataset = with_privacy(opened, options.privacy)
         lost = _write(chosen, dataset, folder, context)
         return _finish(folder, chosen, source, dataset.info.bssid_key, (*_opted_out(opened, dataset), *lost))
@@ -124,10 +131,17 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
         refuse_among_sessions(open_survey(options.survey), out)
 
 
-def _dataset(source: Path, scratch: Path, jobs: int, progress: Progress[str]) -> Dataset:
+def _dataset(
+    source: Path,
+    scratch: Path,
+    follow_links: bool,
+    jobs: int,
+    progress: Progress[str],
+    tell: Callable[[Sequence[Finding]], None],
+) -> Dataset:
     """Open the data set, or build it of labels in the folder ``scratch``."""
     if is_dataset(source):
-        return open_dataset(source)
+        return open_dataset_to_share(source, follow_links=follow_links)
     if not is_labelled(source):
         raise DatasetError(
             f"{source}: is neither a data set nor an output folder of `vislam2tag process`; make one of them first"
@@ -138,9 +152,11 @@ def _dataset(source: Path, scratch: Path, jobs: int, progress: Progress[str]) ->
     return build_dataset(
         source,
         scratch,
-        options=BuildOptions(privacy=None),  # the export's own wishes say what goes
+        # the export's own wishes say what goes
+        options=BuildOptions(privacy=None, follow_links=follow_links),
         jobs=jobs,
         progress=lambda _session, total: progress("build", total),
+        tell=tell,
     )
 
 

@@ -13,7 +13,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.folder import open_dataset_to_share
 from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
@@ -33,15 +33,17 @@ def make_dataset_figures(
     settings: CoverageSettings | None = None,
     starts: Mapping[Storey, tuple[float, float]] | None = None,
     progress: Progress[str] = silent,
+    *,
+    follow_links: bool = False,
 ) -> CoverageRecord:
     """Write a data set's figures (SVG, PDF), Table III (CSV, Markdown, LaTeX) and ``coverage.json`` into ``out``.
 
     ``starts`` says by building and floor where (BCS, metres) the walk that fills the gaps begins. Raises DatasetError
-    where ``root`` is no data set, UsageError for a start on a floor that it does not have, OutputError where ``out``
-    cannot be written.
+    where ``root`` is no data set, or links lead to its files outside it and ``follow_links`` is not given, UsageError
+    for a start on a floor that it does not have, OutputError where ``out`` cannot be written.
     """
     root, out = Path(root), Path(out)
-    dataset = open_dataset(root)
+    dataset = open_dataset_to_share(root, follow_links=follow_links)
     settings, starts = settings or CoverageSettings(), starts or {}
     statistics = dataset_statistics(dataset)
     technology = statistics.main[0] if statistics.main else "wifi"

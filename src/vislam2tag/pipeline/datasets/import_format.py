@@ -20,6 +20,7 @@ from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, impo
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
 from vislam2tag.pipeline.datasets.finish import finish_dataset
+from vislam2tag.survey.links import CURE, is_from_outside
 
 _OUR_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
@@ -41,6 +42,8 @@ class ImportOptions:
     """Replace a data set of another command."""
     most_unpacked: int = MOST_UNPACKED
     """Bytes that an archive may unpack to."""
+    follow_links: bool = False
+    """Take files, too, that links lead to outside the folder."""
 
 
 def import_format(
@@ -54,6 +57,8 @@ def import_format(
     path, out = Path(path), Path(out)
     options = options or ImportOptions()
     chosen = _chosen(path, options)
+    if not options.follow_links and is_from_outside(path, [path]):
+        raise DatasetError(f"{path}: contains links to files outside it; {CURE}")
     with dataset_folder(out, "import", options.replace) as folder:
         scratch = folder.root.with_name("scratch")
         scratch.mkdir()

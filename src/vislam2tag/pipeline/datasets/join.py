@@ -11,7 +11,7 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record, write_changes
 from vislam2tag.dataset.comparing.changes import Changes, survey_changes
 from vislam2tag.dataset.comparing.joining import join_datasets
-from vislam2tag.dataset.folder import dataset_folder, open_dataset
+from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Storey
 from vislam2tag.dataset.settings import CHANGE_CELL_M
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
@@ -26,15 +26,22 @@ _SPLIT_FINDINGS = frozenset({"no_split", "not_in_split"})
 
 
 def join(
-    base: AnyPath, later: AnyPath, out: AnyPath, cell_m: float = CHANGE_CELL_M, *, replace: bool = False
+    base: AnyPath,
+    later: AnyPath,
+    out: AnyPath,
+    cell_m: float = CHANGE_CELL_M,
+    *,
+    replace: bool = False,
+    follow_links: bool = False,
 ) -> SurveyChanges:
     """Write the joined data set to ``out``, with what changed in ``changes/``, and return that.
 
-    ``replace`` allows ``out`` to hold a data set of another command. Raises DatasetError where one is no data set or
-    they cannot be joined, OutputError where ``out`` cannot be written.
+    ``replace`` allows ``out`` to hold a data set of another command. Raises DatasetError where one is no data set,
+    links lead to files outside one and ``follow_links`` is not given, or they cannot be joined, OutputError where
+    ``out`` cannot be written.
     """
     base, later, out = Path(base), Path(later), Path(out)
-    first, second = open_dataset(base), open_dataset(later)
+    first, second = (open_dataset_to_share(folder, follow_links=follow_links) for folder in (base, later))
     joined = join_datasets(first, second)
     both = sorted(_technologies(first) & _technologies(joined.news))
     changes = [survey_changes(first, joined.news, technology, cell_m) for technology in both]

@@ -12,7 +12,7 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
+from vislam2tag.dataset.folder import MANIFEST, open_dataset_to_share, sha256_of
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
@@ -81,14 +81,17 @@ def write_radio_maps(
     settings: RadioMapSettings,
     access_points: Sequence[str] = (),
     progress: Progress[int] = silent,
+    *,
+    follow_links: bool = False,
 ) -> RadioMapIndex:
     """Make the radio maps of the data set in ``source`` into ``out``, which appears whole or not at all.
 
     Raises DatasetError and UsageError as :func:`vislam2tag.dataset.radio_mapping.radio_maps.radio_maps` does,
-    OutputError where ``out`` holds something else or cannot be written.
+    and where links lead to files outside ``source`` and ``follow_links`` is not given, OutputError where ``out`` holds
+    something else or cannot be written.
     """
     source, out = Path(source), Path(out)
-    dataset = open_dataset(source)
+    dataset = open_dataset_to_share(source, follow_links=follow_links)
     with whole_folder(out, is_radio_maps) as folder:
         floors, shown = [], []
         for maps in radio_maps(dataset, settings, access_points, progress):

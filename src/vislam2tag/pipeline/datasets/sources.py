@@ -9,11 +9,14 @@ from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.common.findings import Finding
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.dataset.model import DatasetSource, FloorInfo
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord
+from vislam2tag.sessions.registry import slugs_from_outside
 from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.links import left_out_of
 from vislam2tag.survey.names import unique_slugs
 from vislam2tag.survey.plans.load import plan_file
 
@@ -35,6 +38,8 @@ class LabelledSource:
     """The raw survey, where it is known."""
     named: Path
     """The folder that was asked for: the labels, or the survey that they were made of on the way."""
+    plans_left_out: tuple[Finding, ...] = ()
+    """Names the plans that come from outside the survey."""
 
     def record(self, settings: DatasetSettings) -> DatasetSource:
         """What the manifest keeps of it."""
@@ -58,36 +63,43 @@ def open_sources(
     surveys: Sequence[Path | None],
     named: Sequence[Path],
     scratch: Path,
+    *,
+    follow_links: bool = False,
 ) -> tuple[LabelledSource, ...]:
     """Open output folders of ``process``; ``surveys`` are the raw ones they were made of, where known, for the plans.
 
     ``named`` are the folders that messages name: those that were asked for. Plans that are no images are drawn into
-    ``scratch``.
+    ``scratch``. Plans and sessions that links lead to outside the survey are left out, unless ``follow_links``.
 
-    Raises DatasetError where a folder is none, UsageError where there is not one building's name for each, or a survey
-    is another's.
+    Raises DatasetError where a folder is none or no session remains, UsageError where there is not one building's name
+    for each, or a survey is another's.
     """
     if buildings and len(buildings) != len(outs):
         raise UsageError(
             f"--building: {len(buildings)} names for {len(outs)} sources; give one for each, in their order"
         )
     names = list(buildings) or [""] * len(outs)
-    opened = [open_labelled(out) for out in outs]
+    opened = [open_labelled(out, follow_links=follow_links) for out in outs]
     found = []
     for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True)):
-        floors, plans = (labelled.floors, {}) if survey is None else _of_survey(survey, labelled, scratch / str(i))
-        found.append(LabelledSource(labelled, building, floors, plans, survey, folder))
+        if survey is None:
+            found.append(LabelledSource(labelled, building, labelled.floors, {}, None, folder))
+            continue
+        if not follow_links:
+            labelled = without_sessions(labelled, slugs_from_outside(survey))
+        floors, plans, left_out = _of_survey(survey, labelled, scratch / str(i), follow_links)
+        found.append(LabelledSource(labelled, building, floors, plans, survey, folder, left_out))
     return tuple(found)
 
 
 def _of_survey(
-    survey: Path, labelled: LabelledSurvey, scratch: Path
-) -> tuple[tuple[FloorRecord, ...], dict[int, Path]]:
-    """Find the plans of a survey, and where its floors lie on earth.
+    survey: Path, labelled: LabelledSurvey, scratch: Path, follow_links: bool
+) -> tuple[tuple[FloorRecord, ...], dict[int, Path], tuple[Finding, ...]]:
+    """Find the plans of a survey, and where its floors lie on earth; and name what is left out.
 
     Raises UsageError where its floors are not those that were labelled.
     """
-    site, _ = read_site(survey)
+    site, findings = read_site(survey, follow_links=follow_links)
     for record in labelled.floors:
         floors = [floor for floor in site.floors if floor.number == record.number]
         if [floor.extent_m for floor in floors] != [_extent(record)]:
@@ -101,7 +113,8 @@ def _of_survey(
         record.model_copy(update={"georeference": earth.get(record.number, record.georeference)})
         for record in labelled.floors
     )
-    return records, {number: plan for number, plan in drawn.items() if plan is not None}
+    plans = {number: plan for number, plan in drawn.items() if plan is not None}
+    return records, plans, tuple(left_out_of(findings))
 
 
 def _extent(record: FloorRecord) -> tuple[float, float, float, float] | None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import date
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.store import address_of, shown
 from vislam2tag.common.files.stored_folder import is_safe_name
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, paths_of
 from vislam2tag.pipeline.fleet.catalogue import (
@@ -27,8 +28,10 @@ from vislam2tag.pipeline.fleet.catalogue import (
 )
 from vislam2tag.pipeline.fleet.layout import SURVEYS, survey_name
 from vislam2tag.pipeline.run.keys import key_of
-from vislam2tag.sessions.registry import open_survey
+from vislam2tag.sessions.registry import open_survey, survey_files
+from vislam2tag.survey.links import CURE, left_out_files, links_in
 from vislam2tag.survey.model import Survey
+from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.site_file import has_site_file, read_site_file
 from vislam2tag.survey.stored_survey import survey_at_hand
 
@@ -36,18 +39,24 @@ _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 
 
 def add_surveys(
-    fleet: AnyPath, surveys: AnyPath | Sequence[AnyPath] = (), *, progress: Progress[str] = silent
+    fleet: AnyPath,
+    surveys: AnyPath | Sequence[AnyPath] = (),
+    *,
+    follow_links: bool = False,
+    progress: Progress[str] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> FleetTotals:
     """Enter surveys into a fleet's catalogue; without any, all that lie in its folder ``surveys`` are looked at again.
 
     A survey that lies elsewhere, on this machine or in a store, is first copied to ``surveys/NAME``, by its folder's
-    name. Raises UsageError where a name cannot be used or there is no fleet, SurveyError where one is no survey,
+    name. What links lead to outside it is not copied, of which ``tell`` hears, unless ``follow_links``
+    is given. Raises UsageError where a name cannot be used or there is no fleet, SurveyError where one is no survey,
     StoreError where a store cannot be read or written.
     """
     fleet = Path(fleet)
     at = Fleet(fleet)
     known = {row["survey"]: row for row in at.catalogue().to_dicts()} if is_fleet(fleet) else {}
-    names = [_joined(fleet, survey) for survey in paths_of(surveys)] or _lying_in(fleet)
+    names = [_joined(fleet, survey, follow_links, tell) for survey in paths_of(surveys)] or _lying_in(fleet)
     if not names:
         raise UsageError(f"{shown(fleet)}: no survey lies in its folder {SURVEYS}; name one: fleet add STORE SURVEY")
     rows = []
@@ -107,13 +116,16 @@ def _with_what_was_made(row: dict[str, object], before: dict[str, object] | None
     return row | kept | {"state": before["state"] if unchanged else CHANGED}
 
 
-def _joined(fleet: Path, survey: Path) -> str:
+def _joined(fleet: Path, survey: Path, follow_links: bool, tell: Callable[[Sequence[Finding]], None]) -> str:
     """Copy a survey into the fleet unless it lies there; return its name."""
     name = survey_name(_whole(survey).name)
     source, target = (any_store_at(_whole(place)) for place in (survey, fleet / SURVEYS / name))
     if source == target:
         return name
-    files = [file for file in source.list() if is_safe_name(file.name)]
+    links = frozenset[str]() if follow_links or address_of(survey) else _outside_links(_whole(survey))
+    files = [file for file in source.list() if is_safe_name(file.name) and not _is_below(file.name, links)]
+    if links:
+        tell([left_out_files(sorted(links)).model_copy(update={"file": name})])
     if not files:
         raise SurveyError(f"{shown(survey)}: nothing is there; give the folder of a survey")
     gone = {file.name for file in target.list()} - {file.name for file in files}
@@ -124,6 +136,25 @@ def _joined(fleet: Path, survey: Path) -> str:
             target.put(file.name, copy)
     target.delete(gone)
     return name
+
+
+def _outside_links(root: Path) -> frozenset[str]:
+    """Names of a survey's links that lead outside it, and of the sessions with such files, which are left out whole.
+
+    Raises SurveyError where no session remains.
+    """
+    links = frozenset(link.name for link in links_in(root) if link.outside)
+    sessions = survey_files(root, SurveySettings().landmark_sigma_m, walked=False).sessions
+    outside = [found for found in sessions if found.from_outside]
+    if outside and len(outside) == len(sessions):
+        raise SurveyError(f"{root}: links lead to the files of all sessions outside the survey; {CURE}")
+    folders = {path for found in outside for path in (found.folder, found.packed) if path is not None}
+    return links | {path.relative_to(root).as_posix() for path in folders}
+
+
+def _is_below(name: str, folders: frozenset[str]) -> bool:
+    """Whether a file is one of these, or in one of them."""
+    return any(str(part) in folders for part in (PurePosixPath(name), *PurePosixPath(name).parents))
 
 
 def _lying_in(fleet: Path) -> list[str]:

@@ -39,6 +39,7 @@ from vislam2tag.pipeline.run.steps import InSteps, Steps
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.survey.links import left_out_of
 from vislam2tag.survey.stored_survey import survey_at_hand
 
 _COMMITS = 100
@@ -115,12 +116,14 @@ def process_fleet(
     surveys: Sequence[str] = (),
     jobs: int = 1,
     executor: Executor | None = None,
+    follow_links: bool = False,
     progress: Progress[FleetOutcome] = silent,
 ) -> FleetTotals:
     """Process the surveys of a fleet, or those named; write their labels, the fleet's tables, catalogue and report.
 
     ``settings_for`` is asked for the settings of each survey, by its folder. With ``jobs`` > 1 sessions run in that
-    many processes; an ``executor`` (:func:`fleet_on_dask`) runs them elsewhere. ``progress`` is called with each
+    many processes; an ``executor`` (:func:`fleet_on_dask`) runs them elsewhere. ``follow_links`` is as that of
+    :func:`~vislam2tag.pipeline.labels.process.process`. ``progress`` is called with each
     outcome and the number of sessions. A survey that cannot be opened, or whose labels cannot be written over, is
     ``unreadable`` in the catalogue and the others go on. Raises UsageError where there is no fleet or no such survey,
     StoreError where a store cannot be read or written.
@@ -128,7 +131,7 @@ def process_fleet(
     fleet = Path(fleet)
     at = Fleet(fleet)
     rows = {row["survey"]: row for row in chosen(at, surveys)}
-    run = FleetRun(at, rows, settings_for, progress)
+    run = FleetRun(at, rows, settings_for, progress, follow_links)
     try:
         run_all = executor or partial(process_all, workers=jobs)
         run_all(work_at, run.jobs(), report=run.take)
@@ -172,6 +175,8 @@ class FleetRun:
     """Of the surveys to process, as the catalogue has them."""
     settings_for: Callable[[Path], ProcessSettings]
     progress: Progress[FleetOutcome]
+    follow_links: bool = False
+    """Whether pages show what links lead to outside a survey."""
     open: dict[str, _Open] = field(default_factory=dict)
     ended: list[dict[str, object]] = field(default_factory=list)
     """Rows that the catalogue does not have yet."""
@@ -224,14 +229,17 @@ class FleetRun:
                 raise UsageError("together: a fleet maps each walk alone; run process on the survey, or leave it out")
             survey = open_survey(root, settings.survey.landmark_sigma_m)
             out = self.fleet.root / LABELS / name
-            run = stack.enter_context(label_run(survey, read_corrections(root), out, settings))
+            run = stack.enter_context(
+                label_run(survey, read_corrections(root), out, settings, follow_links=self.follow_links)
+            )
             row = described(survey) | {"inputs": inputs, "labels": self._labels_key(run, inputs)}
             self.open[name] = _Open(stack.pop_all(), run, row, len(run.tasks))
         return self.open[name]
 
     def _labels_key(self, run: LabelRun, inputs: str) -> str:
         codes = sorted({job.code for job in jobs_of(run.tasks, run.settings, run.folder)})
-        return key_of(inputs, codes, _reduction_code(), run.settings.of_labels())
+        left_out = [finding.message for finding in left_out_of(run.shown.findings)]
+        return key_of(inputs, codes, _reduction_code(), run.settings.of_labels(), *left_out)
 
     def _after_the_last(self, name: str) -> list[FleetJob]:
         """What follows from a survey's last session: nothing where it is as it was when it was reduced last."""
@@ -239,7 +247,16 @@ class FleetRun:
         if not opened.repeated and before["labels"] == opened.row["labels"] and before["state"] in (DONE, FAILED):
             self._end(name, {})
             return []
-        return [SurveyJob(self.fleet.root, name, opened.run.settings, opened.run.folder, _reduction_code())]
+        return [
+            SurveyJob(
+                self.fleet.root,
+                name,
+                opened.run.settings,
+                opened.run.folder,
+                _reduction_code(),
+                self.follow_links,
+            )
+        ]
 
     def _end(self, name: str, row: dict[str, Any]) -> None:
         opened = self.open.pop(name, None)

@@ -32,6 +32,8 @@ class SurveyJob:
     settings: ProcessSettings
     out: Output
     code: str
+    follow_links: bool = False
+    """Whether pages show what links lead to outside the survey."""
 
     @property
     def slug(self) -> str:
@@ -68,14 +70,15 @@ def reduce_survey(job: SurveyJob) -> SurveyOutcome:
         written.add(name)
 
     with survey_at_hand(job.fleet / SURVEYS / job.survey) as root:
-        run = opened_run(root, job.settings, job.out)
+        run = opened_run(root, job.settings, job.out, follow_links=job.follow_links)
+        shown = run.shown
 
         def take(result: SessionResult) -> None:
             rows.append(session_row(result))
-            put(f"{result.slug}.html", session_page(run.survey, result))
+            put(f"{result.slug}.html", session_page(shown, result))
 
         summary = run.reduced(take)
-        for name, text in survey_pages(run.survey, summary, rows):
+        for name, text in survey_pages(shown, summary, rows):
             put(name, text)
     write_tables(job.fleet, job.survey, rows)
     pages.delete(before - written)

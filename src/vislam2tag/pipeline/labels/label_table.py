@@ -103,14 +103,14 @@ def label(
     )
     known = _KnownClock(offset_s, align, path_or_none(survey))
     walks, why = _with_clocks(walks, times, rows, known)
-    settings = LabelSettings.model_validate(open_labelled(Path(labels)).settings.get("labels", {}))
+    settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
     return TableLabels(made, (times.interpretation, *why), counts)
 
 
 def _walks(folder: Path, wanted: str | None) -> list[_Walk]:
     found = []
-    for session in open_labelled(folder).sessions:
+    for session in open_labelled(folder, follow_links=True).sessions:
         if (wanted is None or wanted in session.slug) and session.has(TRAJECTORY):
             trajectory = trajectory_of(session.table(TRAJECTORY, SCHEMAS[TRAJECTORY]))
             frames_ns = trajectory.time_ns[trajectory.status != Status.INVALID]

@@ -50,6 +50,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE
+from vislam2tag.survey.links import is_described_from_outside, shared_survey
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
 
@@ -66,6 +67,7 @@ def process(
     replace: bool = False,
     progress: Progress[Outcome] = silent,
     comparing: Progress[SessionKey] = silent,
+    follow_links: bool = False,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
@@ -75,7 +77,8 @@ def process(
     run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere.
     ``replace`` allows ``out`` to hold labels of another strategy, labels that were rebased, or what another command
     wrote, which is removed. With the setting ``together`` sessions are first reduced to what they tell others, of
-    which ``comparing`` hears. ``tell`` is called with what is odd about the site's own files before that.
+    which ``comparing`` hears. ``tell`` is called with what is odd about the site's own files before that. Links are
+    read through, but what comes from outside the survey is drawn on pages only with ``follow_links``.
 
     Raises SurveyError where ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a
     selection that matches nothing, OutputError where ``out`` cannot be written or is not ours, StoreError where a store
@@ -90,9 +93,16 @@ def process(
     with survey_at_hand(survey_root) as root:
         survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks)
         with label_run(
-            survey, read_corrections(root), out, settings, landmarks=landmarks, selection=selection, replace=replace
+            survey,
+            read_corrections(root),
+            out,
+            settings,
+            landmarks=landmarks,
+            selection=selection,
+            replace=replace,
+            follow_links=follow_links,
         ) as run:
-            tell(run.survey.findings)
+            tell(run.shown.findings)
             tasks = run.tasks
             if settings.together:
                 tasks, found = told_tasks(run.survey, tasks, settings, run_all, comparing)
@@ -114,10 +124,17 @@ class LabelRun:
     tasks: list[SessionTask]
     conflicts: str = ""
     """The page beside the report that shows how references fit one another; empty where there is none."""
+    follow_links: bool = False
+    """Whether pages show what comes from outside the survey."""
+
+    @property
+    def shown(self) -> Survey:
+        """The survey as pages show it."""
+        return shared_survey(self.survey, follow_links=self.follow_links)
 
     def with_conflicts(self, found: References, odd: Sequence[Finding]) -> LabelRun:
         """Write how references fit one another, and tell of those that are odd."""
-        self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.survey, found))
+        self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.shown, found))
         self.folder.write_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
         survey = replace(self.survey, findings=(*self.survey.findings, *odd))
         return replace(self, survey=survey, conflicts=CONFLICTS_PAGE)
@@ -133,17 +150,26 @@ def opened_run(
     folder: Output,
     landmarks: Path | None = None,
     selection: Selection | None = None,
+    *,
+    follow_links: bool = False,
 ) -> LabelRun:
     """The run that processes a survey at hand into an output that nobody claims here; raises as :func:`process`."""
     survey, corrections = open_survey(root, settings.survey.landmark_sigma_m, landmarks), read_corrections(root)
-    return _label_run(survey, corrections, selected(survey, corrections, selection or Selection()), settings, folder)
+    refs = selected(survey, corrections, selection or Selection())
+    return _label_run(survey, corrections, refs, settings, folder, follow_links)
 
 
 def _label_run(
-    survey: Survey, corrections: Corrections, refs: list[SessionRef], settings: ProcessSettings, folder: Output
+    survey: Survey,
+    corrections: Corrections,
+    refs: list[SessionRef],
+    settings: ProcessSettings,
+    folder: Output,
+    follow_links: bool,
 ) -> LabelRun:
     tasks = [session_task(ref, survey, corrections, settings) for ref in refs]
-    return LabelRun(_with_exclusions(survey, corrections), settings, folder, tasks)
+    survey = _with_exclusions(survey, corrections)
+    return LabelRun(survey, settings, folder, tasks, follow_links=follow_links)
 
 
 @contextmanager
@@ -156,6 +182,7 @@ def label_run(
     landmarks: Path | None = None,
     selection: Selection | None = None,
     replace: bool = False,
+    follow_links: bool = False,
 ) -> Iterator[LabelRun]:
     """Claim ``out`` for labels of a survey; what it holds of sessions that the run does not cover goes.
 
@@ -170,7 +197,7 @@ def label_run(
     with claimed(out, record, replace) as folder:
         folder.remove(CHANGE_FILE)  # it says that the labels were rebased
         folder.keep_only({ref.slug for ref in refs})
-        yield _label_run(survey, corrections, refs, settings, folder)
+        yield _label_run(survey, corrections, refs, settings, folder, follow_links)
 
 
 def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: Output) -> list[AnyJob]:
@@ -220,7 +247,10 @@ def site_hashes(root: Path) -> dict[str, str | None]:
 
 def site_record(survey: Survey) -> dict[str, object]:
     """What the survey is called, and its floors, for those who read the labels without it."""
-    return {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
+    record: dict[str, object] = {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
+    if is_described_from_outside(survey.root):
+        record["site_from_outside"] = True
+    return record
 
 
 def floor_records(site: Site) -> list[dict[str, object]]:
@@ -261,10 +291,11 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
                 passes[result.slug] = result.passes
             yield result
 
-    rooms = RoomsOnPlans(run.survey.root, run.survey.site)
+    shown = run.shown
+    rooms = RoomsOnPlans(shown.root, shown.site)
     summary = summarise(results(), settings.strategy, __version__)
     faults = kept_faults(run.survey, refs, passes, rooms)
-    survey = replace(run.survey, findings=(*run.survey.findings, *map(_fault_finding, faults)))
+    survey = replace(shown, findings=(*shown.findings, *map(_fault_finding, faults)))
     said = {
         "faults": [fault.summary for fault in faults],
         "site_findings": findings_by_kind(survey.findings),

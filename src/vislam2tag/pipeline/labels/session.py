@@ -223,6 +223,8 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str], told: 
         "truth": truth_mark(task.ref.folder),
         "frames": [change.model_dump(mode="json") for change in task.frames.values()],
     }
+    if task.ref.from_outside:
+        parts["from_outside"] = True
     if task.told is not None:
         parts["told"] = [task.told.ids, task.told.floor.tolist()]
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())

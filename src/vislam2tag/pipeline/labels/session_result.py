@@ -75,6 +75,7 @@ def result_of(task: SessionTask, strategy: str, **details: Any) -> SessionResult
         format=task.ref.format,
         strategy=strategy,
         version=__version__,
+        from_outside=task.ref.from_outside,
         **details,
     )
 

@@ -65,7 +65,7 @@ def paper_collection(
         for number, (survey, devices) in enumerate(chosen):
             out = Path(scratch) / f"labels-{number}"
             process(survey.root, out, own, selection=Selection(devices=devices), progress=advance)
-            labelled.append(open_labelled(out))
+            labelled.append(open_labelled(out, follow_links=True))
         sessions = list(_distinct_sessions(labelled))
         if not sessions:
             return Collection(None, ())

@@ -100,7 +100,7 @@ def describe_published(root: Path, building: str = "", georeference: Georeferenc
     """
     if has_site_file(root):
         raise UsageError(f"{root / SITE_FILE}: is there already; edit it, or add a floor by --plan")
-    site, _ = read_site(root)
+    site, _ = read_site(root, follow_links=True)
     parts = tuple(_published_part(root, floor) for floor in site.floors)
     whole = SiteFile(name=building, georeference=georeference, floors=parts)
     _write(root, whole)

@@ -27,6 +27,7 @@ from vislam2tag.planning.site_files import marker_text, read_forbidden
 from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
 from vislam2tag.survey.discover import floor_folders, read_site
 from vislam2tag.survey.landmark_file import LANDMARK_FILE, table_path
+from vislam2tag.survey.links import refuse_outside_plan, shared_site
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.site_table import read_site_table
@@ -54,6 +55,8 @@ class PlanRequest:
     """Whether the new landmarks are added to the site's own files."""
     walkable: WalkableSettings = field(default_factory=WalkableSettings)
     """How walkable space is found on the floors' plans."""
+    follow_links: bool = False
+    """Use and draw floor plans, too, that links lead to outside the survey."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +89,11 @@ def write_plans(
     cannot be written.
     """
     site_folder, out = Path(site_folder), Path(out)
-    site, findings = read_site(site_folder)
+    site, findings = read_site(site_folder, follow_links=True)
+    shown = shared_site(site_folder, site, findings, follow_links=request.follow_links).site
     floors = _floors(site, request.floors)
+    for floor in () if request.follow_links else floors:
+        refuse_outside_plan(site_folder, floor)
     if request.mask is not None and len(request.floors) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
     forbidden = {} if request.forbidden is None else read_forbidden(Path(request.forbidden))
@@ -102,9 +108,9 @@ def write_plans(
             design, _ = designed(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
-            summary = floor_summary(design, floor.number, floor.name, ids, settings)
-            hanging = site.landmarks.select([]) if request.anew else site.landmarks.on_floor(floor.number)
-            planned.append(PlannedFloor(floor, design, summary, hanging))
+            summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids, settings)
+            hanging = shown.landmarks.select([]) if request.anew else shown.landmarks.on_floor(floor.number)
+            planned.append(PlannedFloor(shown.floor(floor.number), design, summary, hanging))
         result = PlanSummary(
             version=__version__,
             settings=settings,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -13,6 +14,7 @@ from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSurvey, is_labelled, open_labelled
 from vislam2tag.dataset.folder import is_dataset
@@ -30,6 +32,7 @@ from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.survey.changed_files import changed_landmarks_text
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
+from vislam2tag.survey.links import is_described_from_outside, left_out_of
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 
 REPORT_FILE = "report.html"
@@ -43,12 +46,15 @@ def rebase(
     building: str | None = None,
     *,
     replace: bool = False,
+    follow_links: bool = False,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> str:
     """Write ``source`` in its new frame to ``out``, whole or not at all; return what it is.
 
     ``source`` is an output folder of ``process``, a data set, a site, or a file with landmarks of several floors.
     ``new_site`` is the site that the frame is of: labels and data sets take its floors and plans; ``building`` is what
-    a data set with several calls it; ``replace`` allows ``out`` to hold a data set of another command. Raises
+    a data set with several calls it; ``replace`` allows ``out`` to hold a data set of another command. What links lead
+    to outside a site is left out, of which ``tell`` hears, unless ``follow_links`` is given. Raises
     SurveyError or DatasetError where the source cannot be read or a floor has no change, UsageError where ``new_site``
     or ``building`` is missing, OutputError where ``out`` cannot be written.
     """
@@ -61,27 +67,28 @@ def rebase(
             partial.write_text(text, encoding="utf-8")
         return "landmarks"
     if not is_dataset(source) and not is_labelled(source):
-        write_changed_site(source, out, changes)
+        tell(write_changed_site(source, out, changes, follow_links=follow_links))
         return "site"
     if new_site is None:
         raise UsageError("--to: labels and data sets need the new site, for its floors and plans")
+    site, findings = read_site(new_site, follow_links=follow_links)
+    tell(left_out_of(findings))
     if is_dataset(source):
-        rebase_dataset(source, out, changes, new_site, building, replace=replace)
+        rebase_dataset(source, out, changes, new_site, building, replace=replace, follow_links=follow_links)
         return "data set"
-    _rebase_labels(open_labelled(source), out, changes, new_site)
+    _rebase_labels(open_labelled(source, follow_links=True), out, changes, Survey(new_site, site, (), findings))
     return "labels"
 
 
-def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, new_site: Path) -> None:
-    site, findings = read_site(new_site)
+def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, new: Survey) -> None:
     there = set()
     for session in labelled.sessions:
         there |= floors_of_result(session.result())
-    _refuse_missing(there, changes, site, new_site)
+    _refuse_missing(there, changes, new.site, new.root)
     with whole_folder(out, _is_rebased) as folder:
-        _write_run(labelled, folder, changes, site, new_site)
+        _write_run(labelled, folder, changes, new.site, new.root)
         refs = [_write_session(labelled, slug, folder, changes.by_floor) for slug in _slugs(labelled)]
-        _reduce(labelled, folder, Survey(new_site, site, tuple(refs), findings))
+        _reduce(labelled, folder, dataclasses.replace(new, sessions=tuple(refs)))
 
 
 def _is_rebased(folder: Path) -> bool:
@@ -111,6 +118,7 @@ def _write_run(labelled: LabelledSurvey, folder: Path, changes: FrameChanges, si
     """The run's record with the new site's floors, and how the labels came there."""
     run = read_json(labelled.root / RUN_FILE)
     run["floors"] = floor_records(site)
+    run["site_from_outside"] = is_described_from_outside(new_site)
     run["site_files"] = site_hashes(new_site)
     run["rebase"] = [*run.get("rebase", []), *(change.model_dump(mode="json") for change in changes.floors)]
     (folder / RUN_FILE).write_text(json.dumps(run, indent=2, sort_keys=True) + "\n", encoding="utf-8")
@@ -126,7 +134,8 @@ def _write_session(labelled: LabelledSurvey, slug: str, folder: Path, changes: M
             (folder / name).mkdir(exist_ok=True)
             table = changed_table(scan_parquet(path), changes).collect()
             write_table(table, name, strategy, folder / name / path.name)
-    result = next(session for session in labelled.sessions if session.slug == slug).result()
+    session = next(session for session in labelled.sessions if session.slug == slug)
+    result = session.result().model_copy(update={"from_outside": session.is_from_outside()})
     (folder / RESULTS).mkdir(exist_ok=True)
     text = changed_result(result, changes).model_dump_json(indent=1) + "\n"
     (folder / RESULTS / f"{slug}.json").write_text(text, encoding="utf-8")

@@ -10,7 +10,7 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.dataset.folder import dataset_folder, open_dataset, sha256_of
+from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share, sha256_of
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.dataset.statistics.record import FieldWork
@@ -19,6 +19,7 @@ from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path
 from vislam2tag.survey.discover import read_site, site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges
+from vislam2tag.survey.links import outside_link
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import plan_file
 
@@ -34,16 +35,18 @@ def rebase_dataset(
     building: str | None = None,
     *,
     replace: bool = False,
+    follow_links: bool = False,
 ) -> None:
     """Write a data set in its new frame; what is not of ``building`` stays (None: the only building).
 
     Tables, floors, plans, page, statistics and card are of the new frame; splits stay as they are. ``replace`` allows
-    ``out`` to hold a data set of another command. Raises DatasetError where ``source`` is none, SurveyError where a
-    floor has no change or the new site no such floor, UsageError where there are several buildings and none is named,
-    OutputError where ``out`` cannot be written.
+    ``out`` to hold a data set of another command, ``follow_links`` to take files that links lead to outside their
+    folder. Raises DatasetError where ``source`` is none, SurveyError where a floor has no change or the new site no
+    such floor, UsageError where there are several buildings and none is named, OutputError where ``out`` cannot be
+    written.
     """
-    dataset = open_dataset(source)
-    site, _ = read_site(new_site)
+    dataset = open_dataset_to_share(source, follow_links=follow_links)
+    site, _ = read_site(new_site, follow_links=follow_links)
     of_site = _building(dataset.info, building)
     _refuse_missing(dataset, of_site, changes.by_floor)
     with dataset_folder(out, "site rebase", replace) as folder:
@@ -55,7 +58,7 @@ def rebase_dataset(
         folder.add_splits(dataset.splits)
         folder.add_files(plans)
         shutil.rmtree(scratch, ignore_errors=True)
-        info = _info(dataset.info, floors, changes, of_site, new_site)
+        info = _info(dataset.info, floors, changes, of_site, new_site, follow_links)
         finish_dataset(folder, info, _field_work(source), keep_splits=True)
 
 
@@ -124,14 +127,20 @@ def _changed(dataset: Dataset, name: str, changes: Mapping[int, FrameChange], bu
 
 
 def _info(
-    info: DatasetInfo, floors: tuple[FloorInfo, ...], changes: FrameChanges, building: str, new_site: Path
+    info: DatasetInfo,
+    floors: tuple[FloorInfo, ...],
+    changes: FrameChanges,
+    building: str,
+    new_site: Path,
+    follow_links: bool,
 ) -> DatasetInfo:
+    files = [path for path in site_files(new_site) if follow_links or outside_link(new_site, path) is None]
     source = DatasetSource(
         kind=REBASE,
         name=new_site.resolve().name,
         version=__version__,
         settings={"building": building, "floors": [change.model_dump(mode="json") for change in changes.floors]},
-        inputs={path.relative_to(new_site).as_posix(): sha256_of(path) for path in site_files(new_site)},
+        inputs={path.relative_to(new_site).as_posix(): sha256_of(path) for path in files},
     )
     return info.model_copy(update={"floors": floors, "sources": (*info.sources, source), "tables": {}, "splits": {}})
 

@@ -52,7 +52,7 @@ class FloorFiles:
 
 def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
     """Read the site and choose its floor, the only one where no number is given; raises UsageError otherwise."""
-    site, _ = read_site(root)
+    site, _ = read_site(root, follow_links=True)
     there = ", ".join(str(floor.number) for floor in site.floors)
     if number is None:
         if len(site.floors) != 1:

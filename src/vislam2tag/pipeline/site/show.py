@@ -14,9 +14,10 @@ from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.page import data_uri, write_page
 from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.links import outside_link
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.site_file import has_site_file, read_site_file
+from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 
 KINDS = ("png", "pdf", "svg", "html")
 
@@ -41,13 +42,13 @@ class SiteSummary:
     findings: tuple[Finding, ...]
 
 
-def summarise_site(root: AnyPath, floors: Sequence[int] = ()) -> SiteSummary:
-    """Read a site and load its plans; ``floors``: only these.
+def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: bool = False) -> SiteSummary:
+    """Read a site and load its plans, without what comes from outside unless ``follow_links``; ``floors``: only these.
 
     Raises SurveyError where it is none, UsageError where it has no such floor.
     """
     root = Path(root)
-    site, findings = read_site(root)
+    site, findings = read_site(root, follow_links=follow_links)
     chosen = [floor for floor in site.floors if not floors or floor.number in floors]
     for number in floors:
         if number not in {floor.number for floor in chosen}:
@@ -75,9 +76,10 @@ def _pixel(root: Path, floor: Floor) -> tuple[float | None, list[Finding]]:
         return None, [Finding(kind="unusable_plan", file=name, count=1, message=message, severity=Severity.WARNING)]
 
 
-def title_of(root: Path) -> str:
+def title_of(root: Path, *, follow_links: bool = False) -> str:
     """What the building is called, else the folder."""
-    named = read_site_file(root).name if has_site_file(root) else ""
+    own = has_site_file(root) and (follow_links or outside_link(root, root / SITE_FILE) is None)
+    named = read_site_file(root).name if own else ""
     return named or root.resolve().name
 
 

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from vislam2tag.common.errors import UsageError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.figures.style import rendered
 from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.links import left_out_of
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.walkable.correction import GREEN, RED, floor_mask
@@ -48,16 +49,25 @@ class WalkableFloor:
 
 
 def write_walkable(
-    root: AnyPath, out: AnyPath, numbers: Sequence[int], settings: WalkableSettings, mask: AnyPath | None
+    root: AnyPath,
+    out: AnyPath,
+    numbers: Sequence[int],
+    settings: WalkableSettings,
+    mask: AnyPath | None,
+    *,
+    follow_links: bool = False,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> tuple[WalkableFloor, ...]:
     """Find where floors of a site can be walked, and write for each one into ``out``.
 
     ``floor_K.png`` is the drawing, ``floor_K.mask.png`` the same as a correction mask to paint on, ``floor_K.geojson``
-    the graph in the BCS. Raises SurveyError where a floor has no usable plan or nothing can be walked, UsageError where
-    there is no such floor or ``mask`` is for several, OutputError where nothing can be written.
+    the graph in the BCS. Plans that come from outside the survey are left out, of which ``tell`` hears, unless
+    ``follow_links`` is given. Raises SurveyError where a floor has no usable plan or nothing can be walked, UsageError
+    where there is no such floor or ``mask`` is for several, OutputError where nothing can be written.
     """
     root, out, mask = Path(root), Path(out), path_or_none(mask)
-    site, _ = read_site(root)
+    site, findings = read_site(root, follow_links=follow_links)
+    tell(left_out_of(findings))
     chosen = _chosen(site, numbers)
     if mask is not None and len(chosen) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
@@ -65,6 +75,11 @@ def write_walkable(
     for floor in chosen:
         space = walkable_space(floor_plan(floor), settings, floor_mask(floor, mask))
         found.append(WalkableFloor(floor, space, corridor_graph(space, settings.graph)))
+    if not found:
+        raise SurveyError(
+            f"{root}: no floor has a plan to draw; add floor_K/floorplan.jpg or a site.toml, or give --follow-links to "
+            "draw plans from outside the survey"
+        )
     with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as partial:
         for one in found:
             _write_floor(one, partial / f"floor_{one.floor.number}")

@@ -18,6 +18,7 @@ from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
 from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
+from vislam2tag.survey.links import CURE, left_out_of, outside_link
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.images import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
@@ -29,15 +30,18 @@ _WRITTEN = re.compile(
 """What these functions write: a folder that holds anything else, such as sessions, is never replaced."""
 
 
-def write_published(root: AnyPath, out: AnyPath) -> tuple[FrameChanges, tuple[Finding, ...]]:
+def write_published(
+    root: AnyPath, out: AnyPath, *, follow_links: bool = False
+) -> tuple[FrameChanges, tuple[Finding, ...]]:
     """Write a site in the published layout to ``out``, whole: plans as images, landmarks, control points.
 
     That layout's origin is the plan's lower left corner: positions move there, and ``rebase.toml`` says how. A floor
-    without extent has no row in ``floor_dimensions.csv``, which is a finding. Sessions are not copied. Raises
+    without extent has no row in ``floor_dimensions.csv``, which is a finding; and so is what links lead to outside the
+    survey, which is left out unless ``follow_links`` is given. Sessions are not copied. Raises
     SurveyError where ``root`` is no site, OutputError where ``out`` cannot be written.
     """
     root, out = Path(root), Path(out)
-    site, findings = read_site(root)
+    site, findings = read_site(root, follow_links=follow_links)
     changes = FrameChanges(
         floors=tuple(
             FrameChange.of(floor.number, Similarity2(1 + 0j, -complex(*floor.lower_left_m))) for floor in site.floors
@@ -50,20 +54,23 @@ def write_published(root: AnyPath, out: AnyPath) -> tuple[FrameChanges, tuple[Fi
             own = folder / f"floor_{floor.number}"
             own.mkdir()
             odd += _write_plan(floor, own)
-        _write_surveyed(root, folder, changes.by_floor)
+        _write_surveyed(root, folder, changes.by_floor, follow_links)
         (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
     return changes, (*findings, *odd)
 
 
-def write_changed_site(root: Path, out: Path, changes: FrameChanges) -> None:
+def write_changed_site(root: Path, out: Path, changes: FrameChanges, *, follow_links: bool = False) -> list[Finding]:
     """Write the landmark and control point files of a site in another frame to ``out``, whole.
 
-    Raises SurveyError where ``root`` is no site or a floor has no change, OutputError where ``out`` cannot be written.
+    Those that links lead to outside the site are left out and named, unless ``follow_links`` is given. Raises
+    SurveyError where ``root`` is no site or a floor has no change, OutputError where ``out`` cannot be written.
     """
-    read_site(root)
+    _, findings = read_site(root, follow_links=follow_links)
     with whole_folder(out, _ours) as folder:
-        _write_surveyed(root, folder, changes.by_floor)
+        if not _write_surveyed(root, folder, changes.by_floor, follow_links) and left_out_of(findings):
+            raise SurveyError(f"{root}: links lead to all its landmark files outside it; {CURE}")
         (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
+    return left_out_of(findings)
 
 
 def _ours(folder: Path) -> bool:
@@ -95,12 +102,13 @@ def _write_plan(floor: Floor, own: Path) -> list[Finding]:
     return []
 
 
-def _write_surveyed(root: Path, out: Path, changes: Mapping[int, FrameChange]) -> None:
-    """Write every floor's landmark and control point file that there is."""
+def _write_surveyed(root: Path, out: Path, changes: Mapping[int, FrameChange], follow_links: bool) -> int:
+    """Write every floor's landmark and control point file that there is; return how many."""
+    written = 0
     names = [(folder, name) for folder in sorted(root.glob("floor_*")) for name in (LANDMARK_FILE, CONTROL_POINT_FILE)]
     for folder, name in names:
         path = table_path(folder / name)
-        if not path.is_file():
+        if not path.is_file() or not (follow_links or outside_link(root, path) is None):
             continue
         number = _number(path)
         if number not in changes:
@@ -112,6 +120,8 @@ def _write_surveyed(root: Path, out: Path, changes: Mapping[int, FrameChange]) -
         target = out / f"floor_{number}" / name
         target.parent.mkdir(exist_ok=True)
         target.write_text(text, encoding="utf-8")
+        written += 1
+    return written
 
 
 def _number(path: Path) -> int:

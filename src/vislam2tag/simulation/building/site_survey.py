@@ -39,7 +39,7 @@ def site_floors(
     Without ``numbers`` all floors that have a plan are taken. ``masks`` are drawn corrections, by floor. Raises
     SurveyError where there is no such floor, no plan, or nothing that can be walked.
     """
-    site, _ = read_site(root, landmark_file=landmark_file)
+    site, _ = read_site(root, landmark_file=landmark_file, follow_links=True)
     widths = {} if landmark_file is None else _widths(landmark_file)
     chosen = [_floor_of(site, number, root) for number in numbers] or [floor for floor in site.floors if floor.plan]
     if not chosen:

@@ -87,7 +87,7 @@ def _areas_of(workspace: Workspace, floor: int) -> Areas:
     chosen = workspace.now.survey.site.floor(floor)
     key = f"{workspace.root} {chosen} {plan_stamp(chosen)}"
     if key not in _areas:
-        names, _ = read_room_names(workspace.root, floor)
+        names, _ = read_room_names(workspace.root, chosen.rooms)
         _keep(_areas, key, floor_areas(chosen, names, workspace.settings.walkable))
     return _areas[key]
 

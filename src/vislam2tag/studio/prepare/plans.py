@@ -29,7 +29,7 @@ class _Plan:
 
     def __init__(self, root: Path, wish: PlanWish, settings: Settings) -> None:
         """Plan the floor of a survey; raises SurveyError or UsageError as ``vislam2tag plan`` does."""
-        site, _ = read_site(root)
+        site, _ = read_site(root, follow_links=True)
         self.floor: Floor = site.floor(wish.floor)
         asked: dict[str, object] = {"spacing_m": wish.spacing_m, "rooms": wish.rooms, "further": 0}
         asked |= {"sheets": tuple(sheet_size(name).name for name in wish.sheets)}

@@ -38,6 +38,8 @@ class RadioJob:
     settings: Settings
     privacy: Privacy | None = None
     """What is left out or hidden; None: nothing."""
+    follow_links: bool = True
+    """Whether sessions count that links lead to outside the survey."""
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,10 @@ class Radio:
         )
 
 
-def radio_job(workspace: Workspace, privacy: Privacy | None = None) -> RadioJob:
+def radio_job(workspace: Workspace, privacy: Privacy | None = None, *, follow_links: bool = True) -> RadioJob:
     """What is to be made of the labels as they are now."""
     compared = {name: output.root for name, output in workspace.outputs.items() if name not in (LABELS, BEFORE)}
-    return RadioJob(workspace.root, workspace.out, compared, workspace.settings, privacy)
+    return RadioJob(workspace.root, workspace.out, compared, workspace.settings, privacy, follow_links)
 
 
 def made_radio(job: RadioJob) -> Radio:
@@ -99,7 +101,9 @@ def made_radio(job: RadioJob) -> Radio:
 
 
 def _dataset(job: RadioJob, labels: Path, out: Path, surveys: tuple[Path, ...]) -> Dataset:
-    options = BuildOptions(surveys=surveys, privacy=job.privacy, walked=())  # nobody reads what its page would tell
+    options = BuildOptions(
+        surveys=surveys, privacy=job.privacy, walked=(), follow_links=job.follow_links
+    )  # nobody reads what its page would tell
     return build_dataset(labels, out, job.settings.dataset, options)
 
 

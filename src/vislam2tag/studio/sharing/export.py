@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.studio.guard import CONTENT_POLICY, PAGE
@@ -36,21 +38,31 @@ class ExportRecord(Record):
     """One, or those in a fleet's list."""
     sessions: int
     """Walks that can be looked at; of a fleet those of surveys with labels."""
+    left_out: int = 0
+    """Sessions and files that are left out, because links lead to them outside their survey."""
     files: int
     size_bytes: int
 
 
 def export_survey(
-    workspace: Workspace, out: Path, key: bytes | None = None, progress: Progress[str] = silent
+    workspace: Workspace,
+    out: Path,
+    key: bytes | None = None,
+    progress: Progress[str] = silent,
+    *,
+    follow_links: bool = False,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> ExportRecord:
     """Write a survey's studio; addresses are hashed with ``key``, without one with a new key that nobody keeps.
 
-    Raises OutputError where the folder holds anything else, or cannot be written.
+    What links lead to outside the survey is left out, of which ``tell`` hears, unless ``follow_links`` is given. Raises
+    SurveyError where nothing remains, OutputError where the folder holds anything else, or cannot be written.
     """
     with new_export(out) as folder:
         write_page(folder, DATA)
-        write_survey(workspace, folder / DATA, key, progress)
-        return recorded(folder, 1, len(workspace.now.ids))
+        left_out = write_survey(workspace, folder / DATA, key, progress, follow_links=follow_links)
+        tell(left_out)
+        return recorded(folder, 1, len(workspace.now.ids), left_out)
 
 
 def new_export(out: Path) -> AbstractContextManager[Path]:
@@ -72,8 +84,17 @@ def write_page(folder: Path, data: str) -> None:
         (folder / "assets" / file.name).write_bytes(read_bytes(file))
 
 
-def write_survey(workspace: Workspace, folder: Path, key: bytes | None, progress: Progress[str] = silent) -> None:
-    """Write what the page shows of a survey."""
+def write_survey(
+    workspace: Workspace,
+    folder: Path,
+    key: bytes | None,
+    progress: Progress[str] = silent,
+    *,
+    follow_links: bool = False,
+) -> tuple[Finding, ...]:
+    """Write what the page shows of a survey; return what is left out, because links lead to it outside the survey."""
+    if not follow_links:
+        workspace.leave_out_links()
     outputs = shown_outputs(workspace)
     steps = len(workspace.now.ids) * (1 + len(outputs)) + _OUTSIDE_WALKS
     hiding = Hiding(workspace)
@@ -83,7 +104,7 @@ def write_survey(workspace: Workspace, folder: Path, key: bytes | None, progress
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(content)
 
-    radio = _radio(workspace, key)
+    radio = _radio(workspace, key, follow_links)
     if radio is not None:
         write_radio(radio, folder / "radio")
     progress("radio maps", steps)
@@ -99,19 +120,26 @@ def write_survey(workspace: Workspace, folder: Path, key: bytes | None, progress
         progress(id, steps)
     for output in outputs:
         write_output(workspace, output, folder / "tracks" / output, lambda id: progress(id, steps))
+    return workspace.left_out
 
 
-def recorded(folder: Path, surveys: int, sessions: int) -> ExportRecord:
+def recorded(folder: Path, surveys: int, sessions: int, left_out: Sequence[Finding]) -> ExportRecord:
     """Mark the folder as whole, and tell what is in it."""
     sizes = [file.stat().st_size for file in folder.rglob("*") if file.is_file()]
-    record = ExportRecord(surveys=surveys, sessions=sessions, files=len(sizes), size_bytes=sum(sizes))
+    record = ExportRecord(
+        surveys=surveys,
+        sessions=sessions,
+        left_out=sum(finding.count for finding in left_out),
+        files=len(sizes),
+        size_bytes=sum(sizes),
+    )
     (folder / EXPORT_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
     return record
 
 
-def _radio(workspace: Workspace, key: bytes | None) -> Radio | None:
+def _radio(workspace: Workspace, key: bytes | None, follow_links: bool) -> Radio | None:
     """Radio maps of the labels as they are; None where nothing is labelled or heard often enough."""
     try:
-        return made_radio(radio_job(workspace, export_privacy(key)))
+        return made_radio(radio_job(workspace, export_privacy(key), follow_links=follow_links))
     except DatasetError:
         return None

@@ -16,6 +16,7 @@ import polars as pl
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.store import address_of
 from vislam2tag.common.files.stored_folder import folder_at_hand
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, Fleet, FleetTotals, totals_of
@@ -69,10 +70,14 @@ def export_fleet(
     only: Sequence[str] = (),
     key: bytes | None = None,
     progress: Progress[str] = silent,
+    *,
+    follow_links: bool = False,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> ExportRecord:
     """Write the list of a fleet's surveys, or of those named, and the studio of each of them that has labels.
 
-    ``settings`` gives those of a survey's folder; ``progress`` is told of each survey with labels. Raises UsageError
+    ``settings`` gives those of a survey's folder; ``progress`` is told of each survey with labels, ``tell`` of what is
+    left out of it, because links lead to it outside the survey, unless ``follow_links`` is given. Raises UsageError
     where there is no fleet or none of a name, SurveyError where a survey with labels cannot be opened any more,
     StoreError where a store cannot be read, OutputError where the folder holds anything else, or cannot be written.
     """
@@ -87,13 +92,15 @@ def export_fleet(
         (folder / LIST / "first.json").write_text(first.model_dump_json(), encoding="utf-8")
         table = pl.DataFrame([row.model_dump() for row in rows], schema_overrides={"labelled_share": pl.Float64})
         write_rows(table, folder / LIST / "catalogue.parquet")
-        walks = 0
+        walks, left_out = 0, list[Finding]()
         for name in opened:
             with _opened(fleet, name, settings) as workspace:
-                write_survey(workspace, folder / SURVEYS / name, key)
+                gone = write_survey(workspace, folder / SURVEYS / name, key, follow_links=follow_links)
+                left_out += [finding.model_copy(update={"file": name}) for finding in gone]
                 walks += len(workspace.now.ids)
             progress(name, len(opened))
-        return recorded(folder, len(rows), walks)
+        tell(left_out)
+        return recorded(folder, len(rows), walks, left_out)
 
 
 @contextmanager

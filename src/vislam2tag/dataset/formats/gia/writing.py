@@ -14,15 +14,17 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.gia.annotated_tables import SENSORS_FILE, WIFI_FILE
 from vislam2tag.dataset.formats.gia.private_labels import PrivateLabels, hidden_wifi_file
+from vislam2tag.dataset.writing.shared_labels import shared_labels
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.sessions.formats.published import FILE_NAMES
 from vislam2tag.sessions.registry import at_hand, format_of, open_survey
+from vislam2tag.survey.links import left_out_files, outside_link
 from vislam2tag.survey.model import SessionKey, SessionRef
 
 WIFI_TYPE = "WLAN"
@@ -59,7 +61,7 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     Raises DatasetError where none has, or ``labels`` is no finished output of ``process``, UsageError where
     ``--survey`` is another survey.
     """
-    opened = open_labelled(labels)
+    opened, left_out = shared_labels(labels, context)
     private = PrivateLabels.of(opened.sessions, context.privacy)
     raw = {ref.key: ref for ref in open_survey(context.survey).sessions} if context.survey else {}
     count = _LossCounts()
@@ -77,8 +79,8 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     if not written:
         raise DatasetError(f"{labels}: no reading of it has a position; its report.html says why")
     if context.survey:
-        _copy_site(context.survey, folder)
-    return (*private.findings, *count.findings())
+        left_out = (*left_out, *_copy_site(context.survey, folder, context))
+    return (*left_out, *private.findings, *count.findings())
 
 
 def _write_session(
@@ -175,13 +177,22 @@ def _copy_session(
             count.add("raw_files_left_out", "raw files that may tell what is hidden are left out", 1)
 
 
-def _copy_site(survey: Path, folder: Path) -> None:
-    """Copy the files that describe the site: of the survey and of each of its floors."""
+def _copy_site(survey: Path, folder: Path, context: ExportContext) -> list[Finding]:
+    """Copy the files that describe the site, of the survey and of each of its floors; return what is left out."""
+    outside = set[str]()
     for file in sorted([*survey.glob("*"), *survey.glob("floor_*/*")]):
-        if file.is_file() and not file.name.startswith("."):
-            target = folder / file.relative_to(survey)
-            target.parent.mkdir(exist_ok=True)
-            shutil.copyfile(file, target)
+        if not file.is_file() or file.name.startswith("."):
+            continue
+        link = None if context.follow_links else outside_link(survey, file)
+        if link is not None:
+            outside.add(link)
+            continue
+        target = folder / file.relative_to(survey)
+        target.parent.mkdir(exist_ok=True)
+        shutil.copyfile(file, target)
+    left_out = [left_out_files(sorted(outside))] if outside else []
+    context.tell(left_out)
+    return left_out
 
 
 WRITES = ExportFormat("gia", HOLDS, takes=("survey",), write_labels=write)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -11,6 +11,7 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
@@ -24,6 +25,7 @@ from vislam2tag.self_check.gain_map import GainMap
 from vislam2tag.self_check.record import FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.survey.links import left_out_of, shared_survey
 from vislam2tag.walkable.settings import WalkableSettings
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
@@ -60,13 +62,17 @@ def check(
     selection: Selection | None = None,
     jobs: int = 1,
     walkable: WalkableSettings | None = None,
+    follow_links: bool = False,
     progress: Progress[SessionCheck] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> SurveyCheck:
     """Check a survey against itself: leave out each landmark or fix in turn, session by session.
 
     docs/explanation/self-check.md tells more.
 
-    What was walked of the space that can be walked on the plans is found by ``walkable``. With ``out`` all is written
+    What was walked of the space that can be walked on the plans is found by ``walkable``. Plans and other site files
+    that links lead to outside the survey are not shown, unless ``follow_links`` is given; ``tell`` is called with their
+    names. With ``out`` all is written
     there as ``check.json`` and ``check.html``. ``landmarks`` is a file with the
     landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
     it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey or
@@ -89,7 +95,9 @@ def check(
 
     todo = [session_task(ref, survey, corrections, settings) for ref in refs]
     process_all(partial(check_session, settings), todo, jobs, report)
-    walked = walked_floors(survey.root, survey.site, collected.places, walkable)
+    shown = shared_survey(survey, follow_links=follow_links)
+    tell(left_out_of(shown.findings))
+    walked = walked_floors(shown.root, shown.site, collected.places, walkable)
     found = SurveyCheck(
         version=__version__,
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
@@ -105,7 +113,7 @@ def check(
         with whole_file(out / CHECK_FILE) as file:
             file.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
         spaces = {number: floor.space for number, floor in walked.items()}
-        write_check_page(out / PAGE_FILE, survey, found, collected.gains, spaces)
+        write_check_page(out / PAGE_FILE, shown, found, collected.gains, spaces)
     return found
 
 

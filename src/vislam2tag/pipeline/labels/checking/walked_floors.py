@@ -56,7 +56,7 @@ def walked_floors(
 
 
 def _floor_walked(root: Path, floor: Floor, walks: list[WalkPlaces], settings: WalkableSettings | None) -> FloorWalked:
-    names, findings = read_room_names(root, floor.number)
+    names, findings = read_room_names(root, floor.rooms)
     try:
         areas = floor_areas(floor, names, settings)
     except SurveyError as error:

@@ -67,7 +67,7 @@ class RoomsOnPlans:
         floor = next((one for one in self.site.floors if one.number == number and one.plan is not None), None)
         if floor is None:
             return None
-        names, _ = read_room_names(self.root, number)
+        names, _ = read_room_names(self.root, floor.rooms)
         return floor_areas(floor, names) if names or names_on_plan(floor_plan(floor)) else None
 
 
