@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import SessionResult
@@ -86,8 +87,9 @@ class Workspace:
         if settings.together:
             raise UsageError("together: the studio maps each walk alone; leave it out of the settings")
         self.root, self.out, self.settings = root, out, settings
-        self._scratch = TemporaryDirectory(prefix="vislam2tag-studio-")
-        self.outputs = {LABELS: Output(LABELS, out), BEFORE: Output(BEFORE, Path(self._scratch.name))}
+        self._scratch = ExitStack()
+        before = self._scratch.enter_context(scratch_folder())
+        self.outputs = {LABELS: Output(LABELS, out), BEFORE: Output(BEFORE, before.path)}
         for number, folder in enumerate(compared, start=1):
             self.outputs[f"compare-{number}"] = Output(f"compare-{number}", folder)
         self.before_slugs: dict[str, str] = {}
@@ -105,7 +107,7 @@ class Workspace:
 
     def close(self) -> None:
         """Forget the labels as they were before."""
-        self._scratch.cleanup()
+        self._scratch.close()
 
     def leave_out_links(self) -> None:
         """Leave out, from now on, what links lead to outside the survey: site files, and sessions with such files.

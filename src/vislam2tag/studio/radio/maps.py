@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record
 from vislam2tag.dataset.comparing.changes import survey_changes
 from vislam2tag.dataset.model import Dataset
@@ -89,12 +89,12 @@ def radio_job(workspace: Workspace, privacy: Privacy | None = None, *, follow_li
 
 def made_radio(job: RadioJob) -> Radio:
     """Make the maps; runs in a worker. Raises DatasetError where nothing is labelled or heard often enough."""
-    with TemporaryDirectory(prefix="vislam2tag-radio-") as scratch:
-        own = _dataset(job, job.labels, Path(scratch) / LABELS, (job.root,))
+    with scratch_folder() as scratch:
+        own = _dataset(job, job.labels, scratch / LABELS, (job.root,))
         technologies = own.fingerprints.select("technology").unique().collect()["technology"].sort().to_list()
         changes = {}
         for name, folder in job.compared.items():
-            other = _dataset(job, folder, Path(scratch) / name, ())
+            other = _dataset(job, folder, scratch / name, ())
             found = [survey_changes(own, other, technology) for technology in technologies]
             changes[name] = survey_record(own.info.name, other.info.name, found)
         return Radio(tuple(radio_maps(own, job.settings.radio_maps)), changes)

@@ -8,6 +8,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
@@ -60,17 +61,17 @@ def export_survey(
     """
     with new_export(out) as folder:
         write_page(folder, DATA)
-        left_out = write_survey(workspace, folder / DATA, key, progress, follow_links=follow_links)
+        left_out = write_survey(workspace, folder.folder(DATA), key, progress, follow_links=follow_links)
         tell(left_out)
         return recorded(folder, 1, len(workspace.now.ids), left_out)
 
 
-def new_export(out: Path) -> AbstractContextManager[Path]:
+def new_export(out: Path) -> AbstractContextManager[Folder]:
     """Yield an empty folder that becomes ``out``, or raise OutputError (:func:`whole_folder`)."""
     return whole_folder(out, lambda folder: (folder / EXPORT_FILE).is_file(), "--export")
 
 
-def write_page(folder: Path, data: str) -> None:
+def write_page(folder: Folder, data: str) -> None:
     """Copy the page, with where its data lies and what it may load written into it."""
     text = read_bytes(PAGE / "index.html").decode()
     notes = (
@@ -78,15 +79,14 @@ def write_page(folder: Path, data: str) -> None:
         f'    <meta name="vislam2tag-data" content="{data}" />'
     )
     text = re.sub(r'(<meta charset="[^"]*" />)', rf"\1\n    {notes}", text, count=1)
-    (folder / "index.html").write_text(text, encoding="utf-8")
-    (folder / "assets").mkdir()
+    folder.write("index.html", text)
     for file in (PAGE / "assets").iterdir():
-        (folder / "assets" / file.name).write_bytes(read_bytes(file))
+        folder.copy(file, f"assets/{file.name}")
 
 
 def write_survey(
     workspace: Workspace,
-    folder: Path,
+    folder: Folder,
     key: bytes | None,
     progress: Progress[str] = silent,
     *,
@@ -99,33 +99,28 @@ def write_survey(
     steps = len(workspace.now.ids) * (1 + len(outputs)) + _OUTSIDE_WALKS
     hiding = Hiding(workspace)
 
-    def write(name: str, content: bytes) -> None:
-        file = folder / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content)
-
     radio = _radio(workspace, key, follow_links)
     if radio is not None:
-        write_radio(radio, folder / "radio")
+        write_radio(radio, folder.folder("radio"))
     progress("radio maps", steps)
     for address, record in survey_answers(workspace, radio):
-        write(f"{address}.json", hiding.json(record))
+        folder.write(f"{address}.json", hiding.json(record))
     for floor in workspace.now.survey.site.floors:
         if floor.plan is not None and floor.extent_m is not None:
-            write(plan_file(floor.number), plan_png(floor, PLAN_PIXELS))
+            folder.write(plan_file(floor.number), plan_png(floor, PLAN_PIXELS))
     progress("survey", steps)
     for id in workspace.now.ids:
         address, record = walk_answer(workspace, id)
-        write(f"{address}.json", hiding.json(record))
+        folder.write(f"{address}.json", hiding.json(record))
         progress(id, steps)
     for output in outputs:
-        write_output(workspace, output, folder / "tracks" / output, lambda id: progress(id, steps))
+        write_output(workspace, output, folder.folder(f"tracks/{output}"), lambda id: progress(id, steps))
     return workspace.left_out
 
 
-def recorded(folder: Path, surveys: int, sessions: int, left_out: Sequence[Finding]) -> ExportRecord:
+def recorded(folder: Folder, surveys: int, sessions: int, left_out: Sequence[Finding]) -> ExportRecord:
     """Mark the folder as whole, and tell what is in it."""
-    sizes = [file.stat().st_size for file in folder.rglob("*") if file.is_file()]
+    sizes = [file.stat().st_size for file in folder.path.rglob("*") if file.is_file()]
     record = ExportRecord(
         surveys=surveys,
         sessions=sessions,
@@ -133,7 +128,7 @@ def recorded(folder: Path, surveys: int, sessions: int, left_out: Sequence[Findi
         files=len(sizes),
         size_bytes=sum(sizes),
     )
-    (folder / EXPORT_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    folder.write(EXPORT_FILE, record.model_dump_json(indent=1) + "\n")
     return record
 
 

@@ -87,15 +87,14 @@ def export_fleet(
     totals = totals_of(pl.DataFrame(catalogue, schema=CATALOGUE, orient="row"))
     with new_export(out) as folder:
         write_page(folder, LIST)
-        (folder / LIST).mkdir()
         first = FleetView(name=_name(fleet), totals=totals, rows=rows[:FIRST_ROWS])
-        (folder / LIST / "first.json").write_text(first.model_dump_json(), encoding="utf-8")
+        folder.write(f"{LIST}/first.json", first.model_dump_json())
         table = pl.DataFrame([row.model_dump() for row in rows], schema_overrides={"labelled_share": pl.Float64})
-        write_rows(table, folder / LIST / "catalogue.parquet")
+        write_rows(table, folder, f"{LIST}/catalogue.parquet")
         walks, left_out = 0, list[Finding]()
         for name in opened:
             with _opened(fleet, name, settings) as workspace:
-                gone = write_survey(workspace, folder / SURVEYS / name, key, follow_links=follow_links)
+                gone = write_survey(workspace, folder.folder(f"{SURVEYS}/{name}"), key, follow_links=follow_links)
                 left_out += [finding.model_copy(update={"file": name}) for finding in gone]
                 walks += len(workspace.now.ids)
             progress(name, len(opened))
