@@ -53,14 +53,43 @@ def test_an_interrupt_is_130_with_one_line_and_the_next_run_goes_on(
     strike = Strike(2 * sessions + 2, "/sessions/", sent)  # each removes an old result, then writes its own
     done = struck(out, strike, "process", survey, "--out", out, "--jobs", str(jobs))
     message = the_error(done, 130) + "\n"
-    assert message.startswith("interrupted: ")
-    assert message.endswith(f" sessions are done and kept in {out}; run the same command again to go on\n")
     assert not (out / ".partial").exists()
     kept = {name: digest for name, digest in bytes_of(out).items() if name.startswith("sessions/")}
     assert sessions <= len(kept) < 2 + 2 * COPIES
+    contains = f"{out} contains the labels of {len(kept)} sessions; run the same command again to go on"
+    assert message == f"interrupted: {contains if kept else f'no session was finished in {out}'}\n"
     assert kept.items() <= whole.items()
     assert vislam2tag("process", survey, "--out", out, "--jobs", "1").returncode == 0
     assert bytes_of(out) == whole
+
+
+@pytest.mark.parametrize(
+    ("step", "text", "there"),
+    [
+        (1, "", "nothing was written to {out}"),
+        (1, "/.vislam2tag-files", "nothing was written to {out}"),
+        (1, "/diagnosis.json", "{out} contains labels; run the same command again to go on"),
+    ],
+)
+def test_an_interrupted_run_says_what_is_on_the_disk(
+    survey: Path, tmp_path: Path, step: int, text: str, there: str
+) -> None:
+    out = tmp_path / "out"
+    done = struck(out, Strike(step, text, signal.SIGINT), "run", survey, "--out", out, "--jobs", "1")
+    assert the_error(done, 130) == f"interrupted: {there.format(out=out)}"
+    assert (out / "labels/summary.json").is_file() == ("labels" in there)
+
+
+def test_an_interrupted_evaluation_and_check_say_what_is_on_the_disk(survey: Path, tmp_path: Path) -> None:
+    for command, file, without in (
+        ("evaluate", "evaluation.json", "{out} contains no evaluation"),
+        ("check", "check.html", "{out}/check.json written; run the same command again"),
+    ):
+        out = tmp_path / command
+        strike = Strike(1, f"/{file}", signal.SIGINT)
+        done = struck(out, strike, command, survey, "--out", out, "--jobs", "1")
+        assert the_error(done, 130) == f"interrupted: {without.format(out=out)}"
+        assert not (out / file).exists()
 
 
 def full_after(size_bytes: int) -> Callable[[], None]:

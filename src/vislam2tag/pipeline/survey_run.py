@@ -10,6 +10,7 @@ from typing import Protocol, TypeAlias, TypeVar
 
 from pydantic import ValidationError
 
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
@@ -38,6 +39,13 @@ LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "data
 DIAGNOSIS_FILE = "diagnosis.json"
 PROGRAM = "vislam2tag run"
 _STEPS_FILE = "steps.json"
+_OWN = OwnFiles.of(
+    (
+        *(DIAGNOSIS_FILE, CONFLICTS_PAGE, INDEX, _STEPS_FILE),
+        *(f"{LABELS}/{OWN_FILES}", f"{DATASET}/{OWN_FILES}"),
+        *(f"{CHECK}/{CHECK_FILE}", f"{CHECK}/{CHECK_PAGE}"),
+    )
+)
 _Record = TypeVar("_Record", bound=Record)
 _Made = TypeVar("_Made")
 _StepProgress: TypeAlias = Progress[tuple[str, str | None]]
@@ -78,7 +86,7 @@ def run_survey(
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     refuse_among_sessions(survey, out)
     name = survey_root.resolve().name
-    with claim(out, {"survey": name}, PROGRAM) as folder:
+    with claim(out, {"survey": name}, PROGRAM, _OWN) as folder:
         steps = _Steps(folder)
         summary = process(
             survey_root,

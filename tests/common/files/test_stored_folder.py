@@ -9,6 +9,7 @@ import pytest
 from tests.stores import Bucket, Fault
 from vislam2tag.common.errors import OutputError, StoreConflictError, StoreError, UsageError
 from vislam2tag.common.files import stored_folder as module
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.store import Store
 from vislam2tag.common.files.stored_folder import (
     MARK,
@@ -139,3 +140,15 @@ def test_folders_of_this_machine_stay_where_they_are(tmp_path: Path) -> None:
 def test_nothing_stored_is_told(store: Store) -> None:
     with pytest.raises(UsageError, match=rf"^{store.address}: nothing is stored there"):
         content(store)
+
+
+def test_files_that_others_put_there_stay_even_after_half_a_write(s3: Bucket, store: Store) -> None:
+    fill(store, a="1", **{OWN_FILES: OwnFiles.of(["a", "b"]).text()})
+    s3.fail(Fault(f"PUT .*{store.address.removeprefix('s3:/')}/b", "403 AccessDenied"))
+    with pytest.raises(StoreError, match="permission is denied"):
+        fill(store, a="2", b="2", **{OWN_FILES: OwnFiles.of(["a", "b"]).text()})
+    for name in ("notes.txt", "sub/notes.txt"):
+        store.put(name, b"mine")
+    fill(store, c="3", **{OWN_FILES: OwnFiles.of(["c"]).text()})
+    names = {file.name for file in store.list()} - {MARK}
+    assert names == {"c", OWN_FILES, "notes.txt", "sub/notes.txt"}

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.run.store import claim
 
@@ -19,7 +20,8 @@ def result(slug: str) -> str:
 
 
 def names(folder: Path) -> set[str]:
-    return {str(path.relative_to(folder)) for path in folder.rglob("*")}
+    """Paths below a folder, but for its record of own files."""
+    return {str(path.relative_to(folder)) for path in folder.rglob("*")} - {OWN_FILES}
 
 
 def test_a_new_folder_is_made_and_only_whole_files_stay(tmp_path: Path) -> None:
@@ -77,15 +79,57 @@ def test_what_another_command_wrote_is_refused_by_its_name(
     [("run.json", '{"program": "vislam2tag evaluate"}'), ("dataset.json", '{"made_by": "import"}')],
 )
 def test_what_another_command_wrote_goes_when_told(tmp_path: Path, file: str, record: str) -> None:
-    (tmp_path / "figures").mkdir()
-    for name, text in ((file, record), ("figures/errors.svg", "<svg/>")):
+    own = OwnFiles.of([file, "figures/errors.svg", "labels/.vislam2tag-files"], ["wifi"], ["floor_0_a"])
+    nested = OwnFiles.of(["run.json"])
+    ours = {file: record, "figures/errors.svg": "<svg/>", "wifi/floor_0_a.parquet": "", "labels/run.json": ""}
+    users = ("notes.txt", "figures/mine.svg", "wifi/floor_0_mine.parquet", "old/run.json", "labels/notes.txt")
+    for name, text in {**ours, **dict.fromkeys(users, "mine")}.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
+    (tmp_path / OWN_FILES).write_text(own.text())
+    for folder in ("labels", "old"):
+        (tmp_path / folder / OWN_FILES).write_text(nested.text())
+    before = names(tmp_path)
     with pytest.raises(OutputError, match="wrote; give --replace"), claim(tmp_path, {}, replace=False):
         pass
-    assert names(tmp_path) == {file, "figures", "figures/errors.svg"}
+    assert names(tmp_path) == before
     with claim(tmp_path, {}, replace=True):
         pass
-    assert names(tmp_path) == {"run.json"}
+    assert {name for name in names(tmp_path) if (tmp_path / name).is_file()} == {
+        *users,
+        "run.json",
+        "old/.vislam2tag-files",
+    }
+    assert OwnFiles.read(tmp_path) == OwnFiles.of(["run.json", "log.txt"])
+
+
+def test_an_output_without_a_record_of_its_files_is_refused_by_name(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text('{"program": "vislam2tag"}')
+    (tmp_path / "notes.txt").write_text("mine")
+    for replace in (False, True):
+        with (
+            pytest.raises(OutputError, match="was written by an earlier version, which kept no list of its files"),
+            claim(tmp_path, {}, replace=replace),
+        ):
+            pass
+    assert names(tmp_path) == {"run.json", "notes.txt"}
+
+
+def test_what_was_killed_before_it_wrote_goes_on_beside_files_of_the_user(tmp_path: Path) -> None:
+    (tmp_path / OWN_FILES).write_text(OwnFiles.of(["run.json"]).text())
+    (tmp_path / "notes.txt").write_text("mine")
+    with claim(tmp_path, {}):
+        pass
+    assert names(tmp_path) == {"run.json", "notes.txt"}
+
+
+def test_a_file_of_the_users_with_the_name_of_a_page_stays(tmp_path: Path) -> None:
+    with claim(tmp_path / "out", {}):
+        pass
+    (tmp_path / "out" / "conflicts.html").write_text("mine")
+    with claim(tmp_path / "out", {}):
+        pass
+    assert names(tmp_path / "out") == {"run.json", "conflicts.html"}
 
 
 @pytest.mark.parametrize("record", ["", '{"program": "another"}', '{"program": "vislam2tagger"}', "[]"])
@@ -128,17 +172,23 @@ def test_two_runs_at_once_are_refused(tmp_path: Path) -> None:
         pass
 
 
-def test_what_a_run_does_not_cover_is_removed(tmp_path: Path) -> None:
+def test_sessions_that_are_not_to_be_kept_go_by_the_record(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    with claim(out, {}) as folder:
-        for slug in ("floor_1.a", "floor_1.b"):
+    own = OwnFiles.of(["wifi/floor_1.d.parquet"], ["sessions", "wifi"], ["floor_1.a", "floor_1.b", "floor_1.c"])
+    with claim(out, {}, own=own) as folder:
+        for slug in ("floor_1.a", "floor_1.b", "floor_1.d", "floor_1.mine"):
             folder.write_text(f"sessions/{slug}.json", result(slug))
             folder.write_text(f"wifi/{slug}.parquet", "")
-        (out / "survey").mkdir()
-        (out / "survey" / "simulation.json").write_text("not ours")
-        assert folder.keep_only({"floor_1.a"}) == 1
-    kept = {"run.json", "sessions", "sessions/floor_1.a.json", "wifi", "wifi/floor_1.a.parquet"}
-    assert names(out) == {*kept, "survey", "survey/simulation.json"}
+        (out / "backup").mkdir()
+        (out / "backup" / "floor_1.b.parquet").write_text("mine")
+        assert folder.drop(lambda slug: slug == "floor_1.a") == ["floor_1.b", "floor_1.d"]
+        assert folder.own().stems == ("floor_1.a",)
+        assert folder.drop(lambda slug: slug == "floor_1.a") == []
+    kept = {f"{name}/{slug}" for slug in ("floor_1.a", "floor_1.mine") for name in ("sessions", "wifi")}
+    kept = {f"{name}.{'json' if name.startswith('sessions') else 'parquet'}" for name in kept}
+    # What no record names is the user's, whatever it is called.
+    users = {"sessions/floor_1.d.json", "backup", "backup/floor_1.b.parquet"}
+    assert names(out) == {"run.json", "sessions", "wifi", *kept, *users}
 
 
 def test_what_an_interrupted_run_was_writing_goes(tmp_path: Path) -> None:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import interrupted_with
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import INTERRUPTED, AsJson, SurveyFolder
+from vislam2tag.cli.options import AsJson, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.cli.terminal import say_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -66,19 +67,22 @@ def _sightings(
 ) -> None:
     from vislam2tag.pipeline.labels.sightings import sightings
 
-    try:
-        with session_bar("sessions", lines=True) as bar:
+    done = 0
 
-            def told(one: SightingsFound, total: int) -> None:
-                bar.advance(total, error=one.error or None)
+    def there() -> str:
+        return f"{done} sessions have their sightings; the same command goes on" if done else "no session was finished"
 
-            def within(stage: Stage, total: int) -> None:
-                bar.reach(stage.done, total)
+    with interrupted_with(there), session_bar("sessions", lines=True) as bar:
 
-            found = sightings(survey, images, tags, tag_side_m, qr_side_m, again, told, within)
-    except KeyboardInterrupt:
-        say("interrupted: sessions that were done keep their sightings; the same command goes on", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+        def told(one: SightingsFound, total: int) -> None:
+            nonlocal done
+            done += not one.error
+            bar.advance(total, error=one.error or None)
+
+        def within(stage: Stage, total: int) -> None:
+            bar.reach(stage.done, total)
+
+        found = sightings(survey, images, tags, tag_side_m, qr_side_m, again, told, within)
     if json:
         say_json(found)
     else:

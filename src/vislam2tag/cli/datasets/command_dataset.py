@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
-    INTERRUPTED,
     AsJson,
     FollowLinks,
     HashBssid,
@@ -167,11 +167,8 @@ def _dataset(
         replace=replace,
         follow_links=follow_links,
     )
-    try:
+    with outputs_of_interrupted(out, labels):
         dataset = _built(sources, out, settings.dataset, options, jobs)
-    except KeyboardInterrupt:
-        say(f"interrupted: no data set was written to {out}", err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if json:
         say_json(dataset.info)
     else:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
-    INTERRUPTED,
     AsJson,
     FollowLinks,
     HashBssid,
@@ -104,11 +104,8 @@ def _export(
 
     privacy = privacy_of(include_nomap, hash_bssid, no_ssid)
     options = ExportOptions(split, fold, survey, privacy, not keep_formulas, follow_links)
-    try:
+    with outputs_of_interrupted(out):
         record = _exported(source, out, format_name, options, jobs)
-    except KeyboardInterrupt:
-        say(f"interrupted: nothing was written to {out}", err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if json:
         say_json(record)
     else:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import INTERRUPTED, AsJson, FollowLinks, Replace
+from vislam2tag.cli.options import AsJson, FollowLinks, Replace
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.dataset.settings import CHANGE_CELL_M
@@ -52,12 +53,8 @@ def _join(
 ) -> None:
     from vislam2tag.pipeline.datasets.join import CHANGES, join
 
-    try:
-        with visible_console(stderr=True).status("joining"):
-            record = join(base, later, out, cell_m, replace=replace, follow_links=follow_links)
-    except KeyboardInterrupt:
-        say(f"interrupted: no data set was written to {out}", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    with outputs_of_interrupted(out), visible_console(stderr=True).status("joining"):
+        record = join(base, later, out, cell_m, replace=replace, follow_links=follow_links)
     if json:
         say_json(record)
         return

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
-    INTERRUPTED,
     AsJson,
     Devices,
     Floors,
@@ -78,15 +78,12 @@ def _check(
     config: ConfigFile = None,
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.checking.check import PAGE_FILE
+    from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, PAGE_FILE
 
     settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m}, survey)
     selection = selection_of(floor, device)
-    try:
+    with outputs_of_interrupted(*(() if out is None else (out / CHECK_FILE, out / PAGE_FILE))):
         found = _with_progress(survey, settings, out, landmarks, selection, follow_links, jobs)
-    except KeyboardInterrupt:
-        say("interrupted: nothing was written", err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if json:
         say_json(found)
         raise typer.Exit(1 if found.failed else 0)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, FollowLinks, Jobs, SurveyFolder
+from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_warnings
@@ -75,11 +76,8 @@ def _diagnose(
         return
     check_targets(survey, *([] if conflicts is None else [conflicts]))
     settings = settings_of(config, {}, survey)
-    try:
+    with outputs_of_interrupted():
         found = _with_progress(survey, settings, jobs)
-    except KeyboardInterrupt:
-        say("interrupted: nothing was written", err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if conflicts is not None:
         _write_conflicts(conflicts, survey, settings, found, follow_links)
     if json:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import interrupted_with
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
-    INTERRUPTED,
     AsJson,
     Devices,
     Floors,
@@ -22,6 +22,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
+from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.plugins import STRATEGIES
 
@@ -50,6 +51,12 @@ Examples:
       --strategy local --floor 1
   vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma-m inf
 """
+
+
+def _there(out: Path) -> str:
+    from vislam2tag.pipeline.labels.evaluating.evaluate import RECORD_FILE
+
+    return f"{out} contains {'an' if (out / RECORD_FILE).is_file() else 'no'} evaluation"
 
 
 def register(app: typer.Typer) -> None:
@@ -86,23 +93,20 @@ def _evaluate(
     from vislam2tag.pipeline.labels.evaluating.evaluate import PAGE_FILE, evaluate
 
     settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "mapping.max_step_m": max_step_m}, survey)
-    try:
-        with session_bar("walks") as bar:
-            found = evaluate(
-                survey,
-                out,
-                settings,
-                strategies=strategy or (),
-                landmarks=landmarks,
-                truth=truth,
-                clock_drift=clock_drift,
-                selection=selection_of(floor, device),
-                jobs=jobs,
-                progress=lambda session, total: _advance(bar, session, total),
-            )
-    except KeyboardInterrupt:
-        say(f"interrupted: {out} holds no evaluation", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    with interrupted_with(lambda: _there(out)), session_bar("walks") as bar:
+        found = evaluate(
+            survey,
+            out,
+            settings,
+            strategies=strategy or (),
+            landmarks=landmarks,
+            truth=truth,
+            clock_drift=clock_drift,
+            selection=selection_of(floor, device),
+            jobs=jobs,
+            progress=lambda session, total: _advance(bar, session, total),
+            tell=print_warnings,
+        )
     if json:
         say_json(found)
     else:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vislam2tag.cli.executors import ClusterFile, ExecutorName, SchedulerAddress, WhereSessionsRun, executor_of
+from vislam2tag.cli.interrupted import interrupted_with, labels_there
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
-    INTERRUPTED,
     AsJson,
     Devices,
     DryRun,
@@ -169,24 +169,16 @@ def _process_with_progress(survey: Path, out: Path, settings: Settings, *, lines
         compared, to_compare, sessions = compared + 1, total, sessions or total
         bar.advance(to_compare + sessions, None)
 
-    try:
-        with session_bar("sessions", lines=lines) as bar:
-            return process(
-                survey,
-                out,
-                settings,
-                progress=lambda outcome, total: bar.advance(to_compare + total, outcome.error, outcome.rows),
-                comparing=compare,
-                tell=print_warnings,
-                **options,
-            )
-    except KeyboardInterrupt:
-        say(
-            f"interrupted: {bar.done - compared} sessions are done and kept in {shown(out)}; run the same command "
-            "again to go on",
-            err=True,
+    with interrupted_with(lambda: labels_there(out)), session_bar("sessions", lines=lines) as bar:
+        return process(
+            survey,
+            out,
+            settings,
+            progress=lambda outcome, total: bar.advance(to_compare + total, outcome.error, outcome.rows),
+            comparing=compare,
+            tell=print_warnings,
+            **options,
         )
-        raise typer.Exit(INTERRUPTED) from None
 
 
 def _print_summary(summary: Summary, out: Path) -> None:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import contents_there, interrupted_with
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
+from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_warnings
@@ -36,6 +37,15 @@ Examples:
 """
 
 
+_PARTS = {
+    "labels/sessions/*.json": "labels",
+    "diagnosis.json": "a diagnosis",
+    "check/check.json": "a check",
+    "dataset/dataset.json": "a data set",
+    "index.html": "the page",
+}
+
+
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
     app.command("run", help=HELP)(_run)
@@ -51,11 +61,8 @@ def _run(
     config: ConfigFile = None,
 ) -> None:
     settings = settings_of(config, {}, survey)
-    try:
+    with interrupted_with(lambda: contents_there(out, _PARTS)):
         made = _with_progress(survey, out, settings, landmarks, follow_links, jobs)
-    except KeyboardInterrupt:
-        say(f"interrupted: what is done is kept in {out}; run the same command again to go on", err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if json:
         say_json(made)
     else:

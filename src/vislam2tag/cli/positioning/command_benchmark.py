@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vislam2tag.cli.interrupted import interrupted_with
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import INTERRUPTED, AsJson, value_of
+from vislam2tag.cli.options import AsJson, value_of
 from vislam2tag.cli.tables import print_table_4, table, table_console
-from vislam2tag.cli.terminal import say, say_json, visible_console
+from vislam2tag.cli.terminal import say_json, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
@@ -97,18 +98,21 @@ def _benchmark(
         raise UsageError(f"--model: name at least one; there are: {', '.join(MODELS.names())}")
     table_wanted = paper and dataset is None
     plan = BenchmarkPlan(chosen, split or (SPLITS if table_wanted else ()), seeds, technology, table_wanted)
-    try:
-        with _opened(folder, dataset, data) as opened, _bar() as progress:
-            found = benchmark(opened, out, plan, progress)
-    except KeyboardInterrupt:
-        say(f"interrupted: {out} keeps the runs that are done; the same command goes on", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    with interrupted_with(lambda: _there(out)), _opened(folder, dataset, data) as opened, _bar() as progress:
+        found = benchmark(opened, out, plan, progress)
     if json:
         say_json(found)
     else:
         _print(found, out, beside_paper=table_wanted)
         _tell_next(found, out, folder)
     raise typer.Exit(1 if found.failed else 0)
+
+
+def _there(out: Path) -> str:
+    from vislam2tag.pipeline.positioning.benchmark import RUNS
+
+    count = len(list(out.glob(f"{RUNS}/*.json")))
+    return f"{out} contains {count} runs; the same command goes on" if count else f"no run was finished in {out}"
 
 
 def _with_models(chosen: Sequence[ModelChoice], names: Sequence[str]) -> list[ModelChoice]:

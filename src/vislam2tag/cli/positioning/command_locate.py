@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import interrupted_with, outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import INTERRUPTED, AsJson
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.visible_text import visible
@@ -112,12 +113,9 @@ def _locate(
     if json and out is None:
         raise UsageError("--json: sums up; give --out, too: without it standard output holds the positions")
     as_json = (scans if out is None else out).suffix.lower() in JSON_SUFFIXES
-    try:
-        with _written(out) as write, visible_console(stderr=True).status("locating"):
-            found = locate(model, scans, write, as_json=as_json, key=key, walks=walks)
-    except KeyboardInterrupt:
-        say("interrupted: not all scans are located", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    on_interrupt = outputs_of_interrupted(out) if out else interrupted_with(lambda: "not all scans are located")
+    with on_interrupt, _written(out) as write, visible_console(stderr=True).status("locating"):
+        found = locate(model, scans, write, as_json=as_json, key=key, walks=walks)
     if json:
         say_json(found)
         return

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import INTERRUPTED, AsJson, parameters_of
+from vislam2tag.cli.options import AsJson, parameters_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.plugins import MODELS
@@ -89,12 +90,8 @@ def _train(
 
     plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx, budget_s, update)
     begun = time.monotonic()
-    try:
-        with _bar() as progress:
-            trained = train(dataset, plan, out, progress)
-    except KeyboardInterrupt:
-        say(f"interrupted: no model was written to {out}", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    with outputs_of_interrupted(out, onnx), _bar() as progress:
+        trained = train(dataset, plan, out, progress)
     if json:
         say_json(
             {

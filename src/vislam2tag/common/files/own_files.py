@@ -6,7 +6,7 @@ reads and serialises the record; the commands that own a folder write it, before
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Self, TypeAlias
@@ -96,6 +96,24 @@ class OwnFiles(Record):
     def with_those_of(self, other: OwnFiles) -> OwnFiles:
         """Both records in one."""
         return OwnFiles.of(self.files + other.files, self.folders + other.folders, self.stems + other.stems)
+
+
+def owned_files(names: Iterable[str], record_at: Callable[[str], OwnFiles | None]) -> set[str]:
+    """Those files of a folder, named by their paths relative to it, that its record owns.
+
+    A subfolder with a record counts with all that this one owns, if the folder's own record owns the record there: it
+    was written by the same command. ``record_at`` reads a record, named by its path; None if there is none.
+    """
+    names = set(names)
+    own = record_at(OWN_FILES)
+    if own is None:
+        return set()
+    owned = {name for name in names if own.owns(name)}
+    for record in sorted(name for name in owned if name.endswith(f"/{OWN_FILES}")):
+        below = record.removesuffix(OWN_FILES)
+        inside = {name.removeprefix(below) for name in names if name.startswith(below)}
+        owned |= {below + name for name in owned_files(inside, lambda name, below=below: record_at(below + name))}  # type: ignore[misc]
+    return owned
 
 
 _CURE = "choose another --out, or remove the folder after moving away what you want to keep"

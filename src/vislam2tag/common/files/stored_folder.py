@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -17,7 +17,7 @@ from pathlib import Path, PurePosixPath
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.own_files import OWN_FILES
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import Listed, Store, Version, store_at
 
@@ -75,7 +75,9 @@ def folder_to_fill(folder: Path, *, unfinished: bool = False) -> Iterator[Path]:
     store.refuse_without_conditional_writes()
     mark = store.get(MARK)
     with place_for(store) as here:
-        before = {} if mark is not None and _is_being_written(mark.data) else _fetch(store, here)
+        torn = None if mark is None else _being_written(mark.data)
+        stale = set[str]() if torn is None else torn | _owned(store)
+        before = _fetch(store, here) if torn is None else {}
         whole = False
         try:
             yield here
@@ -83,7 +85,7 @@ def folder_to_fill(folder: Path, *, unfinished: bool = False) -> Iterator[Path]:
         finally:
             after = _sums(here) if whole or unfinished else before
             if after != before:
-                _put_whole(store, here, before, after, None if mark is None else mark.version)
+                _put_whole(store, here, before, after, stale, None if mark is None else mark.version)
 
 
 @contextmanager
@@ -163,10 +165,11 @@ def place_for(store: Store) -> Iterator[Path]:
 def is_safe_name(name: str) -> bool:
     """Whether an object's name can be that of a file below a folder, without leaving it or being hidden.
 
-    The record of a folder's own files is hidden, but belongs to it.
+    Only the record of own files is hidden and goes with its folder.
     """
-    hidden = any(part == "/" or part.startswith(".") for part in PurePosixPath(name).parts)
-    return bool(name) and (not hidden or name == OWN_FILES)
+    path = PurePosixPath(name)
+    parts = path.parent.parts if path.name == OWN_FILES else path.parts
+    return bool(name) and not any(part == "/" or part.startswith(".") for part in parts)
 
 
 def _fetch(store: Store, here: Path) -> dict[str, str]:
@@ -184,16 +187,37 @@ def _fetch_file(address: str, here: Path) -> bool:
     return not folder.endswith("/") and Store(folder).fetch(name, Folder(here.parent), here.name) is not None
 
 
+def _owned(store: Store) -> set[str]:
+    """Names of what is stored and owned by the record there (:mod:`vislam2tag.common.files.own_files`)."""
+
+    def record_at(name: str) -> OwnFiles | None:
+        found = store.get(name)
+        return None if found is None else OwnFiles.parsed(found.data, f"{store.address}/{name}")
+
+    return owned_files([file.name for file in store.list()], record_at)
+
+
 def _put_whole(
-    store: Store, here: Path, before: Mapping[str, str], after: Mapping[str, str], mark: Version | None
+    store: Store,
+    here: Path,
+    before: Mapping[str, str],
+    after: Mapping[str, str],
+    stale: Set[str],
+    mark: Version | None,
 ) -> None:
-    """Let what is stored become what is here: whoever reads it meanwhile, or after a crash, sees that it is not yet."""
+    """Let what is stored become what is here: whoever reads it meanwhile, or after a crash, sees that it is not yet.
+
+    Of what is stored and not here, only files of ``before`` and ``stale`` ones go: others may be the user's. Records of
+    own files come first, so that a crash leaves none that no record names.
+    """
     try:
-        mine = json.dumps({"files": None, "writer": secrets.token_hex(8)}).encode()
-        begun = store.put_over(MARK, mine, mark)
-        for name in sorted(name for name, sha256 in after.items() if before.get(name) != sha256):
+        new = [name for name, sha256 in after.items() if before.get(name) != sha256]
+        gone = (before.keys() | stale) - after.keys()
+        mine = {"files": None, "writer": secrets.token_hex(8), "changes": sorted({*new, *gone})}
+        begun = store.put_over(MARK, json.dumps(mine).encode(), mark)
+        for name in sorted(new, key=lambda name: (PurePosixPath(name).name != OWN_FILES, name)):
             store.put(name, here / name)
-        store.delete(file.name for file in store.list() if is_safe_name(file.name) and file.name not in after)
+        store.delete(sorted(gone))
         store.put_over(MARK, json.dumps({"files": after}, sort_keys=True).encode(), begun)
     except StoreConflictError as error:
         raise StoreConflictError(
@@ -201,11 +225,13 @@ def _put_whole(
         ) from error
 
 
-def _is_being_written(mark: bytes) -> bool:
+def _being_written(mark: bytes) -> set[str] | None:
+    """Names of what a write that did not end was to change; None if the last one ended."""
     try:
-        return json.loads(mark)["files"] is None
-    except (ValueError, KeyError, TypeError):
-        return False
+        values = json.loads(mark)
+        return {str(name) for name in values.get("changes", ())} if values["files"] is None else None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
 
 
 def _holds(mark: bytes, sums: Mapping[str, str]) -> bool:

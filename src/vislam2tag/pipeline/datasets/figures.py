@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
@@ -57,11 +58,13 @@ def make_dataset_figures(
     table = Table3.of(statistics.by_device, statistics.walks)
     texts = {"csv": csv_text(table), "md": markdown_text(table), "tex": latex_text(table)}
     run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
-    with claim(out, run, PROGRAM) as folder:
+    own = OwnFiles.of((COVERAGE_FILE, *(f"{TABLE}.{suffix}" for suffix in texts)))
+    with claim(out, run, PROGRAM, own) as folder:
         folder.write_text(COVERAGE_FILE, record.model_dump_json(indent=1) + "\n")
         for suffix, text in texts.items():
             folder.write_text(f"{TABLE}.{suffix}", text)
         figures = dict(dataset_figures(statistics, floors))
+        folder.add_own(*(f"{stem}.{kind}" for stem in figures for kind in KINDS))
         for stem, figure in figures.items():
             for kind in KINDS:
                 folder.write(f"{stem}.{kind}", partial(_write, figure, kind))

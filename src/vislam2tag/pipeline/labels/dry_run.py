@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.store import store_at
 from vislam2tag.common.progress import silent
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.joining.together import told_tasks
@@ -20,10 +19,8 @@ from vislam2tag.pipeline.labels.process import jobs_of, opened_run
 from vislam2tag.pipeline.labels.session import Reason
 from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, reasons_to_run
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
-from vislam2tag.pipeline.run.output_store import OutputStore
-from vislam2tag.pipeline.run.outputs import refuse_other_labels
+from vislam2tag.pipeline.run.outputs import output_at, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.survey.stored_survey import survey_at_hand
 
@@ -57,13 +54,14 @@ def dry_run(
     run_all = executor or partial(process_all, workers=jobs)
     if not replace:
         refuse_other_labels(out, settings.strategy)
-    store = store_at(out)
-    folder = OutputFolder(out) if store is None else OutputStore(store)
+    folder = output_at(out)
     with survey_at_hand(survey_root) as root:
         run = opened_run(root, settings, folder, landmarks, selection)
-        tasks = told_tasks(run.survey, run.tasks, settings, run_all, silent)[0] if settings.together else run.tasks
+        refuse_mixed_settings(out, settings, [task.ref.slug for task in run.others])
+        if settings.together:
+            run = run.with_told(told_tasks(run.survey, [*run.tasks, *run.others], settings, run_all, silent)[0])
         found: list[PlannedSession] = []
-        run_all(planned, jobs_of(tasks, settings, folder), report=found.append)
+        run_all(planned, jobs_of(run.tasks, settings, folder), report=found.append)
         place = {str(task.ref.key): number for number, task in enumerate(run.tasks)}
     return sorted(found, key=lambda one: place[one.session])
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -37,9 +38,10 @@ from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans, 
 from vislam2tag.pipeline.labels.joining.odd_references import odd_findings
 from vislam2tag.pipeline.labels.joining.together import refuse_together, told_tasks
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
+from vislam2tag.pipeline.labels.kept_results import outdated_findings, removed_findings
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
-from vislam2tag.pipeline.run.outputs import claimed, refuse_other_labels
+from vislam2tag.pipeline.run.outputs import claimed, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.report.pages.conflict_page import write_conflict_page
@@ -103,13 +105,16 @@ def process(
             follow_links=follow_links,
         ) as run:
             tell(run.shown.findings)
-            tasks = run.tasks
+            tell(run.removed)
             if settings.together:
-                tasks, found = told_tasks(run.survey, tasks, settings, run_all, comparing)
+                told, found = told_tasks(run.survey, [*run.tasks, *run.others], settings, run_all, comparing)
                 odd = odd_findings(found)
                 tell(odd)
-                run = run.with_conflicts(found, odd)
-            todo = jobs_of(tasks, settings, run.folder)
+                run = run.with_told(told).with_conflicts(found, odd)
+            outdated = outdated_findings(run.folder, run.others, settings)
+            tell(outdated)
+            run = run.with_findings(outdated)
+            todo = jobs_of(run.tasks, settings, run.folder)
             run_all(run_session, todo, report=lambda done: progress(done, len(todo)))
             return run.reduced()
 
@@ -122,6 +127,10 @@ class LabelRun:
     settings: ProcessSettings
     folder: Output
     tasks: list[SessionTask]
+    others: Sequence[SessionTask] = ()
+    """Sessions of the survey that the selection leaves out; their results in the output stay."""
+    removed: Sequence[Finding] = ()
+    """What the run removed from the output, because the survey has no such session any more."""
     conflicts: str = ""
     """The page beside the report that shows how references fit one another; empty where there is none."""
     follow_links: bool = False
@@ -132,16 +141,35 @@ class LabelRun:
         """The survey as pages show it."""
         return shared_survey(self.survey, follow_links=self.follow_links)
 
+    def with_told(self, told: Sequence[SessionTask]) -> LabelRun:
+        """The run with what all sessions tell one another."""
+        by_key = {task.ref.key: task for task in told}
+        tasks, others = ([by_key[task.ref.key] for task in part] for part in (self.tasks, self.others))
+        return dataclasses.replace(self, tasks=tasks, others=others)
+
+    def with_findings(self, findings: Sequence[Finding]) -> LabelRun:
+        """The run with more findings about the survey."""
+        return dataclasses.replace(
+            self, survey=dataclasses.replace(self.survey, findings=(*self.survey.findings, *findings))
+        )
+
     def with_conflicts(self, found: References, odd: Sequence[Finding]) -> LabelRun:
         """Write how references fit one another, and tell of those that are odd."""
         self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.shown, found))
         self.folder.write_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
-        survey = replace(self.survey, findings=(*self.survey.findings, *odd))
-        return replace(self, survey=survey, conflicts=CONFLICTS_PAGE)
+        return dataclasses.replace(self.with_findings(odd), conflicts=CONFLICTS_PAGE)
 
     def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
-        """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one."""
-        return _reduce(self, [task.ref for task in self.tasks], each)
+        """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one.
+
+        Results of sessions that the selection leaves out count, too: summary and report are about the whole output.
+        """
+        refs = [task.ref for task in self.tasks]
+        if self.others:
+            finished = self.folder.finished()
+            there = {*(ref.slug for ref in refs), *(finished & {task.ref.slug for task in self.others})}
+            refs = [ref for ref in self.survey.sessions if ref.slug in there]
+        return _reduce(self, refs, each)
 
 
 def opened_run(
@@ -155,21 +183,22 @@ def opened_run(
 ) -> LabelRun:
     """The run that processes a survey at hand into an output that nobody claims here; raises as :func:`process`."""
     survey, corrections = open_survey(root, settings.survey.landmark_sigma_m, landmarks), read_corrections(root)
-    refs = selected(survey, corrections, selection or Selection())
-    return _label_run(survey, corrections, refs, settings, folder, follow_links)
+    return _label_run(survey, corrections, selection or Selection(), settings, folder, follow_links)
 
 
 def _label_run(
     survey: Survey,
     corrections: Corrections,
-    refs: list[SessionRef],
+    selection: Selection,
     settings: ProcessSettings,
     folder: Output,
     follow_links: bool,
 ) -> LabelRun:
-    tasks = [session_task(ref, survey, corrections, settings) for ref in refs]
+    refs = selected(survey, corrections, selection)
+    others = [ref for ref in selected(survey, corrections, Selection()) if not selection.contains(ref)]
+    tasks, left_out = ([session_task(ref, survey, corrections, settings) for ref in part] for part in (refs, others))
     survey = _with_exclusions(survey, corrections)
-    return LabelRun(survey, settings, folder, tasks, follow_links=follow_links)
+    return LabelRun(survey, settings, folder, tasks, left_out, follow_links=follow_links)
 
 
 @contextmanager
@@ -184,20 +213,26 @@ def label_run(
     replace: bool = False,
     follow_links: bool = False,
 ) -> Iterator[LabelRun]:
-    """Claim ``out`` for labels of a survey; what it holds of sessions that the run does not cover goes.
+    """Claim ``out`` for labels of a survey.
 
-    Raises UsageError, OutputError and StoreError as :func:`process`.
+    Results of sessions that the survey no longer contains go, if the run has no selection. Results of sessions that a
+    selection leaves out stay. Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if
+    results that would stay are of other settings.
     """
     selection = selection or Selection()
     refs = selected(survey, corrections, selection)
     refuse_among_sessions(survey, out)
     if not replace:
         refuse_other_labels(out, settings.strategy)
-    record = run_record(survey.root, landmarks, settings, selection) | site_record(survey)
-    with claimed(out, record, replace) as folder:
-        folder.remove(CHANGE_FILE)  # it says that the labels were rebased
-        folder.keep_only({ref.slug for ref in refs})
-        yield _label_run(survey, corrections, refs, settings, folder, follow_links)
+    refuse_mixed_settings(out, settings, [ref.slug for ref in survey.sessions if not selection.contains(ref)])
+    record = run_record(survey.root, landmarks, settings) | site_record(survey)
+    slugs = {ref.slug for ref in refs}
+    excluded = {ref.slug for ref in survey.sessions if selection.contains(ref)} - slugs
+    with claimed(out, record, slugs, replace) as folder:
+        folder.discard(CHANGE_FILE)  # it says that the labels were rebased
+        gone = folder.drop(lambda slug: slug in slugs if selection.everything else slug not in excluded)
+        run = _label_run(survey, corrections, selection, settings, folder, follow_links)
+        yield dataclasses.replace(run, removed=removed_findings(gone))
 
 
 def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: Output) -> list[AnyJob]:
@@ -219,18 +254,15 @@ def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
         for ref in survey.sessions
         for entry in corrections.for_session(ref.key).exclude_session[:1]
     ]
-    return replace(survey, findings=(*survey.findings, *excluded))
+    return dataclasses.replace(survey, findings=(*survey.findings, *excluded))
 
 
-def run_record(
-    root: Path, landmarks: Path | None, settings: ProcessSettings, selection: Selection
-) -> dict[str, object]:
+def run_record(root: Path, landmarks: Path | None, settings: ProcessSettings) -> dict[str, object]:
     """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
     return {
         "site_files": site_hashes(root),
         "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
         "settings": settings.of_labels(),
-        "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
         "versions": {
             "vislam2tag": __version__,
             "python": platform.python_version(),
@@ -295,7 +327,7 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     rooms = RoomsOnPlans(shown.root, shown.site)
     summary = summarise(results(), settings.strategy, __version__)
     faults = kept_faults(run.survey, refs, passes, rooms)
-    survey = replace(shown, findings=(*shown.findings, *map(_fault_finding, faults)))
+    survey = dataclasses.replace(shown, findings=(*shown.findings, *map(_fault_finding, faults)))
     said = {
         "faults": [fault.summary for fault in faults],
         "site_findings": findings_by_kind(survey.findings),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.folder import is_dataset, open_dataset
@@ -35,6 +36,16 @@ PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3, TABLE_4 = "index.html", "walks.csv", "table_3", "table_4"
 POSITIONING_FOLDER = "positioning"
 """Where in the output folder the benchmark lies; its runs are not repeated."""
+_TEXTS, _PICTURES = ("csv", "tex", "md"), ("svg", "pdf")
+_OWN = OwnFiles.of(
+    (
+        PAGE_FILE,
+        WALKS_FILE,
+        *(f"{table}.{kind}" for table in ("table_1", "table_2", TABLE_3, TABLE_4) for kind in _TEXTS),
+        *(f"{figure.stem}.{kind}" for figure in FIGURES for kind in _PICTURES),
+        f"{POSITIONING_FOLDER}/{OWN_FILES}",
+    )
+)
 NAMES = {name: name_of(name) for name in STRATEGIES}
 
 
@@ -72,7 +83,7 @@ def reproduce(
     for survey in data.surveys:
         refuse_among_sessions(survey, out)
     run: dict[str, object] = {"version": __version__, "settings": settings.of_labels()}
-    with claim(out, run, PROGRAM) as folder, tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
+    with claim(out, run, PROGRAM, _OWN) as folder, tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
         fingerprints = None if model_seeds is None else Path(scratch) / "giaIndoorLoc"
         walks = paper_walks(data, settings, _of_stage(progress, "walks"))
         tables = _tables(walks)
@@ -151,7 +162,7 @@ def _figure(folder: OutputFolder, figure: PaperFigure, results: PaperResults) ->
         drawn = figure.draw(results)
     except Vislam2tagError as error:
         return FigurePart(figure.stem, figure.title, figure.about, missing=str(error))
-    files = {kind: rendered(drawn, kind) for kind in ("svg", "pdf")}
+    files = {kind: rendered(drawn, kind) for kind in _PICTURES}
     for kind, content in files.items():
         _write(folder, f"{figure.stem}.{kind}", content)
     return FigurePart(figure.stem, figure.title, figure.about, svg=files["svg"], width_in=drawn.get_figwidth())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,7 +13,8 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.progress import Progress, Stage, silent
@@ -41,6 +41,8 @@ PROGRAM = "vislam2tag benchmark"
 RECORD_FILE, PAGE_FILE = "benchmark.json", "report.html"
 SCORES_FILE, LATEX_FILE, TIMES_FILE, TABLE_4 = "scores.csv", "scores.tex", "times.csv", "table_4"
 RUNS, TIMES, FIGURES = "runs", "times", "figures"
+_TABLE_4_FILES = tuple(f"{TABLE_4}.{kind}" for kind in ("csv", "tex", "md"))
+_OF_RUN = (RECORD_FILE, SCORES_FILE, LATEX_FILE, TIMES_FILE, *_TABLE_4_FILES)
 PUBLIC = {
     "tampere": "tampere",
     "ujiindoorloc": "uji",
@@ -95,8 +97,8 @@ def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Pro
     splits = [split_named(dataset, name) for name in plan.splits or [_usual_split(dataset)]]
     runs = list(planned(plan.models, splits, plan.seeds))
     data = learning_data(dataset, plan.technology)
-    with claim(out, _run_record(dataset, plan, splits), PROGRAM) as folder:
-        _clear(folder.root)
+    with claim(out, _run_record(dataset, plan, splits), PROGRAM, OwnFiles.of((*_OF_RUN, PAGE_FILE))) as folder:
+        folder.discard(*_OF_RUN, f"{FIGURES}/*")  # what an earlier benchmark summed up; its runs stay
         made: dict[str, tuple[RunRecord, RunTime]] = {}
         failed: list[FailedRun] = []
         for number, run in enumerate(runs):
@@ -147,17 +149,6 @@ def _run_record(dataset: Dataset, plan: BenchmarkPlan, splits: Sequence[Split]) 
     }
 
 
-def _clear(root: Path) -> None:
-    """Remove what an earlier benchmark summed up; its runs stay."""
-    try:
-        tables = [f"{TABLE_4}.{kind}" for kind in ("csv", "tex", "md")]
-        for name in (RECORD_FILE, SCORES_FILE, LATEX_FILE, TIMES_FILE, *tables):
-            (root / name).unlink(missing_ok=True)
-        shutil.rmtree(root / FIGURES, ignore_errors=True)
-    except OSError as error:
-        raise OutputError(f"{root}: cannot be written ({error.strerror}); choose another --out") from error
-
-
 def _made(
     folder: OutputFolder, dataset: Dataset, data: LearningData, run: BenchmarkRun, progress: Progress[float]
 ) -> tuple[str, tuple[RunRecord, RunTime]]:
@@ -173,6 +164,7 @@ def _made(
         return stem, kept
     outcome = execute(run, data, key, progress)
     table = predictions_table(outcome.ids, outcome.truth, outcome.found)
+    folder.add_own(f"{TIMES}/{stem}.json", f"{RUNS}/{stem}.parquet", f"{RUNS}/{stem}.json")
     folder.write_text(f"{TIMES}/{stem}.json", outcome.time.model_dump_json(indent=1) + "\n")
     folder.write(f"{RUNS}/{stem}.parquet", lambda path: write_parquet(table, path, compression="zstd"))
     folder.write_text(f"{RUNS}/{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
@@ -231,6 +223,7 @@ def _write(
     figures = []
     predictions = {folder.root / RUNS / f"{stem}.parquet": record for stem, (record, _) in made.items()}
     for figure, files in benchmark_figures(dataset, predictions):
+        folder.add_own(*(f"{FIGURES}/{figure.stem}.{kind}" for kind in files))
         for kind, content in files.items():
             folder.write(f"{FIGURES}/{figure.stem}.{kind}", partial(_fill, content))
         figures.append(figure)

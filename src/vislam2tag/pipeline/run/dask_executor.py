@@ -206,10 +206,7 @@ class _Run(Generic[_Job, _Outcome]):
             )
 
     def _lost(self) -> OutputError:
-        return OutputError(
-            f"the scheduler at {self.scheduler} is lost; run the same command again when it is back: "
-            "what is done is kept"
-        )
+        return OutputError(f"the scheduler at {self.scheduler} is lost; run the same command again when it is back")
 
 
 def _on_worker(

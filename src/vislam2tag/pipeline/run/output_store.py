@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import OutputError, StoreConflictError
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, without_record
 from vislam2tag.common.files.store import PROBE, Store, Stored, Version, at_once
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
@@ -26,12 +27,15 @@ from vislam2tag.labeling.results import (
     SessionResult,
 )
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
+from vislam2tag.pipeline.run.store import recorded_sessions, session_files, without_sessions
 
 REPORT_FILE = "report.html"
 LOGS = "logs"
 """A file of JSON lines for each session: how, where and when it was processed."""
 _TRIES = 5
-"""For a mark that others write at the same time."""
+"""For a mark or record that others write at the same time."""
+_OF_RUN = (SUMMARY_FILE, REPORT_FILE, CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE)
+"""What a run sums up last."""
 
 
 @dataclass(frozen=True)
@@ -111,12 +115,34 @@ class OutputStore:
                 before = self.store.version(_mark_name(slug))
         raise StoreConflictError(f"{self.place}: other programs keep writing session {slug}; run again when they ended")
 
-    def keep_only(self, slugs: set[str]) -> int:
-        """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
-        kept = {None, *slugs}
-        gone = [file.name for file in self.store.list() if _slug_of(file.name) not in kept]
-        self.store.delete(gone)
-        return sum(name.startswith(f"{RESULTS}/") for name in gone)
+    def finished(self) -> set[str]:
+        """Slugs of the sessions that have a result."""
+        return {PurePosixPath(file.name).stem for file in self.store.list(RESULTS) if file.name.endswith(".json")}
+
+    def own(self) -> OwnFiles:
+        """The record of the files that are ours; raises OutputError if it is damaged."""
+        return _own(self.store)[0] or OwnFiles()
+
+    def discard(self, name: str) -> None:
+        """Remove a file, named by its path, if it is ours."""
+        if self.own().owns(name):
+            self.remove(name)
+
+    def drop(self, keep: Callable[[str], bool]) -> list[str]:
+        """Remove the files of recorded sessions that are not to be kept; return the slugs of those that had a result.
+
+        Other files stay, whatever they are called.
+        """
+        own = self.own()
+        gone = {slug for slug in recorded_sessions(own) if not keep(slug)}
+        if not gone:
+            return []
+        had_result = sorted(gone & self.finished())
+        there = {file.name for file in self.store.list()}
+        files = {file for slug in gone for file in (*session_files(slug), f"{LOGS}/{slug}.jsonl")}
+        self.store.delete(sorted(file for file in files & there if own.owns(file)))
+        _record(self.store, lambda before: without_sessions(before, gone))
+        return had_result
 
 
 def table_name(table: str, slug: str) -> str:
@@ -130,15 +156,21 @@ def short(version: Version) -> str:
 
 
 @contextmanager
-def claim_store(store: Store, run: dict[str, object], *, replace: bool = False) -> Iterator[OutputStore]:
+def claim_store(
+    store: Store, run: dict[str, object], own: OwnFiles | None = None, *, replace: bool = False
+) -> Iterator[OutputStore]:
     """Open an output folder in a store for one run: new, empty or written by ``process``; raises OutputError otherwise.
 
+    ``own`` names the files that the run may write besides those that every run writes; they are recorded as ours.
     Several programs may run at once as long as their ``run`` is the same. Raises StoreError where the store cannot be
     written or has no conditional writes, OutputError where a run of other settings took the folder meanwhile.
     """
     store.refuse_without_conditional_writes()
     folder = OutputStore(store)
     before = _run_of_ours(store) or _emptied(store, replace)
+    stale = [name for name in _OF_RUN if folder.own().owns(name)]
+    mine = (own or OwnFiles()).with_those_of(OwnFiles.of([RUN_FILE, LOG_FILE]))
+    _record(store, mine.with_those_of)
     content = (json.dumps({"program": PROGRAM} | run, indent=2, sort_keys=True) + "\n").encode()
     taken = OutputError(
         f"{store.address}: a run of other settings is writing there; wait for it or choose another --out"
@@ -149,7 +181,7 @@ def claim_store(store: Store, run: dict[str, object], *, replace: bool = False) 
         except StoreConflictError:
             if _content(store) != content:
                 raise taken from None
-    store.delete([SUMMARY_FILE, REPORT_FILE, CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE])
+    store.delete(stale)
     with TemporaryDirectory(prefix="vislam2tag-") as scratch:
         log = Path(scratch) / LOG_FILE
         try:
@@ -175,33 +207,58 @@ def _program(data: bytes) -> str | None:
 
 
 def _run_of_ours(store: Store) -> Stored | None:
+    """The run that wrote this folder; raises OutputError for one without a record of its files."""
     found = store.get(RUN_FILE)
-    return found if found is not None and _program(found.data) == PROGRAM else None
+    if found is None or _program(found.data) != PROGRAM:
+        return None
+    if _own(store)[0] is None:
+        raise without_record(store.address)
+    return found
 
 
 def _emptied(store: Store, replace: bool) -> Stored | None:
-    """Refuse a folder that holds what ``process`` did not write, or remove it; return the run that began meanwhile."""
+    """Refuse a folder that `process` did not write, or remove what its record names; return a run that began since."""
     files = [file.name for file in store.list() if not file.name.startswith(PROBE)]  # others may just begin, too
-    if not files:
+    if not {*files} - {OWN_FILES}:
         return None
     if (begun := _run_of_ours(store)) is not None:
         return begun
-    if not replace or any(name.startswith("floor_") for name in files):
+    own, _ = _own(store)
+    if RUN_FILE not in files and own is not None:  # it was killed before it wrote, or after it removed, all else
+        return None
+    if own is None or not replace or any(name.startswith("floor_") for name in files):
         raise OutputError(
             f"{store.address}: is not empty and was not made by `{PROGRAM} process` (it holds {files[0]}); "
             "choose an empty or new folder for --out"
         )
-    store.delete(files)
+    owned = [name for name in files if own.owns(name)]
+    store.delete(name for name in owned if name not in (OWN_FILES, RUN_FILE))
+    store.delete([RUN_FILE])
+    _record(store, lambda _: OwnFiles())
     return None
 
 
-def _slug_of(name: str) -> str | None:
-    """The session that a file of an output folder is of; None where it is of none."""
-    path = PurePosixPath(name)
-    if len(path.parts) != 2:
-        return None
-    table = path.suffix == ".parquet" and path.name.startswith("floor_")
-    return path.stem if table or path.parent.name in (RESULTS, LOGS) else None
+def _own(store: Store) -> tuple[OwnFiles | None, Version | None]:
+    """The record of the files that are ours, and the version that is there."""
+    found = store.get(OWN_FILES)
+    if found is None:
+        return None, None
+    return OwnFiles.parsed(found.data, f"{store.address}/{OWN_FILES}"), found.version
+
+
+def _record(store: Store, change: Callable[[OwnFiles], OwnFiles]) -> None:
+    """Change the record of the files that are ours, which others may change at the same time."""
+    for _ in range(_TRIES):
+        before, version = _own(store)
+        after = change(before or OwnFiles())
+        if after == before:
+            return
+        try:
+            store.put_over(OWN_FILES, after.text().encode(), version)
+            return
+        except StoreConflictError:
+            continue
+    raise StoreConflictError(f"{store.address}/{OWN_FILES}: other programs keep writing it; run again when they ended")
 
 
 def _mark_name(slug: str) -> str:

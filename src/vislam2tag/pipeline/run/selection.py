@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,17 @@ class Selection:
     floors: tuple[int, ...] = ()
     devices: tuple[str, ...] = ()
 
+    @property
+    def everything(self) -> bool:
+        """Whether it leaves nothing out."""
+        return not self.floors and not self.devices
+
+    def contains(self, ref: SessionRef) -> bool:
+        """Whether a session is selected."""
+        return (not self.floors or ref.key.floor in self.floors) and (
+            not self.devices or ref.key.device in self.devices
+        )
+
 
 def selected(survey: Survey, corrections: Corrections, selection: Selection) -> list[SessionRef]:
     """Return the chosen sessions, without those that corrections exclude.
@@ -33,13 +45,21 @@ def selected(survey: Survey, corrections: Corrections, selection: Selection) -> 
         if unknown:
             there = ", ".join(str(value) for value in sorted(have, key=str))
             raise UsageError(f"{option} {unknown[0]}: the survey has no session of it; there are: {there}")
-    return [
-        ref
-        for ref in survey.sessions
-        if (not selection.floors or ref.key.floor in selection.floors)
-        and (not selection.devices or ref.key.device in selection.devices)
-        and not corrections.excludes(ref.key)
-    ]
+    return [ref for ref in survey.sessions if selection.contains(ref) and not corrections.excludes(ref.key)]
+
+
+def refuse_left_out(out: Path, before: Iterable[str], refs: Iterable[SessionRef], selection: Selection) -> None:
+    """Raise OutputError if a selection would replace, in ``out``, a whole record of sessions that it leaves out.
+
+    ``before`` are the slugs of the sessions that ``out`` is about, ``refs`` those of the present run.
+    """
+    left_out = [] if selection.everything else sorted(set(before) - {ref.slug for ref in refs})
+    if left_out:
+        more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        raise OutputError(
+            f"{out}: contains results of {left_out[0]}{more}, which --floor or --device leave out and this run would "
+            "remove; run without --floor and --device, or choose another --out"
+        )
 
 
 def session_task(ref: SessionRef, survey: Survey, corrections: Corrections, settings: ProcessSettings) -> SessionTask:

@@ -7,16 +7,17 @@ import os
 import platform
 import re
 import shutil
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Set
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.lock import only_one
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files, without_record
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
 from vislam2tag.labeling.results import (
@@ -32,6 +33,8 @@ from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
 PARTIAL, LOCK = ".partial", ".lock"
+SESSION_FOLDERS = (RESULTS, *SCHEMAS)
+"""Folders with a file for each session."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class OutputFolder:
             partial.unlink(missing_ok=True)
             raise OutputError(
                 f"{target}: cannot be written ({_cause(error)}); free space or choose another --out, then run the same "
-                "command again: what is done is kept"
+                "command again"
             ) from error
 
     def write_text(self, relative: str, text: str) -> None:
@@ -88,23 +91,50 @@ class OutputFolder:
 
         Tables that not every session has go, too: the session may have none now.
         """
-        self._remove(self.root / RESULTS / f"{slug}.json")
-        for name, path in self.tables(slug).items():
-            if name not in SCHEMAS.keys() - OPTIONAL:
-                self._remove(path)
+        self.remove(f"{RESULTS}/{slug}.json")
+        for name in OPTIONAL:
+            self.remove(f"{name}/{slug}.parquet")
 
-    def tables(self, slug: str) -> dict[str, Path]:
-        """Files of a session's tables by name, sorted."""
-        found = (folder / f"{slug}.parquet" for folder in sorted(self.root.iterdir()))
-        return {path.parent.name: path for path in found if path.is_file()}
+    def finished(self) -> set[str]:
+        """Slugs of the sessions that have a result."""
+        return {path.stem for path in self.root.glob(f"{RESULTS}/*.json")}
 
-    def keep_only(self, slugs: set[str]) -> int:
-        """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
-        results = list(self.root.glob(f"{RESULTS}/*.json"))
-        for path in [*results, *self.root.glob("*/floor_*.parquet")]:
-            if path.stem not in slugs:
+    def own(self) -> OwnFiles:
+        """The record of the files that are ours; raises OutputError if it is damaged."""
+        return OwnFiles.read(self.root) or OwnFiles()
+
+    def add_own(self, *files: str) -> None:
+        """Record further files as ours, before they are written; by the process that claimed the folder alone."""
+        before = self.own()
+        if not all(map(before.owns, files)):
+            self.set_own(before.with_those_of(OwnFiles.of(files)))
+
+    def set_own(self, own: OwnFiles) -> None:
+        """Write the record of the files that are ours."""
+        self.write_text(OWN_FILES, own.text())
+
+    def drop(self, keep: Callable[[str], bool]) -> list[str]:
+        """Remove the files of recorded sessions that are not to be kept; return the slugs of those that had a result.
+
+        Other files stay, whatever they are called.
+        """
+        own = self.own()
+        gone = {slug for slug in recorded_sessions(own) if not keep(slug)}
+        had_result = sorted(gone & self.finished())
+        for slug in sorted(gone):
+            for relative in session_files(slug):
+                if own.owns(relative):
+                    self.remove(relative)
+        if gone:
+            self.set_own(without_sessions(own, gone))
+        return had_result
+
+    def discard(self, *patterns: str) -> None:
+        """Remove the files of ours that match a pattern relative to the folder."""
+        own = self.own()
+        for path in sorted(path for pattern in patterns for path in self.root.glob(pattern)):
+            if path.is_file() and own.owns(path.relative_to(self.root).as_posix()):
                 self._remove(path)
-        return len({path.stem for path in results} - slugs)
 
     def _remove(self, path: Path) -> None:
         try:
@@ -115,13 +145,36 @@ class OutputFolder:
             ) from error
 
 
+def recorded_sessions(own: OwnFiles) -> set[str]:
+    """Slugs of the sessions of which a record names files."""
+    paths = map(PurePosixPath, own.files)
+    return {*own.stems, *(path.stem for path in paths if path.parent.as_posix() in SESSION_FOLDERS)}
+
+
+def session_files(slug: str) -> tuple[str, ...]:
+    """Relative paths of all files that a session may have in an output folder."""
+    return (f"{RESULTS}/{slug}.json", *(f"{name}/{slug}.parquet" for name in SCHEMAS))
+
+
+def without_sessions(own: OwnFiles, slugs: Set[str]) -> OwnFiles:
+    """A record without the files of some sessions."""
+    gone = {file for slug in slugs for file in session_files(slug)}
+    return OwnFiles.of({*own.files} - gone, own.folders, {*own.stems} - slugs)
+
+
 @contextmanager
 def claim(
-    root: Path, run: dict[str, object], program: str = PROGRAM, *, replace: bool | None = None
+    root: Path,
+    run: dict[str, object],
+    program: str = PROGRAM,
+    own: OwnFiles | None = None,
+    *,
+    replace: bool | None = None,
 ) -> Iterator[OutputFolder]:
     """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
 
-    With ``replace`` what another command of ours wrote is removed first, the whole folder; None: it is never replaced.
+    ``own`` names the files that the run may write besides those that every run writes; they are recorded as ours. With
+    ``replace`` what another command of ours wrote is removed first, by its own record; None: it is never replaced.
     """
     folder = OutputFolder(root)
     try:
@@ -134,7 +187,7 @@ def claim(
         if _refuse_foreign(root, program, replace):
             _empty(root)
         try:
-            _prepare(folder, {"program": program} | run)
+            _prepare(folder, {"program": program} | run, own or OwnFiles())
             with logged_to(root / LOG_FILE):
                 yield folder
         finally:
@@ -142,45 +195,65 @@ def claim(
 
 
 def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
-    """Refuse a non-empty folder that none of our commands wrote; tell whether another command did."""
-    if {path.name for path in root.iterdir()} <= {PARTIAL, LOCK}:
+    """Refuse a non-empty folder that no command of ours wrote, or without a record of its files.
+
+    Return whether another command of ours wrote it.
+    """
+    there = {path.name for path in root.iterdir()}
+    if there <= {PARTIAL, LOCK, OWN_FILES}:
         return False
     maker = written_by(root)
     if maker is None:
+        # A record without a run is of a command that was killed before it wrote, or after it removed, all else.
+        if OWN_FILES in there and not there & {RUN_FILE, MANIFEST} and OwnFiles.read(root) is not None:
+            return False
         raise OutputError(
             f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
             "choose an empty or new folder for --out"
         )
-    if maker == (f"{PROGRAM} process" if program == PROGRAM else program):
-        return False
-    if replace is None:
+    of_another = maker != (f"{PROGRAM} process" if program == PROGRAM else program)
+    if of_another and replace is None:
         raise OutputError(f"{root}: holds what `{maker}` wrote; other commands never replace it: choose another --out")
-    refuse_unless_replaced(root, maker, replace)
-    return True
+    if of_another:
+        refuse_unless_replaced(root, maker, bool(replace))
+    if OwnFiles.read(root) is None:
+        raise without_record(str(root))
+    return of_another
 
 
 def _empty(root: Path) -> None:
-    """Remove all but the lock; the record last, so that what a killed command left is still known to be ours."""
-    for path in sorted(root.iterdir(), key=lambda path: path.name in (RUN_FILE, MANIFEST)):
-        if path.name == LOCK:
-            continue
+    """Remove the files that a folder's record names, but for the record; the record of the run goes last."""
+    names = (path.relative_to(root).as_posix() for path in root.rglob("*") if path.is_symlink() or not path.is_dir())
+    owned = owned_files(names, lambda name: OwnFiles.read((root / name).parent))
+    for name in sorted(owned - {OWN_FILES}, key=lambda name: (name in (RUN_FILE, MANIFEST), name)):
+        path = root / name
         try:
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path)
-            else:
-                path.unlink()
+            path.unlink()
         except OSError as error:
             raise OutputError(f"{path}: cannot be removed ({error.strerror}); choose another --out") from error
+        _remove_empty(path.parent, root)
 
 
-def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
+def _remove_empty(folder: Path, root: Path) -> None:
+    """Remove a folder below the root and those above it as far as they are empty."""
+    with suppress(OSError):
+        while folder != root:
+            folder.rmdir()
+            folder = folder.parent
+
+
+def _prepare(folder: OutputFolder, run: dict[str, object], own: OwnFiles) -> None:
+    """Record what is ours, remove what an earlier run summed up, and write what this one follows from."""
     try:
         shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
         (folder.root / PARTIAL).mkdir()
-        for name in (SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE):
-            (folder.root / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error
+    folder.discard(SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE)
+    before = folder.own() if (folder.root / RUN_FILE).is_file() else OwnFiles()  # else all that it names is gone
+    own = own.with_those_of(OwnFiles.of([RUN_FILE, LOG_FILE])).with_those_of(before)
+    if own != before:
+        folder.set_own(own)
     folder.write_text(RUN_FILE, json.dumps(run, indent=2, sort_keys=True) + "\n")
 
 

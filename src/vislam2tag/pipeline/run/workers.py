@@ -114,8 +114,7 @@ def _outcomes(work: Callable[[_Job], _Outcome], supply: Supply[_Job], others: in
             yield from _shared_out(work, supply, pool, others * AHEAD)
         except BrokenProcessPool as error:
             raise OutputError(
-                "a worker process was ended from outside (out of memory?); "
-                "run again with fewer --jobs, what is done is kept"
+                "a worker process was ended from outside (out of memory?); run the same command again with fewer --jobs"
             ) from error
 
 

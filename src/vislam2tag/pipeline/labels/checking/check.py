@@ -8,8 +8,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
@@ -17,7 +20,13 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_session import CheckedSession, check_session
 from vislam2tag.pipeline.labels.checking.walked_floors import FloorWalked, WalkPlaces, walked_floors
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
+from vislam2tag.pipeline.run.selection import (
+    Selection,
+    refuse_among_sessions,
+    refuse_left_out,
+    selected,
+    session_task,
+)
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.check_page import write_check_page
 from vislam2tag.self_check.bad_landmarks import bad_landmarks
@@ -86,6 +95,7 @@ def check(
     refs = selected(survey, corrections, selection or Selection())
     if out is not None:
         refuse_among_sessions(survey, out)
+        refuse_left_out(out, _checked_before(out), refs, selection or Selection())
         _make_folder(out)
     collected = _Collected([ref.slug for ref in refs])
 
@@ -131,6 +141,15 @@ def _room(walked: Mapping[int, FloorWalked], floor: int, place_m: tuple[float, f
     """What people call the room or corridor at a place; empty where it has no name."""
     space = walked[floor].space if floor in walked else None
     return "" if space is None else space.areas.of_place(place_m)
+
+
+def _checked_before(out: Path) -> list[str]:
+    """Slugs of the sessions that the check in a folder is about; none if it contains no check that can be read."""
+    try:
+        before = SurveyCheck.model_validate_json(read_bytes(out / CHECK_FILE))
+    except (OSError, ValidationError):
+        return []
+    return [session.slug for session in before.sessions]
 
 
 def _make_folder(out: Path) -> None:

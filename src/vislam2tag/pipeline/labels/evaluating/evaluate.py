@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.own_files import OwnFiles
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.evaluation.control_points.odd_points import odd_points
@@ -26,9 +27,16 @@ from vislam2tag.pipeline.labels.evaluating.evaluate_station import (
     station_jobs,
     with_station,
 )
+from vislam2tag.pipeline.labels.kept_results import removed_findings
 from vislam2tag.pipeline.labels.process import run_record
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
-from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.pipeline.run.selection import (
+    Selection,
+    refuse_among_sessions,
+    refuse_left_out,
+    selected,
+    session_task,
+)
+from vislam2tag.pipeline.run.store import OutputFolder, claim, without_sessions
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions.registry import open_survey
@@ -37,6 +45,7 @@ from vislam2tag.survey.corrections.file import read_corrections
 PROGRAM = "vislam2tag evaluate"
 RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"
 ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE = "errors.csv", "errors.tex", "sessions.csv", "dense.csv"
+_OF_RUN = (RECORD_FILE, ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE)
 
 
 def evaluate(
@@ -51,13 +60,15 @@ def evaluate(
     selection: Selection | None = None,
     jobs: int = 1,
     progress: Progress[SessionEvaluation] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> SurveyEvaluation:
     """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/how-to/evaluate.md).
 
     ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
     folders; ``landmarks`` is a file that replaces the floors' own. With ``clock_drift`` a total station's clock may run
     at another rate than the phone's. With ``jobs`` > 1 sessions run in that many processes (call it from under
-    ``if __name__ == "__main__":``). ``progress`` hears of a total station's sessions twice. Raises SurveyError where
+    ``if __name__ == "__main__":``). ``progress`` hears of a total station's sessions twice. ``tell`` is called
+    with the sessions whose results went because the survey no longer contains them. Raises SurveyError where
     ``survey_root`` is no survey or has no truth at all, UsageError for an unknown strategy or a selection that matches
     nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
     ``SurveyEvaluation.failed``.
@@ -80,12 +91,18 @@ def evaluate(
         for ref in refs
     ]
     _refuse_without_truth(survey_root, todo)
-    run = run_record(survey.root, landmarks, settings, selection) | {
+    refuse_left_out(out, OutputFolder(out).own().stems, refs, selection)
+    run = run_record(survey.root, landmarks, settings) | {
+        "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
         "strategies": list(names),
         "clock_drift": clock_drift,
     }
-    with claim(out, run, PROGRAM) as folder:
-        _clear(folder.root)
+    own = OwnFiles.of((*_OF_RUN, PAGE_FILE), (TRAJECTORIES,), (ref.slug for ref in refs))
+    with claim(out, run, PROGRAM, own) as folder:
+        folder.discard(*_OF_RUN, f"{TRAJECTORIES}/*")  # so that nothing of an earlier run is taken for this one's
+        gone = sorted({*folder.own().stems} - {*own.stems})
+        folder.set_own(without_sessions(folder.own(), set(gone)))
+        tell(removed_findings(gone))
         found = _evaluated(todo, jobs, progress)
         evaluation = _summed(settings, names, [found[ref.slug] for ref in refs])
         _write(folder, evaluation, survey.root.resolve().name)
@@ -130,16 +147,6 @@ def _may_have_truth(job: EvaluationJob) -> bool:
     if any((folder / f"{stem}{suffix}").is_file() for suffix in READERS) or station_jobs([job]):
         return True
     return len(job.task.floor.control_points.ids) > 0
-
-
-def _clear(root: Path) -> None:
-    """Remove what an earlier run left, so that nothing of it is taken for this one's."""
-    try:
-        for name in (RECORD_FILE, ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE):
-            (root / name).unlink(missing_ok=True)
-        shutil.rmtree(root / TRAJECTORIES, ignore_errors=True)
-    except OSError as error:
-        raise OutputError(f"{root}: cannot be written ({error.strerror}); choose another --out") from error
 
 
 def _summed(settings: ProcessSettings, names: Sequence[str], sessions: Sequence[SessionEvaluation]) -> SurveyEvaluation:
