@@ -124,13 +124,10 @@ class Folder:
             yield at.path / private / last
             at.rename(f"{private}/{last}", at, last)
 
-    @contextmanager
-    def appending(self, name: str) -> Iterator[io.FileIO]:
-        """Open a file to go on writing it at its end, unbuffered; what is written stays, also after an exception."""
+    def appending(self, name: str) -> io.FileIO:
+        """Open a file to go on writing it at its end, unbuffered; what is written stays."""
         with self._place(name) as (at, last):
-            handle = os.open(at.spelled(last), os.O_WRONLY | _MORE, 0o666, dir_fd=at.handle)
-            with io.FileIO(handle, "ab") as file:
-                yield file
+            return io.FileIO(os.open(at.spelled(last), os.O_WRONLY | _MORE, 0o666, dir_fd=at.handle), "ab")
 
     def create(self, name: str, content: bytes = b"") -> None:
         """Write a file of a folder that nobody else reads yet; FileExistsError if it is there."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,9 +13,11 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.model import Dataset, Split
@@ -78,8 +79,8 @@ def public_dataset(name: str, data: AnyPath) -> Iterator[Dataset]:
         raise UsageError(f"--dataset {name}: is none of the public data sets known: {', '.join(PUBLIC)}")
     if not data.exists():
         raise DatasetError(f"{data}: no such file or folder; --data is where the files of {name} lie, as published")
-    with tempfile.TemporaryDirectory(prefix="vislam2tag-benchmark-") as scratch:
-        dataset = import_format(data, Path(scratch) / name, ImportOptions(format_name=PUBLIC[name]))
+    with scratch_folder() as scratch:
+        dataset = import_format(data, scratch / name, ImportOptions(format_name=PUBLIC[name]))
         split = _official(dataset)
         if split is None or any(part.is_empty() for fold in split.info.folds for part in split.train_test_ids(fold)):
             raise DatasetError(f"{data}: holds only a part of {name}; put its training and test files together")
@@ -166,7 +167,10 @@ def _made(
     table = predictions_table(outcome.ids, outcome.truth, outcome.found)
     folder.add_own(f"{TIMES}/{stem}.json", f"{RUNS}/{stem}.parquet", f"{RUNS}/{stem}.json")
     folder.write_text(f"{TIMES}/{stem}.json", outcome.time.model_dump_json(indent=1) + "\n")
-    folder.write(f"{RUNS}/{stem}.parquet", lambda path: write_parquet(table, path, compression="zstd"))
+    folder.write(
+        f"{RUNS}/{stem}.parquet",
+        lambda path: write_parquet(table, Folder.at(path.parent), path.name, compression="zstd"),
+    )
     folder.write_text(f"{RUNS}/{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
     return stem, (outcome.record, outcome.time)
 
@@ -225,7 +229,7 @@ def _write(
     for figure, files in benchmark_figures(dataset, predictions):
         folder.add_own(*(f"{FIGURES}/{figure.stem}.{kind}" for kind in files))
         for kind, content in files.items():
-            folder.write(f"{FIGURES}/{figure.stem}.{kind}", partial(_fill, content))
+            folder.write(f"{FIGURES}/{figure.stem}.{kind}", partial(write_file, content=content))
         figures.append(figure)
     folder.write(PAGE_FILE, lambda path: write_benchmark_page(path, found, figures, table))
     folder.write_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")
@@ -235,7 +239,3 @@ def write_table_4(folder: OutputFolder, table: Table4) -> None:
     """Write the paper's Table IV as CSV, LaTeX and Markdown."""
     for kind, text in table.texts().items():
         folder.write_text(f"{TABLE_4}.{kind}", text)
-
-
-def _fill(content: bytes, path: Path) -> None:
-    path.write_bytes(content)

@@ -6,16 +6,17 @@ the order of the sessions.
 
 from __future__ import annotations
 
+import io
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from logging.handlers import QueueHandler
-from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeVar
 
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.visible_text import VisibleFormatter
 
 LOG_FILE = "log.txt"
@@ -34,10 +35,21 @@ def unexpected(what: object, error: Exception) -> str:
     return f"{what}: unexpected {name}: {error}; please report this with its traceback ({where})"
 
 
+class _FolderLog(logging.FileHandler):
+    """Logs to a file of a folder, which is made when there is something to log."""
+
+    def __init__(self, folder: Folder, name: str) -> None:
+        self._folder, self._name = folder, name
+        super().__init__(folder / name, encoding="utf-8", delay=True)
+
+    def _open(self) -> io.TextIOWrapper:
+        return io.TextIOWrapper(io.BufferedWriter(self._folder.appending(self._name)), encoding="utf-8")
+
+
 @contextmanager
-def logged_to(file: Path) -> Iterator[None]:
-    """Log to ``file``, which is made when there is something to log; an unexpected exception is logged and names it."""
-    handler = logging.FileHandler(file, mode="w", encoding="utf-8", delay=True)
+def logged_to(folder: Folder, name: str = LOG_FILE) -> Iterator[None]:
+    """Log to a file, which is made when there is something to log; an unexpected exception is logged and names it."""
+    handler = _FolderLog(folder, name)
     handler.setFormatter(VisibleFormatter("%(levelname)s %(message)s"))
     LOG.addHandler(handler)
     try:
@@ -46,7 +58,7 @@ def logged_to(file: Path) -> Iterator[None]:
         raise
     except Exception as error:
         LOG.critical("ended by an unexpected %s", type(error).__name__, exc_info=error)
-        error.add_note(f"{_KEPT}{file}")
+        error.add_note(f"{_KEPT}{folder / name}")
         raise
     finally:
         LOG.removeHandler(handler)

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import OutputError, StoreConflictError
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, without_record
 from vislam2tag.common.files.store import PROBE, Store, Stored, Version, at_once
 from vislam2tag.labeling.results import (
@@ -63,8 +63,8 @@ class OutputStore:
 
     def write(self, relative: str, fill: Callable[[Path], None]) -> None:
         """Let ``fill`` write a temporary file, then put it whole."""
-        with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-            path = Path(scratch) / PurePosixPath(relative).name
+        with scratch_folder() as scratch:
+            path = scratch / PurePosixPath(relative).name
             fill(path)
             self.store.put(relative, path)
 
@@ -182,10 +182,10 @@ def claim_store(
             if _content(store) != content:
                 raise taken from None
     store.delete(stale)
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        log = Path(scratch) / LOG_FILE
+    with scratch_folder() as scratch:
+        log = scratch / LOG_FILE
         try:
-            with logged_to(log):
+            with logged_to(scratch):
                 yield folder
         finally:
             if log.exists():

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-import platform
 import re
-import shutil
 from collections.abc import Callable, Iterable, Iterator, Set
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -16,9 +13,12 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import UNFINISHED, Folder
 from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files, without_record
 from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.whole_file import write_file
+from vislam2tag.common.files.whole_folder import files_below
 from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
@@ -32,7 +32,7 @@ from vislam2tag.labeling.results import (
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
-PARTIAL, LOCK = ".partial", ".lock"
+LOCK = ".lock"
 SESSION_FOLDERS = (RESULTS, *SCHEMAS)
 """Folders with a file for each session."""
 
@@ -48,32 +48,38 @@ class OutputFolder:
         """Its path, for messages."""
         return str(self.root)
 
+    @property
+    def folder(self) -> Folder:
+        """It, for writing."""
+        return Folder.at(self.root)
+
     def write(self, relative: str, fill: Callable[[Path], None]) -> None:
         """Let ``fill`` write a temporary file, then move it to ``relative``.
 
         Raises OutputError, and leaves no half file, where either cannot be done.
         """
-        target = self.root / relative
-        # Where several machines share the folder, two may be at one session: each has a file of its own.
-        partial = self.root / PARTIAL / f"{platform.node()}.{os.getpid()}.{relative.replace('/', '.')}"
         try:
-            target.parent.mkdir(exist_ok=True)
-            fill(partial)
-            os.replace(partial, target)  # noqa: PTH105 - Path.replace would hide that this must be atomic
+            with self.folder.filling(relative) as path:
+                fill(path)
         except (OSError, pl.exceptions.PolarsError, OutputError) as error:
-            partial.unlink(missing_ok=True)
             raise OutputError(
-                f"{target}: cannot be written ({_cause(error)}); free space or choose another --out, then run the same "
-                "command again"
+                f"{self.root / relative}: cannot be written ({_cause(error)}); free space or choose another --out, then "
+                "run the same command again"
             ) from error
 
     def write_text(self, relative: str, text: str) -> None:
         """Write a UTF-8 text file whole."""
-        self.write(relative, lambda path: _write_bytes(path, text.encode()))
+        self.write(relative, lambda path: write_file(path, text))
 
     def remove(self, relative: str) -> None:
         """Remove a file; none there is no fault."""
-        self._remove(self.root / relative)
+        try:
+            self.folder.remove(relative)
+        except OSError as error:
+            raise OutputError(
+                f"{self.root / relative}: cannot be removed ({error.strerror}); check its permissions or choose another "
+                "--out"
+            ) from error
 
     def result(self, slug: str) -> SessionResult | None:
         """Read the result (and so the done-mark) of a session; None where there is none that can be read."""
@@ -133,16 +139,9 @@ class OutputFolder:
         """Remove the files of ours that match a pattern relative to the folder."""
         own = self.own()
         for path in sorted(path for pattern in patterns for path in self.root.glob(pattern)):
-            if path.is_file() and own.owns(path.relative_to(self.root).as_posix()):
-                self._remove(path)
-
-    def _remove(self, path: Path) -> None:
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"{path}: cannot be removed ({error.strerror}); check its permissions or choose another --out"
-            ) from error
+            relative = path.relative_to(self.root).as_posix()
+            if path.is_file() and own.owns(relative):
+                self.remove(relative)
 
 
 def recorded_sessions(own: OwnFiles) -> set[str]:
@@ -178,20 +177,17 @@ def claim(
     """
     folder = OutputFolder(root)
     try:
-        root.mkdir(parents=True, exist_ok=True)
+        folder.folder.make()
         _refuse_foreign(root, program, replace)
     except OSError as error:
         reason = "a file, not a folder" if root.is_file() else error.strerror
         raise OutputError(f"{root}: cannot be the output folder ({reason}); choose another --out") from error
-    with only_one(root / LOCK, f"{root}: another run is writing there; wait for it or choose another --out"):
+    with only_one(folder.folder, LOCK, f"{root}: another run is writing there; wait for it or choose another --out"):
         if _refuse_foreign(root, program, replace):
-            _empty(root)
-        try:
-            _prepare(folder, {"program": program} | run, own or OwnFiles())
-            with logged_to(root / LOG_FILE):
-                yield folder
-        finally:
-            shutil.rmtree(root / PARTIAL, ignore_errors=True)
+            _empty(folder)
+        _prepare(folder, {"program": program} | run, own or OwnFiles())
+        with logged_to(folder.folder):
+            yield folder
 
 
 def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
@@ -199,8 +195,8 @@ def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
 
     Return whether another command of ours wrote it.
     """
-    there = {path.name for path in root.iterdir()}
-    if there <= {PARTIAL, LOCK, OWN_FILES}:
+    there = {path.name for path in root.iterdir() if not UNFINISHED.fullmatch(path.name)}
+    if there <= {LOCK, OWN_FILES}:
         return False
     maker = written_by(root)
     if maker is None:
@@ -221,34 +217,18 @@ def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
     return of_another
 
 
-def _empty(root: Path) -> None:
+def _empty(output: OutputFolder) -> None:
     """Remove the files that a folder's record names, but for the record; the record of the run goes last."""
-    names = (path.relative_to(root).as_posix() for path in root.rglob("*") if path.is_symlink() or not path.is_dir())
-    owned = owned_files(names, lambda name: OwnFiles.read((root / name).parent))
+    root = output.root
+    owned = owned_files(files_below(root), lambda name: OwnFiles.read((root / name).parent))
     for name in sorted(owned - {OWN_FILES}, key=lambda name: (name in (RUN_FILE, MANIFEST), name)):
-        path = root / name
-        try:
-            path.unlink()
-        except OSError as error:
-            raise OutputError(f"{path}: cannot be removed ({error.strerror}); choose another --out") from error
-        _remove_empty(path.parent, root)
-
-
-def _remove_empty(folder: Path, root: Path) -> None:
-    """Remove a folder below the root and those above it as far as they are empty."""
-    with suppress(OSError):
-        while folder != root:
-            folder.rmdir()
-            folder = folder.parent
+        output.remove(name)
+        for folder in list(PurePosixPath(name).parents)[:-1]:
+            output.folder.folder(folder.as_posix()).remove_if_empty()
 
 
 def _prepare(folder: OutputFolder, run: dict[str, object], own: OwnFiles) -> None:
     """Record what is ours, remove what an earlier run summed up, and write what this one follows from."""
-    try:
-        shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
-        (folder.root / PARTIAL).mkdir()
-    except OSError as error:
-        raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error
     folder.discard(SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE)
     before = folder.own() if (folder.root / RUN_FILE).is_file() else OwnFiles()  # else all that it names is gone
     own = own.with_those_of(OwnFiles.of([RUN_FILE, LOG_FILE])).with_those_of(before)
@@ -264,7 +244,3 @@ def _cause(error: Exception) -> str:
     if number:
         return os.strerror(int(number.group(1)))
     return (first.strerror if isinstance(first, OSError) else None) or str(first)
-
-
-def _write_bytes(path: Path, data: bytes) -> None:
-    path.write_bytes(data)
