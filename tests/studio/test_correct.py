@@ -153,6 +153,66 @@ def test_a_text_of_another_version_is_not_saved(page: Page, faulty: Path) -> Non
     assert page.client.put("/api/corrections", json={"text": mine}).status_code == 428
 
 
+def exclude(name: str) -> str:
+    return f'[[exclude_landmark]]\nid = "{name}"\n'
+
+
+@pytest.mark.usefixtures("as_before")
+def test_undo_takes_one_change_back_and_leaves_what_others_wrote_meanwhile(page: Page, faulty: Path) -> None:
+    file = faulty / "survey" / "corrections.toml"
+    file.write_text("# theirs\n" + exclude("1"))
+    change = {"action": "add", "table": "exclude_landmark", "values": {"id": "12"}}
+    preview = page.post("/api/corrections/preview", {"changes": [change]})
+    step = {"before": preview["before"], "after": page.save(preview["text"], preview["version"]).json()["text"]}
+    assert step["before"] == "# theirs\n" + exclude("1")
+    later = step["after"].replace("# theirs", "# theirs, too") + "\n" + exclude("3") + "# behind it\n"
+    file.write_text(later)
+    undone = page.post("/api/corrections/undo", step)
+    assert undone["before"] == later
+    left = "# theirs, too\n" + exclude("1") + "\n" + exclude("3") + "# behind it\n"
+    assert file.read_text() == left == undone["corrections"]["text"]
+    file.write_text(left + "\n" + exclude("5"))
+    page.post("/api/corrections/undo", {"before": later, "after": left})  # done again
+    assert file.read_text() == later + "\n" + exclude("5")
+
+
+@pytest.mark.usefixtures("as_before")
+def test_a_change_that_someone_else_changed_is_not_undone_and_both_values_are_said(page: Page, faulty: Path) -> None:
+    file = faulty / "survey" / "corrections.toml"
+    theirs = exclude("12") + "floor = 2\n"
+    file.write_text(theirs)
+    refused = page.client.post("/api/corrections/undo", json={"before": "", "after": exclude("12")})
+    assert (refused.status_code, refused.json()["code"]) == (409, "conflict")
+    conflict = {"table": "exclude_landmark", "expected": exclude("12"), "now": theirs}
+    assert refused.json()["conflicts"] == [conflict]
+    assert refused.json()["corrections"]["text"] == theirs == file.read_text()
+
+
+@pytest.mark.usefixtures("as_before")
+def test_what_cannot_be_used_after_an_undo_is_not_written(page: Page, faulty: Path) -> None:
+    file = faulty / "survey" / "corrections.toml"
+    file.write_text(exclude("12"))
+    before = exclude("12") + "\n[[set_floor]]\nfloor = 1\nto = 9\n"
+    refused = page.client.post("/api/corrections/undo", json={"before": before, "after": exclude("12")})
+    assert refused.status_code == 422
+    assert "floor 9, which is not there" in refused.json()["message"]
+    assert file.read_text() == exclude("12")
+
+
+@pytest.mark.usefixtures("as_before")
+def test_a_change_is_shown_of_the_entry_that_the_page_meant(page: Page, faulty: Path) -> None:
+    """Its number in the file may be another now, and a typed text may be of an older file."""
+    known = exclude("12")
+    (faulty / "survey" / "corrections.toml").write_text(exclude("1") + "\n" + known)
+    removal = {"action": "remove", "table": "exclude_landmark", "number": 1}
+    assert page.post("/api/corrections/preview", {"base": known, "changes": [removal]})["text"] == exclude("1")
+    typed = page.post("/api/corrections/preview", {"base": known, "text": "# mine\n" + known, "changes": []})
+    assert typed["text"] == exclude("1") + "# mine\n\n" + known
+    other = known.replace("12", "13")
+    refused = page.client.post("/api/corrections/preview", json={"base": other, "text": "", "changes": []})
+    assert refused.json()["conflicts"] == [{"table": "exclude_landmark", "expected": other, "now": None}]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 
@@ -27,8 +27,9 @@ from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, OwnHeaders
 from vislam2tag.studio.prepare.dropped import MOST_FILE
 from vislam2tag.studio.prepare.endpoints import PREPARE
 from vislam2tag.studio.queries import NoQuery
-from vislam2tag.studio.work_messages import EnterRequest, Problem
+from vislam2tag.studio.work_messages import ConflictView, EnterRequest, Problem
 from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
+from vislam2tag.survey.corrections.merging import Conflict, ConflictError
 
 ALL_ENDPOINTS = (*ENDPOINTS, *PREPARE)
 BODY_S = 30.0
@@ -37,6 +38,7 @@ FILE_S = 600.0
 """... and a file."""
 _CODES: dict[type[Exception], tuple[int, str]] = {
     ChangedMeanwhileError: (409, "stale"),
+    ConflictError: (409, "conflict"),
     SurveyError: (422, "invalid"),
     UsageError: (422, "invalid"),
     SessionError: (422, "invalid"),
@@ -48,9 +50,9 @@ _HTTP_CODES = {403: "forbidden", 404: "not_found", 405: "method"}
 class RefusedError(Exception):
     """An answer other than what was asked for."""
 
-    def __init__(self, status: int, code: str, message: str) -> None:
+    def __init__(self, status: int, code: str, message: str, conflicts: Sequence[Conflict] = ()) -> None:
         super().__init__(message)
-        self.status, self.code, self.message = status, code, message
+        self.status, self.code, self.message, self.conflicts = status, code, message, conflicts
 
 
 def studio_app(studio: Studio) -> Starlette:
@@ -157,7 +159,7 @@ def _refusal(error: Exception) -> RefusedError:
         return RefusedError(422, "invalid", f"this {lacks}")
     for kind, (status, code) in _CODES.items():
         if isinstance(error, kind):
-            return RefusedError(status, code, str(error))
+            return RefusedError(status, code, str(error), error.conflicts if isinstance(error, ConflictError) else ())
     return RefusedError(500, "unexpected", unexpected("studio", error))
 
 
@@ -203,14 +205,16 @@ async def _body(request: Request, most: int, seconds: float) -> bytes:
 
 async def _refuse(studio: Studio, request: Request, error: Exception) -> Response:
     del request
-    corrections = None
+    corrections, conflicts = None, list[ConflictView]()
     if isinstance(error, RefusedError):
         status, code, message = error.status, error.code, error.message
-        if code == "stale":
+        conflicts = [ConflictView(table=one.table, expected=one.expected, now=one.now) for one in error.conflicts]
+        if code in ("stale", "conflict"):
             await studio.events.look()  # the page learns of the file now, and must hear of all that comes after
             corrections = await run_in_threadpool(corrections_view, studio.workspace)
     else:
         status = error.status_code if isinstance(error, HTTPException) else 500
         code, message = _HTTP_CODES.get(status, "unexpected"), "there is no such address or method"
-    content = Problem(code=code, message=message, corrections=corrections).model_dump(mode="json")
+    problem = Problem(code=code, message=message, conflicts=conflicts, corrections=corrections)
+    content = problem.model_dump(mode="json")
     return JSONResponse(content, status, {"Cache-Control": "no-store"})

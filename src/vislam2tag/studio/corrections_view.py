@@ -14,11 +14,14 @@ from vislam2tag.studio.work_messages import (
     Entry,
     Preview,
     PreviewRequest,
+    Undone,
+    UndoRequest,
 )
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.survey.corrections.edits import changed_text, corrections_of, difference, entries_of
 from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.corrections.lines import corrections_text, save_text
+from vislam2tag.survey.corrections.lines import change_text, corrections_text, save_text
+from vislam2tag.survey.corrections.merging import merged
 from vislam2tag.survey.model import Survey
 
 
@@ -33,13 +36,22 @@ def corrections_view(workspace: Workspace) -> CorrectionsView:
 
 
 def preview(workspace: Workspace, request: PreviewRequest) -> Preview:
-    """What changes would make of the file; raises SurveyError where it could not be used then."""
+    """What changes would make of the file.
+
+    Raises SurveyError where it could not be used then, ConflictError where someone else changed the same entries after
+    the text that the changes were made from.
+    """
     workspace.refresh()
     saved, version = corrections_text(workspace.root)
-    text = changed_text(saved if request.text is None else request.text, request.changes)
+    base = saved if request.base is None else request.base
+    changed = base if request.text is None else request.text
+    if request.changes:
+        changed = changed_text(changed, request.changes)
+    text = merged(base, changed, saved)
     corrections = corrections_of(text)
     survey = workspace.now.files.corrected(corrections)
     return Preview(
+        before=saved,
         text=text,
         version=version,
         entries=_entries(text, survey),
@@ -58,6 +70,23 @@ def saved(workspace: Workspace, text: str, version: str) -> CorrectionsView:
     save_text(workspace.root, text, version)
     workspace.refresh()
     return corrections_view(workspace)
+
+
+def undone(workspace: Workspace, request: UndoRequest) -> Undone:
+    """Take a saved change back in the file as it is now; all that others changed since then stays.
+
+    Raises ConflictError where someone else changed the same entries, SurveyError where the file could not be used then,
+    OutputError where it cannot be written.
+    """
+
+    def without_change(current: str) -> str:
+        text = merged(request.after, request.before, current)
+        workspace.now.files.corrected(corrections_of(text))
+        return text
+
+    before = change_text(workspace.root, without_change)
+    workspace.refresh()
+    return Undone(before=before, corrections=corrections_view(workspace))
 
 
 def correction_tables() -> CorrectionTables:

@@ -53,6 +53,8 @@ from vislam2tag.studio.work_messages import (
     LayerView,
     Preview,
     PreviewRequest,
+    Undone,
+    UndoRequest,
 )
 from vislam2tag.studio.workspace import Workspace
 
@@ -180,6 +182,10 @@ def _save(studio: Studio, asked: Asked) -> CorrectionsView:
     return corrections_view.saved(studio.workspace, asked.of(CorrectionsText).text, version)
 
 
+def _undo(studio: Studio, asked: Asked) -> Undone:
+    return corrections_view.undone(studio.workspace, asked.of(UndoRequest))
+
+
 def _jobs(studio: Studio, _asked: Asked) -> Jobs:
     return Jobs(jobs=studio.jobs.all())
 
@@ -278,6 +284,7 @@ ENDPOINTS = (
     Endpoint("GET", "/api/corrections", _corrections, CorrectionsView),
     Endpoint("PUT", "/api/corrections", _save, CorrectionsView, body=CorrectionsText),
     Endpoint("POST", "/api/corrections/preview", _preview, Preview, body=PreviewRequest),
+    Endpoint("POST", "/api/corrections/undo", _undo, Undone, body=UndoRequest),
     Endpoint("GET", "/api/corrections/tables", _tables, CorrectionTables),
     Endpoint("GET", "/api/jobs", _jobs, Jobs),
     Endpoint("POST", "/api/jobs", _new_job, Job, body=JobRequest, status=202),

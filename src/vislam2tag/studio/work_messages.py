@@ -18,11 +18,22 @@ MOST_CHANGES = 100
 MOST_SESSIONS = 10_000
 
 
+class ConflictView(FiniteRecord):
+    """Lines of ``corrections.toml`` that a change starts from, and those in their place now; None: removed."""
+
+    table: str
+    """Empty for a comment."""
+    expected: str
+    now: str | None
+
+
 class Problem(FiniteRecord):
     """Why a request was refused."""
 
     code: str
     message: str
+    conflicts: list[ConflictView] = []
+    """What someone else changed in the same place, if that is why."""
     corrections: CorrectionsView | None = None
     """What is in the file now, where that is why."""
 
@@ -69,8 +80,12 @@ class CorrectionsText(FiniteRecord):
 
 
 class PreviewRequest(FiniteRecord):
-    """Changes to be looked at; without ``text`` of the file as it is."""
+    """Changes to look at, of a text or of the file as it is.
 
+    With ``base``, the text that the page made its change from, the change is applied to the file as it is now.
+    """
+
+    base: str | None = None
     text: str | None = None
     changes: Annotated[list[Change], Field(max_length=MOST_CHANGES)]
 
@@ -78,6 +93,8 @@ class PreviewRequest(FiniteRecord):
 class Preview(FiniteRecord):
     """What changes would make of the file; nothing is saved."""
 
+    before: str
+    """The file as it is."""
     text: str
     version: str
     """Of the file as it is."""
@@ -86,6 +103,20 @@ class Preview(FiniteRecord):
     """What differs, as a unified diff."""
     touched: list[str]
     """Sessions that would be mapped again, or left out."""
+
+
+class UndoRequest(FiniteRecord):
+    """A saved change to take back: the whole text before it and after it."""
+
+    before: str
+    after: str
+
+
+class Undone(FiniteRecord):
+    """The file without the change, and its text just before: these two are the change that redoes it."""
+
+    before: str
+    corrections: CorrectionsView
 
 
 class CorrectionTable(FiniteRecord):

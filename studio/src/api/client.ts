@@ -1,5 +1,5 @@
 // What the page asks for and tells: of a running studio, or of the files of an export, which only shows.
-import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Taps, Walls, WallsWish, Written } from './model';
+import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Taps, Undone, Walls, WallsWish, Written } from './model';
 import { request, server } from './server';
 import { type Source, folder } from './source';
 
@@ -42,8 +42,10 @@ export const planAddress = (plan: string) => (folder === null ? plan : `${folder
 
 export const corrections = () => get<Corrections>('corrections');
 export const correctionTables = async () => (await get<{ tables: CorrectionTable[] }>('corrections/tables')).tables;
-export const preview = (changes: Change[], text: string | null = null) =>
-  json<Preview>('POST', '/api/corrections/preview', { text, changes });
+/** What changes of a text that was made from `base` would make of the file; without a text they are changes of `base`. */
+export const preview = (wish: { base: string; text: string | null; changes: Change[] }) => json<Preview>('POST', '/api/corrections/preview', wish);
+/** Take back a change that was saved; what others changed stays. */
+export const undo = (step: { before: string; after: string }) => json<Undone>('POST', '/api/corrections/undo', step);
 export const save = (text: string, version: string) =>
   json<Corrections>('PUT', '/api/corrections', { text }, { 'If-Match': `"${version}"` });
 

@@ -84,6 +84,22 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/corrections/undo": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_corrections_undo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/covered": {
         parameters: {
             query?: never;
@@ -734,6 +750,18 @@ export interface components {
             settings: components["schemas"]["ComparedSetting"][];
             /** Totals */
             totals: components["schemas"]["ComparedTotal"][];
+        };
+        /**
+         * ConflictView
+         * @description Lines of ``corrections.toml`` that a change starts from, and those in their place now; None: removed.
+         */
+        ConflictView: {
+            /** Expected */
+            expected: string;
+            /** Now */
+            now: string | null;
+            /** Table */
+            table: string;
         };
         /**
          * ContradictionView
@@ -1717,6 +1745,8 @@ export interface components {
          * @description What changes would make of the file; nothing is saved.
          */
         Preview: {
+            /** Before */
+            before: string;
             /** Entries */
             entries: components["schemas"]["Entry"][];
             /** Lines */
@@ -1730,9 +1760,16 @@ export interface components {
         };
         /**
          * PreviewRequest
-         * @description Changes to be looked at; without ``text`` of the file as it is.
+         * @description Changes to look at, of a text or of the file as it is.
+         *
+         *     With ``base``, the text that the page made its change from, the change is applied to the file as it is now.
          */
         PreviewRequest: {
+            /**
+             * Base
+             * @default null
+             */
+            base: string | null;
             /** Changes */
             changes: (components["schemas"]["AddEntry"] | components["schemas"]["ReplaceEntry"] | components["schemas"]["RemoveEntry"])[];
             /**
@@ -1748,6 +1785,11 @@ export interface components {
         Problem: {
             /** Code */
             code: string;
+            /**
+             * Conflicts
+             * @default []
+             */
+            conflicts: components["schemas"]["ConflictView"][];
             /** @default null */
             corrections: components["schemas"]["CorrectionsView"] | null;
             /** Message */
@@ -2483,6 +2525,25 @@ export interface components {
             en: string;
         };
         /**
+         * UndoRequest
+         * @description A saved change to take back: the whole text before it and after it.
+         */
+        UndoRequest: {
+            /** After */
+            after: string;
+            /** Before */
+            before: string;
+        };
+        /**
+         * Undone
+         * @description The file without the change, and its text just before: these two are the change that redoes it.
+         */
+        Undone: {
+            /** Before */
+            before: string;
+            corrections: components["schemas"]["CorrectionsView"];
+        };
+        /**
          * Versions
          * @description What tells a page that it shows something old.
          */
@@ -2805,6 +2866,39 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["CorrectionTables"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_corrections_undo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["UndoRequest"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Undone"];
                 };
             };
             /** @description refused */

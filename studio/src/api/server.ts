@@ -19,7 +19,7 @@ export async function request(method: string, path: string, body?: unknown, head
   if (answer.ok) return answer;
   const problem: Problem = await answer
     .json()
-    .catch(() => ({ code: 'unexpected', message: `${answer.status} ${answer.statusText}`, corrections: null }));
+    .catch(() => ({ code: 'unexpected', message: `${answer.status} ${answer.statusText}`, conflicts: [], corrections: null }));
   throw new Refusal(problem);
 }
 

@@ -4,10 +4,14 @@ import type { Session } from '../api/model';
 import type { ColourBy } from '../map/colours';
 
 export type Tab = 'prepare' | 'walks' | 'diagnose' | 'landmarks' | 'radio' | 'collect' | 'corrections' | 'compare' | 'share';
+/** A step of preparing a building. */
+export type Step = 'plan' | 'walls' | 'landmarks' | 'sheets' | 'positions';
 export type Spot = { floor: number; x: number; y: number };
 
 class Choice {
   tab = $state<Tab>('walks');
+  /** The open step of preparing; undefined: none was opened or closed yet. */
+  step = $state<Step | null | undefined>();
   floor = $state(0);
   stacked = $state(false);
   turn = $state(0.5);
@@ -22,6 +26,10 @@ class Choice {
   filterDevice = $state('');
   filterDate = $state('');
   filterFinding = $state('');
+
+  /** What landmarks and access points are searched by. */
+  landmarkText = $state('');
+  radioText = $state('');
 
   /** Id of the session that stands out. */
   session = $state<string | null>(null);

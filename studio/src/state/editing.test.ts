@@ -1,19 +1,40 @@
 import { beforeEach, expect, test, vi } from 'vitest';
 
-const server = vi.hoisted(() => ({ text: '', version: '0', mapped: [] as (string[] | null)[], refuse: false }));
+const server = vi.hoisted(() => ({ text: '', version: '0', mapped: [] as (string[] | null)[], refuse: false, conflict: false, undone: [] as { before: string; after: string }[] }));
 
-vi.mock('../api/client', () => ({
-  Refusal: class extends Error {},
-  reading: {},
-  preview: async (changes: { table: string }[]) => ({ text: `${server.text}[[${changes[0].table}]]\n`, version: server.version, lines: '', entries: [], added: [], touched: ['a'] }),
-  save: async (text: string, version: string) => {
-    if (server.refuse || version !== server.version) throw new Error('stale');
+vi.mock('../api/client', () => {
+  class Refusal extends Error {
+    constructor(readonly problem: { code: string; message: string; conflicts: unknown[] }) {
+      super(problem.message);
+    }
+  }
+  const view = () => ({ text: server.text, version: server.version, entries: [], problem: null });
+  const written = (text: string) => {
     server.text = text;
-    server.version = String(Number(version) + 1);
-    return { text, version: server.version, entries: [], problem: null };
-  },
-  process: async (ids: string[] | null) => void server.mapped.push(ids),
-}));
+    server.version = String(Number(server.version) + 1);
+    return view();
+  };
+  return {
+    Refusal,
+    reading: {},
+    preview: async ({ base, changes }: { base: string; changes: { table: string }[] }) => ({
+      before: server.text, text: `${server.text}[[${changes[0].table}]]\n`, version: server.version, lines: base, entries: [], touched: ['a'],
+    }),
+    save: async (text: string, version: string) => {
+      if (server.refuse || version !== server.version) throw new Error('stale');
+      return written(text);
+    },
+    /** As the server, of whole lines. */
+    undo: async (step: { before: string; after: string }) => {
+      server.undone.push(step);
+      const change = step.after.length > step.before.length ? step.after.slice(step.before.length) : null;
+      if (server.conflict) throw new Refusal({ code: 'conflict', message: 'changed', conflicts: [{ table: 'a', expected: '1', now: '2' }] });
+      const before = server.text;
+      return { before, corrections: written(change ? before.replace(change, '') : before + step.before.slice(step.after.length)) };
+    },
+    process: async (ids: string[] | null) => void server.mapped.push(ids),
+  };
+});
 
 import { data } from './data.svelte';
 import { correctAtOnce, editing, redo, undo } from './editing.svelte';
@@ -21,15 +42,15 @@ import { correctAtOnce, editing, redo, undo } from './editing.svelte';
 const add = (table: string) => correctAtOnce([{ action: 'add', table, values: {} }]);
 
 beforeEach(() => {
-  Object.assign(server, { text: '', version: '0', mapped: [], refuse: false });
-  Object.assign(editing, { past: [], future: [], preview: null });
+  Object.assign(server, { text: '', version: '0', mapped: [], refuse: false, conflict: false, undone: [] });
+  Object.assign(editing, { past: [], future: [], preview: null, conflicts: null });
   Object.assign(data, { problem: '', corrections: { text: '', version: '0', entries: [], problem: null } });
 });
 
 test('corrections are undone and redone in their order, and walks mapped again each time', async () => {
   await add('a');
   await add('b');
-  await undo();
+  void undo();
   await undo();
   expect(server.text).toBe('');
   await undo();
@@ -38,6 +59,16 @@ test('corrections are undone and redone in their order, and walks mapped again e
   await redo();
   expect(server.text).toBe('[[a]]\n[[b]]\n');
   expect(server.mapped).toEqual([['a'], ['a'], null, null, null, null]);
+});
+
+test('undo takes back what this page saved and leaves what others wrote, before this page knew of it, too', async () => {
+  server.text = '[[theirs]]\n'; // not heard of yet
+  await add('a');
+  server.text += '[[later]]\n';
+  await undo();
+  expect(server.text).toBe('[[theirs]]\n[[later]]\n');
+  expect(server.undone).toEqual([{ before: '[[theirs]]\n', after: '[[theirs]]\n[[a]]\n' }]);
+  expect(data.corrections.text).toBe(server.text);
 });
 
 test('a new correction ends what could be redone', async () => {
@@ -54,4 +85,17 @@ test('what the server refuses is shown and is not in the history', async () => {
   expect(data.problem).toBe('stale');
   expect(editing.past).toEqual([]);
   expect(server.mapped).toEqual([]);
+});
+
+test('a conflict is shown with both values, and the change before it can be undone', async () => {
+  await add('a');
+  await add('b');
+  server.conflict = true;
+  await undo();
+  expect(editing.conflicts).toEqual({ kind: 'undo', found: [{ table: 'a', expected: '1', now: '2' }] });
+  expect(data.problem).toBe('');
+  expect(server.text).toBe('[[a]]\n[[b]]\n');
+  server.conflict = false;
+  await undo();
+  expect(server.undone.at(-1)).toEqual({ before: '', after: '[[a]]\n' });
 });

@@ -1,5 +1,5 @@
 // Forms of corrections, made of what the server says an entry of each kind holds.
-import type { CorrectionTable } from '../api/model';
+import type { CorrectionTable, Entry } from '../api/model';
 
 export interface Field {
   name: string;
@@ -45,6 +45,9 @@ function kindOf({ type, format, enum: choices }: Schema): Field['kind'] {
   if (format === 'date-time') return 'moment';
   return type === 'boolean' ? 'tick' : type === 'integer' || type === 'number' ? 'number' : 'text';
 }
+
+/** What tells an entry from others, however many stand before it. */
+export const identityOf = ({ table, values }: Pick<Entry, 'table' | 'values'>): string => JSON.stringify({ table, values });
 
 /** The entry that was filled in; what is left empty is not in it. */
 export function valuesOf(fields: Field[], typed: Typed): Record<string, unknown> {

@@ -1,13 +1,26 @@
 // Planned landmarks, which can be dragged: the map of the error to expect follows, of several changes the latest counts.
 import type Feature from 'ol/Feature';
 import * as api from '../api/client';
-import type { PlanChange, Planned as View } from '../api/model';
+import type { PlanChange, PlanWish, Planned as View } from '../api/model';
 import { plannedFeature } from '../map/marks';
 import { pictureOf } from '../map/raster';
 import { choice } from './choice.svelte';
+import { type Draft, paintedDraft } from './drafts.svelte';
 import { type Place, overlay } from './overlay.svelte';
 
 type Held = View['landmarks'];
+
+/** A plan that is not written: what was asked for, its landmarks, and the error expected when it was made. */
+interface Kept {
+  wish: PlanWish;
+  plan: number;
+  landmarks: Held;
+  first_m: number | null;
+}
+export type PlanDraft = Draft<Kept | null>;
+
+/** The plan of a floor that is not written; `address` is that of the floor's plan, which changes with it. */
+export const plannedOn = (floor: number, address: string): PlanDraft => paintedDraft<Kept | null>('landmarks', String(floor), null, address);
 
 class Planned {
   view = $state.raw<View | null>(null);
@@ -16,6 +29,7 @@ class Planned {
   past = $state.raw<Held[]>([]);
   chosen = $state<string | null>(null);
   dragging = $state(false);
+  draft = $state.raw<PlanDraft | null>(null);
 
   /** Sigmas of the two ends of the colours (m). */
   ends = $derived<[number, number]>([0, Math.max(0.2, Math.ceil(Math.max(...(this.first?.sigma_cm ?? [])) / 10) / 10)]);
@@ -38,15 +52,49 @@ async function askAll(): Promise<void> {
     const asked: PlanChange = next;
     next = null;
     const view = await api.changePlan(asked);
-    if (planned.view?.plan === asked.plan) planned.view = view;
+    if (planned.view?.plan === asked.plan) hold(view);
   }
 }
 
-const held = (landmarks: Held) => landmarks.map(({ id, place }) => ({ id, place }));
+/** Show a plan and keep it as a draft. */
+function hold(view: View): void {
+  planned.view = view;
+  const { draft } = planned;
+  if (draft?.value) draft.value = { ...draft.value, plan: view.plan, landmarks: view.landmarks };
+}
 
-export async function plan(spacing: number, rooms: boolean, sheets: string[], number: number | null): Promise<void> {
-  const view = await api.plan({ floor: choice.floor, spacing_m: spacing, rooms, sheets, number });
-  [planned.view, planned.first, planned.past, planned.chosen] = [view, view, [], null];
+const held = (landmarks: Held) => landmarks.map(({ id, place }) => ({ id, place }));
+const asHeld = (plan: number, landmarks: Held): PlanChange => ({ plan, landmarks: held(landmarks), moved: null, to: null });
+
+function begun(view: View, first: View): void {
+  [planned.view, planned.first, planned.past, planned.chosen] = [view, first, [], null];
+}
+
+export async function plan(wish: PlanWish, draft: PlanDraft): Promise<void> {
+  const view = await api.plan(wish);
+  draft.discard(null, draft.now);
+  draft.value = { wish, plan: view.plan, landmarks: view.landmarks, first_m: view.expected_error_m };
+  planned.draft = draft;
+  begun(view, view);
+}
+
+/** Show the draft of a floor again. Returns false if its landmarks are no places of the floor any more. */
+export async function showAgain(draft: PlanDraft): Promise<boolean> {
+  const kept = draft.value;
+  if (!kept) return true;
+  planned.draft = draft;
+  if (planned.view?.plan === kept.plan && planned.view.landmarks === kept.landmarks) return true; // only the tab was left
+  const fits = (view: View) => view.floor === kept.wish.floor && JSON.stringify(view.landmarks) === JSON.stringify(kept.landmarks);
+  const again = async (number: number) => {
+    const view = await api.changePlan(asHeld(number, kept.landmarks));
+    if (!fits(view) || planned.draft !== draft) return false;
+    begun(view, { ...view, expected_error_m: kept.first_m });
+    hold(view);
+    return true;
+  };
+  // The server remembers a few plans while it runs; else the same wish makes the same places.
+  const known = await again(kept.plan).catch(() => false);
+  return known || planned.draft !== draft || again((await api.plan(kept.wish)).plan);
 }
 
 function begin(): Held {
@@ -71,18 +119,19 @@ export async function takeBack(): Promise<void> {
   const before = planned.past.at(-1);
   if (!before) return;
   planned.past = planned.past.slice(0, -1);
-  await ask({ plan: planned.view!.plan, landmarks: held(before), moved: null, to: null });
+  await ask(asHeld(planned.view!.plan, before));
 }
 
 /** Add the landmarks to the survey; returns how many. */
-export async function write(): Promise<number> {
+export async function write(draft: PlanDraft): Promise<number> {
   const { plan: number, landmarks } = planned.view!;
-  const { count } = await api.writePlan({ plan: number, landmarks: held(landmarks), moved: null, to: null });
-  forgetPlan();
+  const { count } = await api.writePlan(asHeld(number, landmarks));
+  forgetPlan(draft);
   return count;
 }
 
-export function forgetPlan(): void {
+export function forgetPlan(draft: PlanDraft): void {
+  draft.discard(null, draft.now);
   [planned.view, planned.first, planned.past] = [null, null, []];
   overlay.clear();
 }

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import re
 import threading
+import time
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -33,6 +35,7 @@ class DroppedFiles:
         self._scratch = TemporaryDirectory(prefix="vislam2tag-dropped-")
         self._lock = threading.Lock()
         self._files: dict[int, Path] = {}
+        self._numbers = count(time.time_ns() // 1_000_000)  # a page's draft must not find a file of a later run
 
     def close(self) -> None:
         """Forget all files."""
@@ -46,7 +49,7 @@ class DroppedFiles:
         if not content:
             raise UsageError(f"{plain}: is empty; choose another file")
         with self._lock:
-            number = max(self._files, default=0) + 1
+            number = next(self._numbers)
             path = Path(self._scratch.name) / str(number) / plain
             path.parent.mkdir()
             path.write_bytes(content)

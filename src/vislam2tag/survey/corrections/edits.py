@@ -80,17 +80,13 @@ def corrections_of(text: str) -> Corrections:
 def entries_of(text: str) -> tuple[EntryLines, ...]:
     """All entries in the order of the file; raises SurveyError where it cannot be used, or not told by lines."""
     corrections_of(text)
-    lines = _lines(text)
-    headers = [(at, match[1]) for at, line in enumerate(lines) if (match := _HEADER.match(line))]
-    ends = [*(at for at, _ in headers[1:]), len(lines)]
+    lines = text_lines(text)
     counts: Counter[str] = Counter()
     found = []
-    for (start, table), end in zip(headers, ends, strict=False):  # no header, no end
-        while _IDLE.match(lines[end - 1]):
-            end -= 1
+    for table, start, end in entry_spans(lines):
         counts[table] += 1
         found.append(EntryLines(table, counts[table], _values(lines[start:end], table), start + 1, end))
-    told: dict[str, list[Mapping[str, Any]]] = {table: [] for _, table in headers}
+    told: dict[str, list[Mapping[str, Any]]] = {entry.table: [] for entry in found}
     for entry in found:
         told[entry.table].append(entry.values)
     if told != toml_values(text.encode()):
@@ -101,9 +97,21 @@ def entries_of(text: str) -> tuple[EntryLines, ...]:
     return tuple(found)
 
 
+def entry_spans(lines: Sequence[str]) -> list[tuple[str, int, int]]:
+    """Table, first line and end of each entry; comments and blank lines behind its last value are not part of it."""
+    headers = [(at, match[1]) for at, line in enumerate(lines) if (match := _HEADER.match(line))]
+    ends = [*(at for at, _ in headers[1:]), len(lines)]
+    found = []
+    for (start, table), end in zip(headers, ends, strict=False):  # no header, no end
+        while _IDLE.match(lines[end - 1]):
+            end -= 1
+        found.append((table, start, end))
+    return found
+
+
 def changed_text(text: str, changes: Sequence[Change]) -> str:
     """The text with some entries added, replaced and removed; raises SurveyError where it could not be used then."""
-    lines = _lines(text)
+    lines = text_lines(text)
     entries = {(entry.table, entry.number): entry for entry in entries_of(text)}
     added: list[str] = []
     for change in sorted(changes, key=lambda change: _line_of(change, entries), reverse=True):
@@ -202,6 +210,6 @@ def _plain(value: object) -> object:
     return value.isoformat() if isinstance(value, dt.date) else value
 
 
-def _lines(text: str) -> list[str]:
+def text_lines(text: str) -> list[str]:
     """Lines with their ends; only line feeds end one, as in TOML."""
     return re.findall(r"[^\n]*\n|[^\n]+", text)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -32,17 +34,17 @@ def with_entries(root: Path, lines: str) -> Corrections:
 
 def add_entries(root: Path, lines: str) -> None:
     """Add entries at the end of a survey's ``corrections.toml``; raises SurveyError where it could not be read then."""
-    with_entries(root, lines)
-    _write(root / CORRECTIONS_FILE, _content(root) + _block(lines))
+    with _only_writer(root):
+        with_entries(root, lines)
+        _write(root / CORRECTIONS_FILE, _content(root) + _block(lines))
 
 
 def remove_added(root: Path) -> int:
     """Take out all that :func:`add_entries` added, and the file if nothing else is in it; returns how many blocks."""
-    content, blocks = _BLOCK.subn(b"", _content(root))
-    if blocks and content:
-        _write(root / CORRECTIONS_FILE, content)
-    elif blocks:
-        (root / CORRECTIONS_FILE).unlink()
+    with _only_writer(root):
+        content, blocks = _BLOCK.subn(b"", _content(root))
+        if blocks:
+            _write(root / CORRECTIONS_FILE, content)
     return blocks
 
 
@@ -69,14 +71,30 @@ def save_text(root: Path, text: str, version: str) -> str:
     SurveyError where the text cannot be used, OutputError where it cannot be written.
     """
     corrections_of(text)
-    with only_one(root / _LOCK, f"{root / CORRECTIONS_FILE}: is being written; try again"):
+    with _only_writer(root):
         if _version(_content(root)) != version:
             raise ChangedMeanwhileError(f"{CORRECTIONS_FILE} was changed meanwhile; look at it, then change it again")
-        if text:
-            _write(root / CORRECTIONS_FILE, text.encode())
-        else:
-            (root / CORRECTIONS_FILE).unlink(missing_ok=True)
+        _write(root / CORRECTIONS_FILE, text.encode())
     return _version(text.encode())
+
+
+def change_text(root: Path, change: Callable[[str], str]) -> str:
+    """Replace the survey's ``corrections.toml`` by what ``change`` makes of its text, and return the text before.
+
+    No other program writes the file meanwhile. Raises what ``change`` raises, which must refuse a text that cannot be
+    used, and OutputError if the file cannot be written.
+    """
+    with _only_writer(root):
+        before, _ = corrections_text(root)
+        _write(root / CORRECTIONS_FILE, change(before).encode())
+    return before
+
+
+@contextmanager
+def _only_writer(root: Path) -> Iterator[None]:
+    """Let no other program change the file; raises OutputError while one does."""
+    with only_one(root / _LOCK, f"{root / CORRECTIONS_FILE}: is being written; try again"):
+        yield
 
 
 def _version(content: bytes) -> str:
@@ -107,5 +125,9 @@ def _parsed(path: Path, content: bytes) -> Corrections:
 
 
 def _write(path: Path, content: bytes) -> None:
+    """Write the file; an empty one is removed."""
+    if not content:
+        path.unlink(missing_ok=True)
+        return
     with whole_file(path) as file:
         file.write_bytes(content)
