@@ -239,3 +239,7 @@ def write_table_4(folder: OutputFolder, table: Table4) -> None:
     """Write the paper's Table IV as CSV, LaTeX and Markdown."""
     for kind, text in table.texts().items():
         folder.write_text(f"{TABLE_4}.{kind}", text)
+
+
+def _fill(table: pl.DataFrame, path: Path) -> None:
+    write_parquet(table, Folder.at(path.parent), path.name, compression="zstd")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Set
 from contextlib import contextmanager
@@ -63,8 +64,8 @@ class OutputFolder:
                 fill(path)
         except (OSError, pl.exceptions.PolarsError, OutputError) as error:
             raise OutputError(
-                f"{self.root / relative}: cannot be written ({_cause(error)}); free space or choose another --out, then "
-                "run the same command again"
+                f"{self.root / relative}: cannot be written ({_cause(error)}); free space or choose another --out, "
+                "then run the same command again"
             ) from error
 
     def write_text(self, relative: str, text: str) -> None:
@@ -77,8 +78,8 @@ class OutputFolder:
             self.folder.remove(relative)
         except OSError as error:
             raise OutputError(
-                f"{self.root / relative}: cannot be removed ({error.strerror}); check its permissions or choose another "
-                "--out"
+                f"{self.root / relative}: cannot be removed ({error.strerror}); check its permissions or choose "
+                "another --out"
             ) from error
 
     def result(self, slug: str) -> SessionResult | None:

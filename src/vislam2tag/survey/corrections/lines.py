@@ -11,10 +11,11 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.plain_files import read_bytes, toml_values
 from vislam2tag.common.files.toml_file import first_problem
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_file import output_errors
 from vislam2tag.survey.corrections.edits import corrections_of
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections
 
@@ -36,7 +37,7 @@ def add_entries(root: Path, lines: str) -> None:
     """Add entries at the end of a survey's ``corrections.toml``; raises SurveyError where it could not be read then."""
     with _only_writer(root):
         with_entries(root, lines)
-        _write(root / CORRECTIONS_FILE, _content(root) + _block(lines))
+        _write(root, _content(root) + _block(lines))
 
 
 def remove_added(root: Path) -> int:
@@ -44,7 +45,7 @@ def remove_added(root: Path) -> int:
     with _only_writer(root):
         content, blocks = _BLOCK.subn(b"", _content(root))
         if blocks:
-            _write(root / CORRECTIONS_FILE, content)
+            _write(root, content)
     return blocks
 
 
@@ -74,7 +75,7 @@ def save_text(root: Path, text: str, version: str) -> str:
     with _only_writer(root):
         if _version(_content(root)) != version:
             raise ChangedMeanwhileError(f"{CORRECTIONS_FILE} was changed meanwhile; look at it, then change it again")
-        _write(root / CORRECTIONS_FILE, text.encode())
+        _write(root, text.encode())
     return _version(text.encode())
 
 
@@ -86,14 +87,14 @@ def change_text(root: Path, change: Callable[[str], str]) -> str:
     """
     with _only_writer(root):
         before, _ = corrections_text(root)
-        _write(root / CORRECTIONS_FILE, change(before).encode())
+        _write(root, change(before).encode())
     return before
 
 
 @contextmanager
 def _only_writer(root: Path) -> Iterator[None]:
     """Let no other program change the file; raises OutputError while one does."""
-    with only_one(root / _LOCK, f"{root / CORRECTIONS_FILE}: is being written; try again"):
+    with only_one(Folder.at(root), _LOCK, f"{root / CORRECTIONS_FILE}: is being written; try again"):
         yield
 
 
@@ -124,10 +125,10 @@ def _parsed(path: Path, content: bytes) -> Corrections:
         ) from error
 
 
-def _write(path: Path, content: bytes) -> None:
+def _write(root: Path, content: bytes) -> None:
     """Write the file; an empty one is removed."""
-    if not content:
-        path.unlink(missing_ok=True)
-        return
-    with whole_file(path) as file:
-        file.write_bytes(content)
+    with output_errors(root / CORRECTIONS_FILE):
+        if content:
+            Folder.at(root).write(CORRECTIONS_FILE, content)
+        else:
+            Folder.at(root).remove(CORRECTIONS_FILE)
