@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_folder import whole_folder
@@ -19,7 +20,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
-from vislam2tag.dataset.folder import is_dataset, open_dataset, sha256_of
+from vislam2tag.dataset.folder import is_dataset, listed_files, open_dataset, sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, export_named
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
@@ -100,9 +101,10 @@ def export(
             lost = chosen.write_labels(source, folder, context)
             return _finish(folder, chosen, source, None, (*lost, *left_out(_labels(source), chosen.holds)))
     with whole_folder(out, is_export) as folder:
-        opened = _dataset(source, folder.with_name("dataset"), jobs, progress)
-        dataset = with_privacy(opened, options.privacy)
-        lost = _write(chosen, dataset, folder, context)
+        with scratch_folder(folder) as scratch:
+            opened = _dataset(source, scratch / "dataset", jobs, progress)
+            dataset = with_privacy(opened, options.privacy)
+            lost = _write(chosen, dataset, folder, context)
         return _finish(folder, chosen, source, dataset.info.bssid_key, (*_opted_out(opened, dataset), *lost))
 
 
@@ -124,8 +126,8 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
         refuse_among_sessions(open_survey(options.survey), out)
 
 
-def _dataset(source: Path, scratch: Path, jobs: int, progress: Progress[str]) -> Dataset:
-    """Open the data set, or build it of labels in the folder ``scratch``."""
+def _dataset(source: Path, out: Path, jobs: int, progress: Progress[str]) -> Dataset:
+    """Open the data set, or build it of labels in the folder ``out``."""
     if is_dataset(source):
         return open_dataset(source)
     if not is_labelled(source):
@@ -137,14 +139,14 @@ def _dataset(source: Path, scratch: Path, jobs: int, progress: Progress[str]) ->
 
     return build_dataset(
         source,
-        scratch,
+        out,
         options=BuildOptions(privacy=None),  # the export's own wishes say what goes
         jobs=jobs,
         progress=lambda _session, total: progress("build", total),
     )
 
 
-def _write(chosen: ExportFormat, dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def _write(chosen: ExportFormat, dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     if chosen.write is None:
         raise UsageError(f"{chosen.name} cannot be made of a data set")
     return (*chosen.write(dataset, folder, context), *left_out_of_dataset(dataset, chosen.holds))
@@ -163,16 +165,15 @@ def _labels(source: Path) -> dict[str, pl.LazyFrame]:
 
 
 def _finish(
-    folder: Path, chosen: ExportFormat, source: Path, bssid_key: str | None, findings: tuple[Finding, ...]
+    folder: Folder, chosen: ExportFormat, source: Path, bssid_key: str | None, findings: tuple[Finding, ...]
 ) -> ExportRecord:
     """Write the record, which marks the folder as an export and tells what was left out."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
     record = ExportRecord(
         format=chosen.name,
         source=source.resolve().name,
         bssid_key=bssid_key,
         findings=findings,
-        files={path.relative_to(folder).as_posix(): sha256_of(path) for path in files},
+        files={name: sha256_of(folder / name) for name in listed_files(folder.path)},
     )
-    (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    folder.write(RECORD_FILE, record.model_dump_json(indent=1) + "\n")
     return record

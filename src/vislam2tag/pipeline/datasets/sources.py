@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.model import DatasetSource, FloorInfo
@@ -57,7 +58,7 @@ def open_sources(
     buildings: Sequence[str],
     surveys: Sequence[Path | None],
     named: Sequence[Path],
-    scratch: Path,
+    scratch: Folder,
 ) -> tuple[LabelledSource, ...]:
     """Open output folders of ``process``; ``surveys`` are the raw ones they were made of, where known, for the plans.
 
@@ -75,13 +76,15 @@ def open_sources(
     opened = [open_labelled(out) for out in outs]
     found = []
     for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True)):
-        floors, plans = (labelled.floors, {}) if survey is None else _of_survey(survey, labelled, scratch / str(i))
+        floors, plans = (
+            (labelled.floors, {}) if survey is None else _of_survey(survey, labelled, scratch.folder(str(i)))
+        )
         found.append(LabelledSource(labelled, building, floors, plans, survey, folder))
     return tuple(found)
 
 
 def _of_survey(
-    survey: Path, labelled: LabelledSurvey, scratch: Path
+    survey: Path, labelled: LabelledSurvey, scratch: Folder
 ) -> tuple[tuple[FloorRecord, ...], dict[int, Path]]:
     """Find the plans of a survey, and where its floors lie on earth.
 
