@@ -13,13 +13,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import polars as pl
 from scipy.spatial.transform import Rotation
 
 from vislam2tag.common.files.archives import folder_of
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.clock_alignment import LEAST_OVERLAP_S, ClockAlignment, align_by_motion
 from vislam2tag.sessions.companions.clocks import by_acceleration
@@ -78,15 +78,15 @@ def aligned(theirs: Sample, ours: Sample) -> ClockAlignment:
 def real_walks(paths: list[Path]) -> Iterator[pl.DataFrame]:
     """Sensors of each trace."""
     for path in paths:
-        with TemporaryDirectory() as scratch:
-            for file in sorted(folder_of(path, Path(scratch)).rglob("path_data_files/*.txt")):
+        with scratch_folder() as scratch:
+            for file in sorted(folder_of(path, scratch).rglob("path_data_files/*.txt")):
                 yield parse_trace(file.read_bytes(), file.name).sensors
 
 
 def simulated_walks() -> Iterator[pl.DataFrame]:
     """Sensors of generated walks, a survey of two for each seed."""
     for seed in range(SEEDS):
-        with TemporaryDirectory() as scratch:
+        with scratch_folder() as scratch:
             survey = Path(scratch) / "survey"
             simulate(regular_survey(seed, "none", (0,), ("LG", "OnePlus"), 1, WALK_S), survey, WritingOptions())
             for ref in open_survey(survey).sessions:

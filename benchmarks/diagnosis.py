@@ -20,14 +20,13 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import partial
 from itertools import combinations
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import polars as pl
 from data_sets import SHARED
 from PIL import Image
 
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
@@ -279,9 +278,9 @@ def _logged(scenario: Scenario, planned: PlannedSession, environment: RadioEnvir
 
 def _inside(floor: SimulatedFloor) -> Inside:
     """Where can be walked by the plan as it is drawn."""
-    with TemporaryDirectory() as folder:
-        draw_plan(floor, Path(folder) / "plan.png")
-        image = np.asarray(Image.open(Path(folder) / "plan.png"))
+    with scratch_folder() as folder:
+        draw_plan(floor, folder, "plan.png")
+        image = np.asarray(Image.open(folder / "plan.png"))
     return walkable_space(FloorPlan((0.0, floor.width_m, 0.0, floor.height_m), image)).inside
 
 

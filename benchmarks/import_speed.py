@@ -21,6 +21,7 @@ import polars as pl
 from measure import seconds, vislam2tag, watched
 
 from vislam2tag.common.files.archives import folder_of
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 
@@ -41,7 +42,7 @@ def main() -> None:
         importing = watched(vislam2tag, "import", str(wide), "--out", str(folder / "set")).resident_mb
         print(f"peak memory: polars.read_csv {parsing:.0f} MB, vislam2tag import {importing:.0f} MB")
         if len(sys.argv) > 1:
-            floor = folder_of(Path(sys.argv[1]), folder) / "site2" / "F4"
+            floor = folder_of(Path(sys.argv[1]), Folder.at(folder)) / "site2" / "F4"
             few, many = (watched(_import_floors, floor, folder, count).resident_mb for count in FLOORS)
             print(f"peak memory: {few:.0f} MB for {FLOORS[0]} floors, {many:.0f} MB for {FLOORS[1]} floors of traces")
 
@@ -64,7 +65,7 @@ def _parse(path: Path) -> None:
 
 def _import(path: Path, folder: Path) -> None:
     with tempfile.TemporaryDirectory() as scratch:
-        write_dataset(import_format_of(path).read(path, ImportContext(Path(scratch))), folder / "tables")
+        write_dataset(import_format_of(path).read(path, ImportContext(Folder.at(Path(scratch)))), folder / "tables")
 
 
 def _run(code: str) -> None:

@@ -9,12 +9,12 @@ way counts: the way walked up to the tap against the share of the time. Walks of
 from __future__ import annotations
 
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from vislam2tag.common.files.archives import folder_of
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.dataset.formats.ilc20.site_folders import find_sites
@@ -27,8 +27,8 @@ SPANS_S = ((0, 7), (7, 10), (10, 14), (14, 30))
 
 def main() -> None:
     """Print errors and what sigma says of them, by the time between the taps kept."""
-    with tempfile.TemporaryDirectory() as scratch:
-        traces = find_sites(folder_of(Path(sys.argv[1]), Path(scratch))).traces
+    with scratch_folder() as scratch:
+        traces = find_sites(folder_of(Path(sys.argv[1]), scratch)).traces
         walks = [parse_trace(ref.path.read_bytes(), ref.path.name).taps for ref in traces]
     span_s, error_m, stated_m = np.concatenate([_errors(taps) for taps in walks if len(taps.time_ns) > 2]).T
     for low, high in (*SPANS_S, (0, 30)):

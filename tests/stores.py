@@ -22,6 +22,7 @@ import pytest
 
 from tests.azurite import SERVER
 from tests.gcs_server import command as gcs_server
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.store import Store
 from vislam2tag.common.files.store_connection import connection_to
 from vislam2tag.pipeline.run.output_store import LOGS
@@ -70,8 +71,7 @@ class Bucket:
         store = self.store(name)
         for file in store.list():
             if not file.name.startswith(f"{LOGS}/"):
-                (folder / file.name).parent.mkdir(parents=True, exist_ok=True)
-                store.fetch(file.name, folder / file.name)
+                store.fetch(file.name, Folder.at(folder), file.name)
         return folder
 
     def fail(self, *faults: Fault) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
@@ -60,7 +61,7 @@ def _reader(name: str, base: str, files: tuple[str, ...], work: Callable[[Run], 
 
 
 def _import(folder: Path, out: Path) -> None:
-    dataset = import_format_of(folder).read(folder, ImportContext(out))
+    dataset = import_format_of(folder).read(folder, ImportContext(Folder.at(out)))
     try:
         pl.collect_all(dataset.tables.values())
     except pl.exceptions.PolarsError as error:  # as where the data set is written

@@ -13,6 +13,7 @@ from polars.testing import assert_frame_equal
 
 from tests.dataset.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, OutputError
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.dataset.folder import MANIFEST, dataset_folder, is_dataset, open_dataset, sha256_of, write_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
@@ -42,7 +43,7 @@ def test_same_set_same_bytes(tmp_path: Path) -> None:
     for name in ("a", "b"):
         write_dataset(with_split(small_dataset()), tmp_path / name)
     files = sorted(path.relative_to(tmp_path / "a") for path in (tmp_path / "a").rglob("*") if path.is_file())
-    assert len(files) == 7
+    assert len(files) == 8
     assert all((tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes() for file in files)
 
 
@@ -80,6 +81,7 @@ def test_labels_are_replaced_only_when_told_and_a_survey_never(tmp_path: Path) -
     target = tmp_path / "labels"
     target.mkdir()
     (target / "run.json").write_text('{"program": "vislam2tag"}')
+    (target / OWN_FILES).write_text(OwnFiles.of(["run.json"]).text())
     with pytest.raises(OutputError, match="holds what `vislam2tag process` wrote; give --replace"):
         write_as(target, "dataset")
     (target / "floor_1" / "LG" / "first").mkdir(parents=True)

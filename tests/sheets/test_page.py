@@ -10,6 +10,7 @@ import pypdfium2
 import pytest
 
 from tests.sheets.printed import printed
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.page import MISSING, SheetPage, printable, write_pdf
 from vislam2tag.sheets.page_layout import largest_width_m, page_layout
@@ -25,9 +26,9 @@ def sheet(request: SheetRequest, paper: str = "A4", width_m: float | None = None
 
 
 def written(folder: Path, *sheets: SheetPage) -> Path:
-    path = folder / "sheets.pdf"
-    write_pdf(path, sheets, {one.request.landmark: dead_leaves_picture(0, one.request.landmark) for one in sheets})
-    return path
+    images = {one.request.landmark: dead_leaves_picture(0, one.request.landmark) for one in sheets}
+    write_pdf(Folder.at(folder), "sheets.pdf", sheets, images)
+    return folder / "sheets.pdf"
 
 
 @pytest.mark.parametrize("paper", list(SHEET_SIZES))

@@ -15,6 +15,7 @@ from PIL import Image
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import silent
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
@@ -58,7 +59,7 @@ def test_the_phone_finds_each_image_with_its_width(images: list[LandmarkImage], 
             assert loaded.mode == "L"
             np.testing.assert_array_equal(np.array(loaded), image.pixels)
     assert sorted(bytes_of(tmp_path / "out")) == sorted(
-        ["sheets.pdf", "sheets.json", "images/manifest.csv", *(one.file for one in record.images)]
+        [OWN_FILES, "sheets.pdf", "sheets.json", "images/manifest.csv", *(one.file for one in record.images)]
     )
 
 

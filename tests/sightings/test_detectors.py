@@ -10,6 +10,7 @@ import pytest
 import segno
 
 from tests.sheets.printed import printed
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.features import GreyImage
@@ -169,7 +170,7 @@ def test_a_printed_tag_tells_where_the_picture_beside_it_is(tmp_path: Path) -> N
     size = SHEET_SIZES["A4"]
     layout = page_layout(size, largest_width_m(size, 1.0), 1.0, "12")
     sheet = SheetPage(SheetRequest("12", "Main", 1), layout, 12)
-    write_pdf(tmp_path / "sheets.pdf", [sheet], {"12": dead_leaves_picture(0, "12")})
+    write_pdf(Folder.at(tmp_path), "sheets.pdf", [sheet], {"12": dead_leaves_picture(0, "12")})
     (tmp_path / "tags.csv").write_text(tag_rows({"12": sheet_tag(12, layout)}), encoding="utf-8")
     page = printed(tmp_path / "sheets.pdf", dpi=101.6).shown  # 4 px a millimetre
     detector = SheetTagDetector(read_tags(tmp_path))

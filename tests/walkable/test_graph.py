@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from tests.walkable.hand_made import CORRIDOR, DOORS_X, plan, rectangles
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.simulation.building.building import draw_plan, make_building
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.survey.plans.model import FloorPlan
@@ -70,9 +71,9 @@ def test_a_turn_and_a_junction() -> None:
 @pytest.mark.parametrize("seed", [1, 5])
 def test_lengths_on_a_generated_floor_are_true(seed: int, tmp_path_factory: pytest.TempPathFactory) -> None:
     floor = make_building(BuildingSettings(), seed).floors[0]
-    path = tmp_path_factory.mktemp("plan") / "plan.png"
-    draw_plan(floor, path)
-    image = np.asarray(Image.open(path).convert("RGB"))
+    folder = Folder.at(tmp_path_factory.mktemp("plan"))
+    draw_plan(floor, folder, "plan.png")
+    image = np.asarray(Image.open(folder / "plan.png").convert("RGB"))
     space = walkable_space(FloorPlan((0, floor.width_m, 0, floor.height_m), image))
     assert space.inside(floor.nodes).all()
     graph = corridor_graph(space)

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, first_line
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain, read_bytes, read_json
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.files.whole_folder import restore, whole_folder
@@ -133,16 +134,22 @@ def refuse_unless_replaced(folder: Path, maker: str | None, replace: bool) -> No
 class FolderWriter:
     """Writes the parts of a data set; :meth:`finish` comes last and writes the manifest."""
 
-    root: Path
+    out: Folder
     command: str = ""
     """What the manifest says made the data set; empty: as it says already."""
+
+    @property
+    def root(self) -> Path:
+        """Path of the folder, for reading."""
+        return self.out.path
 
     def add_tables(self, tables: Mapping[str, pl.LazyFrame]) -> None:
         """Stream each table to its Parquet file; rows keep their order."""
         for name, table in tables.items():
             write_parquet(
                 table,
-                self.root / f"{name}.parquet",
+                self.out,
+                f"{name}.parquet",
                 compression="zstd",
                 row_group_size=_WINDOWS_A_GROUP if name == IMU_WINDOWS else _ROWS_A_GROUP,
                 metadata={"vislam2tag": _table_metadata(name)},
@@ -150,17 +157,15 @@ class FolderWriter:
 
     def add_splits(self, splits: Mapping[str, Split]) -> None:
         """Write each split as ``splits/NAME.parquet`` (id, group) and ``splits/NAME.json`` (how, and its folds)."""
-        (self.root / SPLITS).mkdir(exist_ok=True)
         for name, split in splits.items():
-            write_parquet(split.groups, self.root / SPLITS / f"{name}.parquet", compression="zstd")
-            (self.root / SPLITS / f"{name}.json").write_text(_json(split.info), encoding="utf-8")
+            table, description = split_files(name)
+            write_parquet(split.groups, self.out, table, compression="zstd")
+            self.out.write(description, _json(split.info))
 
     def add_files(self, files: Mapping[str, AnyPath]) -> None:
         """Copy further files to their paths in the folder."""
         for relative, source in files.items():
-            target = self.root / relative
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(read_bytes(Path(source)))
+            self.out.copy(Path(source), relative)
 
     def finish(self, info: DatasetInfo) -> DatasetInfo:
         """Write the manifest with each file's rows, size and checksum, and return it."""
@@ -170,7 +175,14 @@ class FolderWriter:
         }
         maker = self.command or info.made_by
         whole = info.model_copy(update={"tables": tables, "splits": splits, "made_by": maker})
-        (self.root / MANIFEST).write_text(_json(whole), encoding="utf-8")
+        self.out.write(MANIFEST, _json(whole))
+        return whole
+
+    def list_split(self, info: DatasetInfo, name: str) -> DatasetInfo:
+        """Write the manifest with one split more, whose files are there, and return it."""
+        splits = {**info.splits, name: self._account(split_files(name)[0])}
+        whole = info.model_copy(update={"splits": dict(sorted(splits.items()))})
+        self.out.write(MANIFEST, _json(whole))
         return whole
 
     def opened(self, info: DatasetInfo) -> Dataset:
@@ -185,6 +197,17 @@ class FolderWriter:
         path = self.root / relative
         rows = int(scan_parquet(path).select(pl.len()).collect().item())
         return TableAccount(file=relative, rows=rows, size_bytes=path.stat().st_size, sha256=_kept_sha256(path))
+
+
+def split_files(name: str) -> tuple[str, str]:
+    """Where a split's table and its description are in a data set's folder."""
+    return f"{SPLITS}/{name}.parquet", f"{SPLITS}/{name}.json"
+
+
+def listed_files(folder: Path) -> list[str]:
+    """Paths of the files below a folder that a list of its content names, sorted: all but hidden ones."""
+    found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    return sorted(path.as_posix() for path in found if not any(part.startswith(".") for part in path.parts))
 
 
 def sha256_of(path: Path) -> str:

@@ -13,6 +13,7 @@ from typing import Literal, Protocol, TypeVar
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import MOST_UNPACKED, archives_in, check_archive
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
@@ -27,7 +28,7 @@ _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")
 class ImportContext:
     """What a reader is given besides the path."""
 
-    scratch: Path
+    scratch: Folder
     """An empty folder for intermediate tables that the data set scans; it outlives the data set's use."""
     origin: tuple[float, float] | None = None
     """Latitude and longitude, degrees, where metres count from, for formats whose positions are geographic."""
@@ -73,7 +74,7 @@ class ExportContext:
 class Writer(Protocol):
     """Writes one format from a data set."""
 
-    def __call__(self, dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    def __call__(self, dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
         """Write into an empty folder; return what could not be written, counted.
 
         Raises DatasetError where the set has nothing that this format can hold.
@@ -84,7 +85,7 @@ class Writer(Protocol):
 class LabelsWriter(Protocol):
     """Writes one format from the folder that ``process`` wrote."""
 
-    def __call__(self, labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    def __call__(self, labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
         """Write into an empty folder; return what could not be written, counted."""
         ...
 

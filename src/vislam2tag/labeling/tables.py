@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import has_position
@@ -102,7 +102,7 @@ def trajectory_of(table: pl.DataFrame) -> Trajectory:
     )
 
 
-def write_table(table: pl.DataFrame, name: str, strategy: str, path: Path) -> None:
+def write_table(table: pl.DataFrame, name: str, strategy: str, folder: Folder, file: str) -> None:
     """Write one Parquet file with metadata that names frame, units, stage and version."""
     metadata = {
         "frame": "BCS of the floor",
@@ -111,7 +111,7 @@ def write_table(table: pl.DataFrame, name: str, strategy: str, path: Path) -> No
         "version": __version__,
     }
     text = json.dumps(metadata, sort_keys=True)
-    write_parquet(table, path, compression="snappy", metadata={"vislam2tag": text})
+    write_parquet(table, folder, file, compression="snappy", metadata={"vislam2tag": text})
 
 
 def _keyed(key: SessionKey, name: str, frame: pl.DataFrame) -> pl.DataFrame:

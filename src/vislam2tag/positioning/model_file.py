@@ -21,7 +21,7 @@ from safetensors.numpy import save as packed
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import ModelError, UsageError, first_line
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import AnyArray
@@ -79,8 +79,7 @@ class SavedModel:
 
 def save_model(saved: SavedModel, path: AnyPath) -> None:
     """Write the file, whole or not at all; raises OutputError where it cannot be written."""
-    with whole_file(Path(path)) as place:
-        place.write_bytes(model_bytes(saved))
+    write_file(Path(path), model_bytes(saved))
 
 
 def model_bytes(saved: SavedModel) -> bytes:

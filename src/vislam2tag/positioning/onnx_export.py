@@ -23,7 +23,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.extras import import_extra
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.positioning.registry import Positioner
 
 INPUT = "level_dbm"
@@ -52,8 +52,7 @@ def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = 
     }
     for key, value in (known | dict(about or {})).items():
         graph.metadata_props.add(key=key, value=value)
-    with whole_file(path) as place:
-        place.write_bytes(graph.SerializeToString(deterministic=True))
+    write_file(path, graph.SerializeToString(deterministic=True))
 
 
 def _module(model: Positioner) -> Any:

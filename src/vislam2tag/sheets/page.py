@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -16,6 +17,7 @@ from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.sheets.features import GreyImage
 from vislam2tag.sheets.page_layout import SCALE_BAR_M, Box, PageLayout
@@ -180,25 +182,28 @@ def _text(canvas: Canvas, text: str, left_m: float, low_m: float, font: str, siz
 
 
 def write_pdf(
-    path: Path,
+    folder: Folder,
+    name: str,
     sheets: Sequence[SheetPage],
     images: Mapping[str, GreyImage],
     progress: Progress[str] = silent,
 ) -> None:
     """Write a page for each sheet with its image (height, width); raises OSError where that cannot be."""
     rl_config.useA85 = 0  # images as bytes, not as text a quarter longer
-    canvas = Canvas(str(path), invariant=1, pageCompression=1)
+    content = io.BytesIO()
+    canvas = Canvas(content, invariant=1, pageCompression=1)
     canvas.setTitle("Landmarks")
     canvas.setViewerPreference("PrintScaling", "None")
     readers: dict[str, ImageReader] = {}
     for sheet in sheets:
-        name = sheet.request.landmark
-        if name not in readers:
-            readers[name] = ImageReader(Image.fromarray(images[name]))
+        landmark = sheet.request.landmark
+        if landmark not in readers:
+            readers[landmark] = ImageReader(Image.fromarray(images[landmark]))
         canvas.bookmarkPage(f"page {canvas.getPageNumber()}")
         canvas.addOutlineEntry(
-            printable(f"{sheet.place}: {name}" if sheet.place else name), f"page {canvas.getPageNumber()}"
+            printable(f"{sheet.place}: {landmark}" if sheet.place else landmark), f"page {canvas.getPageNumber()}"
         )
-        draw_page(canvas, sheet, readers[name])
-        progress(name, len(sheets))
+        draw_page(canvas, sheet, readers[landmark])
+        progress(landmark, len(sheets))
     canvas.save()
+    folder.write(name, content.getvalue())

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.finding_kinds import FindingKind
@@ -174,22 +175,22 @@ def sheets_record(
 
 
 def write_sheets(
-    folder: Path,
+    folder: Folder,
     record: SheetsRecord,
     sheets: Sequence[SheetPage],
     images: Sequence[LandmarkImage],
     progress: Progress[str] = silent,
 ) -> None:
     """Write PDF, images, manifest and record into an empty folder; raises OSError where that cannot be."""
-    (folder / IMAGE_FOLDER).mkdir()
     for image, row in zip(images, record.images, strict=True):
-        Image.fromarray(image.pixels).save(folder / row.file, optimize=True)
-    _write_manifest(folder / IMAGE_FOLDER / MANIFEST_FILE, record.images)
+        with folder.writing(row.file) as file:
+            Image.fromarray(image.pixels).save(file, "PNG", optimize=True)
+    folder.write(f"{IMAGE_FOLDER}/{MANIFEST_FILE}", _manifest_rows(record.images))
     tags = _tags(sheets)
     if tags:
-        (folder / IMAGE_FOLDER / TAG_FILE).write_text(tag_rows(tags), encoding="utf-8", newline="")
-    write_pdf(folder / PDF_FILE, sheets, {image.landmark: image.pixels for image in images}, progress)
-    (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        folder.write(f"{IMAGE_FOLDER}/{TAG_FILE}", tag_rows(tags))
+    write_pdf(folder, PDF_FILE, sheets, {image.landmark: image.pixels for image in images}, progress)
+    folder.write(RECORD_FILE, record.model_dump_json(indent=1) + "\n")
 
 
 def _tags(sheets: Sequence[SheetPage]) -> dict[str, SheetTag]:
@@ -232,10 +233,10 @@ def image_widths(folder: Path) -> dict[str, float]:
     return widths
 
 
-def _write_manifest(path: Path, images: Sequence[ImageRecord]) -> None:
-    """Write what a phone loads: ``id,file,width_m``, one row an image, UTF-8, quoted as RFC 4180 says."""
+def _manifest_rows(images: Sequence[ImageRecord]) -> str:
+    """What a phone loads: ``id,file,width_m``, one row an image, UTF-8, quoted as RFC 4180 says."""
     rows = ((image.landmark, Path(image.file).name, f"{image.width_m:g}") for image in images)
-    path.write_text(csv_rows((("id", "file", "width_m"), *rows)), encoding="utf-8", newline="")
+    return csv_rows((("id", "file", "width_m"), *rows))
 
 
 def _notes(sheets: Sequence[SheetPage], images: Sequence[LandmarkImage]) -> list[Finding]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
@@ -47,6 +48,7 @@ STALE_SHARE = 0.04
 """Share of lost access points whose row is repeated at severity 1."""
 STATION_FILE = "tachymeter/20220214_Tracking.csv"
 SCRIPT_FILE = "script.txt"
+PLAN_FILE = "floorplan.jpg"
 BESIDE = ("truth", "station", "fixes")
 """Roles of files that no phone writes."""
 TRACKED = ("poses", "landmarks")
@@ -93,7 +95,8 @@ def simulate(
         raise UsageError("sessions in the phone app's format have no traps, only the site's files do")
     try:
         _check_empty(out)
-        _write_site(scenario, out, chosen)
+        folder = Folder.at(out)
+        _write_site(scenario, folder, chosen)
         radio = RadioSettings(stale_share=STALE_SHARE * scenario.severity)
         environment = make_radio_environment(scenario.building, radio, scenario.place_seed)
         beacons = make_beacons(scenario.building, scenario.place_seed) if scenario.ble else None
@@ -104,9 +107,9 @@ def simulate(
                     session, fixes=simulate_fixes(session.walk, stream(scenario.seed, "fixes", planned.key))
                 )
             if chosen.layout is SessionLayout.PHONE:
-                _write_phone_session(session, planned, scenario.seed, out, chosen)
+                _write_phone_session(session, planned, scenario.seed, folder, chosen)
             else:
-                _write_session(session, planned.key, out, chosen)
+                _write_session(session, planned.key, folder, chosen)
             progress(planned.key, len(scenario.sessions))
     except OSError as error:
         raise OutputError(f"{out}: cannot be written: {error}") from error
@@ -165,7 +168,7 @@ def _check_empty(out: Path) -> None:
         raise OutputError(f"{out}: exists and is not an empty folder; name a new one or empty it")
 
 
-def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
+def _write_site(scenario: Scenario, out: Folder, options: WritingOptions) -> None:
     """Write the files of the building, ``simulation.json`` and, where one is used, the station's own shots."""
     building = scenario.building
     presses = any(planned.presses for planned in scenario.sessions)
@@ -179,10 +182,9 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
         files[f"floor_{number}/{STATION_FILE}"] = _station_shots(simulated_floor(scenario, number), scenario.seed)
     _write_files(out, {path: text for path, text in files.items() if not left_out(path, options.traps)})
     for floor in building.floors:
-        plan = out / f"floor_{floor.number}" / "floorplan.jpg"
-        plan.parent.mkdir(exist_ok=True)
-        if scenario.site is None and not left_out(plan.name, options.traps):
-            draw_plan(floor, plan)
+        own = out.folder(f"floor_{floor.number}").make()
+        if scenario.site is None and not left_out(PLAN_FILE, options.traps):
+            draw_plan(floor, own, PLAN_FILE)
 
 
 def _station_shots(floor: SimulatedFloor, seed: int) -> bytes:
@@ -229,10 +231,11 @@ NO_COLONS = os.name == "nt"
 """The published names of sessions hold colons, which file names on Windows cannot."""
 
 
-def _write_session(session: SimulatedSession, key: SessionKey, out: Path, options: WritingOptions) -> None:
+def _write_session(session: SimulatedSession, key: SessionKey, out: Folder, options: WritingOptions) -> None:
     names = PAPER_NAMES if options.paper_names else PUBLISHED_NAMES
     text = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
-    folder = out / f"floor_{key.floor}" / key.device / (session_name(key) if NO_COLONS else key.session)
+    name = session_name(key) if NO_COLONS else key.session
+    folder = out.folder(f"floor_{key.floor}/{key.device}/{name}")
     _write_files(folder, {names[role]: content for role, content in text.items() if _written(session, role)})
 
 
@@ -242,7 +245,7 @@ def _written(session: SimulatedSession, role: str) -> bool:
 
 
 def _write_phone_session(
-    session: SimulatedSession, planned: PlannedSession, seed: int, out: Path, options: WritingOptions
+    session: SimulatedSession, planned: PlannedSession, seed: int, out: Folder, options: WritingOptions
 ) -> None:
     key = planned.key
     log = phone_log(session, key, seed)
@@ -252,14 +255,12 @@ def _write_phone_session(
         beside[SCRIPT_FILE] = phone_script(log, key, planned.boot_unix_ns)
     if session.fixes is not None:
         files = {name: text for name, text in files.items() if name not in PHONE_TRACKED}
-    _write_files(out / f"floor_{key.floor}" / key.device / session_name(key), files | beside)
+    _write_files(out.folder(f"floor_{key.floor}/{key.device}/{session_name(key)}"), files | beside)
 
 
-def _write_files(folder: Path, files: dict[str, bytes]) -> None:
+def _write_files(folder: Folder, files: dict[str, bytes]) -> None:
     for name, content in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+        folder.write(name, content)
 
 
 def simulated_floor(scenario: Scenario, number: int) -> SimulatedFloor:

@@ -15,6 +15,7 @@ import pytest
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.format_registry import import_format_of
 
 
@@ -39,9 +40,9 @@ def test_folder_file_and_archives_show_the_same_names(tmp_path: Path) -> None:
     for path in (folder, tar(tmp_path / "a.tar.xz", "in/a.csv"), tmp_path / "a.ZIP"):
         assert [str(name) for name in names_in(path)] == ["in/a.csv"]
         scratch = tmp_path / f"scratch-{path.name}"
-        assert (folder_of(path, scratch) / "in" / "a.csv").read_text() == "x"
+        assert (folder_of(path, Folder.at(scratch)) / "in" / "a.csv").read_text() == "x"
     assert [str(name) for name in names_in(folder / "in" / "a.csv")] == ["a.csv"]
-    assert folder_of(folder / "in" / "a.csv", tmp_path) == folder / "in"
+    assert folder_of(folder / "in" / "a.csv", Folder.at(tmp_path)) == folder / "in"
 
 
 def test_a_folder_that_holds_only_an_archive_means_the_archive(tmp_path: Path) -> None:
@@ -49,12 +50,12 @@ def test_a_folder_that_holds_only_an_archive_means_the_archive(tmp_path: Path) -
     (tmp_path / "data" / "LICENSE").write_text("MIT")
     tar(tmp_path / "data" / "a.tar.xz", "a.csv")
     assert [str(name) for name in names_in(tmp_path / "data")] == ["a.csv"]
-    assert (folder_of(tmp_path / "data", tmp_path / "scratch") / "a.csv").is_file()
+    assert (folder_of(tmp_path / "data", Folder.at(tmp_path / "scratch")) / "a.csv").is_file()
 
 
 def test_nothing_is_written_outside(tmp_path: Path) -> None:
     tar(tmp_path / "a.tar.xz", "../evil", "/tmp/evil", "good")
-    folder = folder_of(tmp_path / "a.tar.xz", tmp_path / "scratch")
+    folder = folder_of(tmp_path / "a.tar.xz", Folder.at(tmp_path / "scratch"))
     assert [path.name for path in folder.rglob("*")] == ["good"]
     assert not (tmp_path / "scratch" / "evil").exists()
 
@@ -64,7 +65,7 @@ def test_a_damaged_archive_is_told(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"no archive")
     assert list(names_in(tmp_path / name)) == []
     with pytest.raises(DatasetError, match=f"{name}: cannot be unpacked"):
-        folder_of(tmp_path / name, tmp_path)
+        folder_of(tmp_path / name, Folder.at(tmp_path))
 
 
 def zip_of(path: Path, content: bytes = b"x" * 100, method: int = zipfile.ZIP_STORED) -> bytearray:
@@ -136,7 +137,7 @@ def test_a_zip_that_lies_is_one_message(tmp_path: Path, lie: Callable[[bytearray
     path.write_bytes(data)
     list(names_in(path))
     with pytest.raises(DatasetError, match=rf"a\.zip: cannot be unpacked \(.*{said}") as caught:
-        folder_of(path, tmp_path / "scratch")
+        folder_of(path, Folder.at(tmp_path / "scratch"))
     assert len(str(caught.value).splitlines()) == 1
 
 
@@ -151,7 +152,7 @@ def test_an_archive_that_cannot_be_listed_is_not_called_unknown(tmp_path: Path) 
 def test_a_tar_s_name_that_is_no_utf8_is_told(tmp_path: Path) -> None:
     path = tar(tmp_path / "a.tar.xz", "\udcff.csv")
     with pytest.raises(DatasetError, match="is not UTF-8"):
-        folder_of(path, tmp_path / "scratch")
+        folder_of(path, Folder.at(tmp_path / "scratch"))
 
 
 def test_links_and_devices_in_a_tar_are_left_out(tmp_path: Path) -> None:
@@ -166,7 +167,7 @@ def test_links_and_devices_in_a_tar_are_left_out(tmp_path: Path) -> None:
         inside = tarfile.TarInfo("link/through.csv")
         inside.size = 1
         archive.addfile(inside, io.BytesIO(b"x"))
-    folder = folder_of(tmp_path / "a.tar", tmp_path / "scratch")
+    folder = folder_of(tmp_path / "a.tar", Folder.at(tmp_path / "scratch"))
     assert [path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")] == ["link/through.csv"]
     assert not (tmp_path / "through.csv").exists()
 
@@ -180,7 +181,7 @@ def test_unpacking_ends_at_its_limit(tmp_path: Path) -> None:
         archive.addfile(member, io.BytesIO(bytes(5_000_000)))
     for name in ("a.zip", "a.tar.gz"):
         with pytest.raises(DatasetError, match=r"unpacks to more than 0\.003 GB; raise --max-unpacked-gb"):
-            folder_of(tmp_path / name, tmp_path, 3_000_000)
+            folder_of(tmp_path / name, Folder.at(tmp_path), 3_000_000)
         unpacked = sum(path.stat().st_size for path in (tmp_path / "unpacked").rglob("*"))
         assert unpacked <= 3_000_000 + (1 << 20)
         shutil.rmtree(tmp_path / "unpacked")
@@ -190,7 +191,7 @@ def test_folders_within_folders_have_a_limit(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "deep.zip", "w") as archive:
         archive.writestr("/".join(["d"] * 1500) + "/a.csv", "x")
     with pytest.raises(DatasetError, match="lies more than 100 folders deep"):
-        folder_of(tmp_path / "deep.zip", tmp_path / "scratch")
+        folder_of(tmp_path / "deep.zip", Folder.at(tmp_path / "scratch"))
     assert not (tmp_path / "scratch").exists()
 
 
@@ -203,9 +204,9 @@ def test_a_header_of_a_tar_as_long_as_memory_is_refused(tmp_path: Path) -> None:
         for _ in range(200):
             file.write(bytes(1_000_000))
     with pytest.raises(DatasetError, match="damaged or far too long"):
-        folder_of(tmp_path / "a.tar.gz", tmp_path / "scratch")
+        folder_of(tmp_path / "a.tar.gz", Folder.at(tmp_path / "scratch"))
 
 
 def test_no_such_path(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="no such file or folder"):
-        folder_of(tmp_path / "none", tmp_path)
+        folder_of(tmp_path / "none", Folder.at(tmp_path))

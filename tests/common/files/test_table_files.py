@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 import vislam2tag
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import (
     parquet_metadata,
     read_csv,
@@ -34,9 +35,9 @@ def test_a_path_names_one_file_whatever_its_characters(
     path, csv = Path(name, "t.parquet"), Path(name, "t.csv")
     table = read_csv(csv)
     assert table.rows() == scan_csv(csv).collect().rows() == [(6,)]
-    write_parquet(table, path, metadata={"who": "us"})
-    write_parquet(pl.LazyFrame({"n": [0]}), Path("ds1", "t.parquet"))
-    write_csv(table, Path(name, "again.csv"))
+    write_parquet(table, Folder.at(Path(name)), "t.parquet", metadata={"who": "us"})
+    write_parquet(pl.LazyFrame({"n": [0]}), Folder.at(Path("ds1")), "t.parquet")
+    write_csv(table, Folder.at(Path(name)), "again.csv")
     assert read_parquet(path).equals(table)
     assert scan_parquet(path).collect().equals(table)
     assert scan_parquet([path, path]).collect().rows() == [(6,), (6,)]

@@ -9,6 +9,7 @@ import pytest
 
 from tests.dataset.described import FULL
 from tests.dataset.factory import small_dataset
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.card.write import write_card
 from vislam2tag.dataset.description import read_description, with_description
@@ -21,7 +22,7 @@ FINDING = Finding(kind="cached_readings", file="a.csv", count=3, message="Given 
 
 def _written(target: Path, dataset: Dataset) -> Path:
     opened = write_dataset(dataset, target)
-    write_card(opened, dataset_statistics(opened), target)
+    write_card(opened, dataset_statistics(opened), Folder.at(target))
     return target
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.surveys import bytes_of
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.dataset.card.write import write_card
 from vislam2tag.dataset.description import read_description
 from vislam2tag.dataset.folder import open_dataset
@@ -24,7 +26,8 @@ def test_checksums_cover_every_file(described_set: Path) -> None:
     done = check(described_set)
     assert done.returncode == 0, done.stderr
     files = {path.relative_to(described_set).as_posix() for path in described_set.rglob("*") if path.is_file()}
-    assert {line.split(": ")[0] for line in done.stdout.splitlines()} == files - {"SHA256SUMS"}
+    assert OWN_FILES in files
+    assert {line.split(": ")[0] for line in done.stdout.splitlines()} == files - {"SHA256SUMS", OWN_FILES}
 
 
 def test_a_changed_file_is_found(described_set: Path, tmp_path: Path) -> None:
@@ -38,7 +41,7 @@ def test_the_same_set_gives_the_same_bytes(described_set: Path, tmp_path: Path) 
     before = bytes_of(described_set)
     copy = Path(shutil.copytree(described_set, tmp_path / "copy"))
     dataset = open_dataset(copy)
-    write_card(dataset, dataset_statistics(dataset), copy)
+    write_card(dataset, dataset_statistics(dataset), Folder.at(copy))
     assert bytes_of(copy) == before
 
 

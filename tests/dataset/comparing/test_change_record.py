@@ -5,6 +5,7 @@ from pathlib import Path
 import polars as pl
 
 from tests.dataset.changing import Survey, bssid, surveyed, usual_places
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.comparing.change_record import (
     NOTHING_COMPARED,
     RECORD,
@@ -20,7 +21,7 @@ def test_files_tell_what_the_tables_hold(tmp_path: Path) -> None:
     del places[8]
     changes = survey_changes(surveyed(Survey("base")), surveyed(Survey("later", places=places)), "wifi")
     record = survey_record("one", "two", [changes])
-    write_changes(tmp_path / "changes", record, [changes])
+    write_changes(Folder.at(tmp_path / "changes"), record, [changes])
     assert SurveyChanges.model_validate_json((tmp_path / "changes" / RECORD).read_bytes()) == record
     (technology,) = record.technologies
     assert [(point.bssid, point.change) for point in technology.changed] == [(bssid(8), VANISHED)]
@@ -38,7 +39,7 @@ def test_files_tell_what_the_tables_hold(tmp_path: Path) -> None:
 
 def test_nothing_to_compare_is_a_record_without_tables(tmp_path: Path) -> None:
     record = survey_record("one", "two", [])
-    write_changes(tmp_path / "changes", record, [])
+    write_changes(Folder.at(tmp_path / "changes"), record, [])
     assert [path.name for path in (tmp_path / "changes").iterdir()] == [RECORD]
 
 

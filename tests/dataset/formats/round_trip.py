@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from tests.dataset.factory import small_dataset
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.format_registry import ExportContext, ImportContext, export_named, import_named
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
@@ -25,15 +26,13 @@ Signature = tuple[int, float, float, str | None, tuple[tuple[str, float], ...]]
 
 def exported(dataset: Dataset, name: str, folder: Path, **context: str | bool) -> tuple[Finding, ...]:
     """Write a format; return its findings."""
-    folder.mkdir()
     writer = export_named(name).write
     assert writer is not None
-    return writer(dataset, folder, ExportContext(**context))  # type: ignore[arg-type]
+    return writer(dataset, Folder.at(folder), ExportContext(**context))  # type: ignore[arg-type]
 
 
 def imported(name: str, path: Path, scratch: Path) -> Dataset:
-    scratch.mkdir()
-    return import_named(name).read(path, ImportContext(scratch))
+    return import_named(name).read(path, ImportContext(Folder.at(scratch)))
 
 
 def through(dataset: Dataset, name: str, folder: Path, **context: str) -> Dataset:

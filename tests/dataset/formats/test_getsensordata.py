@@ -15,6 +15,7 @@ import pytest
 from tests.mutations import exaggerate, mutate
 from tests.sessions.getsensordata import BOOT_S, ORIGIN, OTHER, acce, posi, text, wifi
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.getsensordata.reading import read
@@ -28,7 +29,7 @@ def walk(*extra: str) -> bytes:
 
 
 def imported(path: Path, tmp_path: Path, origin: tuple[float, float] | None = None) -> Dataset:
-    return write_dataset(read(path, ImportContext(tmp_path / "scratch", origin)), tmp_path / "set")
+    return write_dataset(read(path, ImportContext(Folder.at(tmp_path / "scratch"), origin)), tmp_path / "set")
 
 
 def test_readings_in_metres_from_the_origin(tmp_path: Path) -> None:
@@ -99,7 +100,7 @@ def test_archives_and_folders_of_logs(tmp_path: Path) -> None:
 def test_wrong_files_are_told(tmp_path: Path, content: bytes, said: str) -> None:
     (tmp_path / "a.txt").write_bytes(content)
     with pytest.raises(DatasetError, match=said):
-        read(tmp_path, ImportContext(tmp_path / "scratch"))
+        read(tmp_path, ImportContext(Folder.at(tmp_path / "scratch")))
 
 
 def test_a_damaged_log_is_read_or_told(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from polars.testing import assert_frame_equal
 
 from tests.dataset.formats.round_trip import imported
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, export_named, import_format_of
@@ -29,10 +30,9 @@ KEY = b"0123456789abcdef"
 
 
 def exported(labels: Path, folder: Path, **context: object) -> tuple[Finding, ...]:
-    folder.mkdir()
     writer = export_named("gia").write_labels
     assert writer is not None
-    return writer(labels, folder, ExportContext(**context))  # type: ignore[arg-type]
+    return writer(labels, Folder.at(folder), ExportContext(**context))  # type: ignore[arg-type]
 
 
 def tables_of(folder: Path, name: str) -> list[Path]:

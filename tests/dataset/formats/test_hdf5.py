@@ -116,12 +116,13 @@ FULL_DISK = """
 import resource, sys
 import numpy as np
 from pathlib import Path
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.formats.hdf5.output_file import hdf5_file
 
 for most in (1, 1_000, 50_000, 200_000):
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
     try:
-        with hdf5_file(Path(sys.argv[1])) as file:
+        with hdf5_file(Folder.at(Path(sys.argv[1])), "a.h5") as file:
             made = file.create_dataset("X", (4, 25_000), np.float32, chunks=(1, 25_000), compression="gzip")
             for row in range(4):
                 made[row] = np.random.default_rng(row).random(25_000)
@@ -133,7 +134,8 @@ for most in (1, 1_000, 50_000, 200_000):
 
 def test_a_full_disk_is_one_error(tmp_path: Path) -> None:
     """The HDF5 library by itself ends the process; a greatest size of files stands for the disk."""
-    command = [sys.executable, "-c", FULL_DISK, str(tmp_path / "a.h5")]
+    command = [sys.executable, "-c", FULL_DISK, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines() == ["File too large"] * 4
+    assert not list(tmp_path.iterdir())

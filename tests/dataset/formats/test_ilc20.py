@@ -16,6 +16,7 @@ from tests.conftest import shared_folder
 from tests.mutations import exaggerate, mutate
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.ilc20.reading import read
@@ -30,14 +31,15 @@ T = 1574149352000
 @pytest.fixture(scope="module")
 def floor(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The real floor's folder."""
-    return folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", tmp_path_factory.mktemp("ilc20")) / "site2" / "F4"
+    scratch = Folder.at(tmp_path_factory.mktemp("ilc20"))
+    return folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", scratch) / "site2" / "F4"
 
 
 @pytest.fixture(scope="module")
 def mall(floor: Path, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     assert import_format_of(shared_folder("ilc20") / "site2-F4.tar.xz").name == "ilc20"
     assert import_format_of(floor).name == "ilc20"
-    return read(floor, ImportContext(tmp_path_factory.mktemp("scratch")))
+    return read(floor, ImportContext(Folder.at(tmp_path_factory.mktemp("scratch"))))
 
 
 def test_all_traces_of_the_real_floor(floor: Path, mall: Dataset) -> None:
@@ -111,7 +113,7 @@ def described(folder: Path, text: str = '{"map_info": {"width": 40, "height": 30
 
 
 def imported(path: Path, tmp_path: Path) -> Dataset:
-    return write_dataset(read(path, ImportContext(tmp_path / "scratch")), tmp_path / "set")
+    return write_dataset(read(path, ImportContext(Folder.at(tmp_path / "scratch"))), tmp_path / "set")
 
 
 def test_readings_lie_where_the_walker_was_when_they_were_received(tmp_path: Path) -> None:
@@ -244,6 +246,6 @@ def test_numbers_of_floors(name: str, number: int | None) -> None:
 def test_the_same_traces_make_the_same_bytes(tmp_path: Path) -> None:
     trace(tmp_path / "in" / "mall" / "F1" / "path_data_files", (0, 0, 0), (4000, 8, 4))
     for name in ("a", "b"):
-        write_dataset(read(tmp_path / "in", ImportContext(tmp_path / f"scratch-{name}")), tmp_path / name)
+        write_dataset(read(tmp_path / "in", ImportContext(Folder.at(tmp_path / f"scratch-{name}"))), tmp_path / name)
     for file in (tmp_path / "a").rglob("*.*"):
         assert file.read_bytes() == (tmp_path / "b" / file.relative_to(tmp_path / "a")).read_bytes()

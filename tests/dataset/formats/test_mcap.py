@@ -18,6 +18,7 @@ from PIL import Image
 
 from tests.dataset.formats.test_tum import with_covariances
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, export_named
 from vislam2tag.dataset.formats.mcap import foxglove_schemas
@@ -30,10 +31,9 @@ CHECKED = 50
 
 
 def exported(labels: Path, folder: Path, context: ExportContext | None = None) -> None:
-    folder.mkdir()
     writer = export_named("mcap").write_labels
     assert writer is not None
-    writer(labels, folder, context or ExportContext())
+    writer(labels, Folder.at(folder), context or ExportContext())
 
 
 def opened(path: Path) -> Messages:

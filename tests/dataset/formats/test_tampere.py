@@ -12,6 +12,7 @@ from sklearn.neighbors import NearestNeighbors
 
 from tests.conftest import shared_folder
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.tampere import read
 from vislam2tag.dataset.model import Dataset
@@ -25,7 +26,7 @@ FLOOR_OF_LEVELS_DBM = -105.0
 def tampere(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     path = shared_folder("tampere")
     assert import_format_of(path).name == "tampere"
-    return read(path, ImportContext(tmp_path_factory.mktemp("scratch")))
+    return read(path, ImportContext(Folder.at(tmp_path_factory.mktemp("scratch"))))
 
 
 def test_real_data_are_whole(tampere: Dataset) -> None:
@@ -76,7 +77,7 @@ def quartet(folder: Path, part: str = "Training", **changed: str) -> Path:
 
 
 def imported(folder: Path, tmp_path: Path) -> Dataset:
-    return read(folder, ImportContext(tmp_path / "scratch"))
+    return read(folder, ImportContext(Folder.at(tmp_path / "scratch")))
 
 
 def test_a_small_quartet(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 from evo.tools import file_interface  # type: ignore[import-untyped]
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, export_named
@@ -28,10 +29,9 @@ def with_covariances(labels: Path) -> Path:
 
 
 def exported(labels: Path, folder: Path) -> tuple[Finding, ...]:
-    folder.mkdir()
     writer = export_named("tum").write_labels
     assert writer is not None
-    return writer(labels, folder, ExportContext())
+    return writer(labels, Folder.at(folder), ExportContext())
 
 
 def test_evo_reads_every_walk(labels: Path, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 import rasterio
 from rasterio.warp import transform
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
@@ -22,9 +23,9 @@ HERE = Georeference(latitude_deg=50.78, longitude_deg=6.05, bearing_deg=30.0)
 
 
 def write(folder: Path, georeference: Georeference | None = None) -> Path:
-    path = folder / "map.tif"
-    write_geotiff(path, LAYERS, GRID, georeference, {"bssid": "00:11", "ssid": "Café <&> \U0001f600"})
-    return path
+    tags = {"bssid": "00:11", "ssid": "Café <&> \U0001f600"}
+    write_geotiff(Folder.at(folder), "map.tif", LAYERS, GRID, georeference, tags)
+    return folder / "map.tif"
 
 
 def test_values_lie_where_the_grid_has_them(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from tests.dataset.formats.round_trip import (
 )
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, export_formats, import_named
 from vislam2tag.dataset.model import Dataset
@@ -60,9 +61,8 @@ def sources(labels: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str,
 def tampere(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two walks of the Tampere quartet: the whole has 4648 fingerprints."""
     folder = tmp_path_factory.mktemp("tampere")
-    (folder / "scratch").mkdir()
     archive = shared_folder("tampere") / "tampere-2017-08-21.tar.xz"
-    whole = import_named("tampere").read(archive, ImportContext(folder / "scratch"))
+    whole = import_named("tampere").read(archive, ImportContext(Folder.at(folder / "scratch")))
     few = whole.sessions.select("session").head(2)
     ids = whole.fingerprints.join(few, on="session", how="semi").select("scan_id")
     tables = {

@@ -74,7 +74,7 @@ def test_statistics_that_cannot_be_read_are_told_before_anything_is_written(tmp_
     assert bytes_of(folder) == before
 
 
-@pytest.mark.parametrize("step", range(4))
+@pytest.mark.parametrize("step", range(5))
 def test_killed_at_any_step_the_set_is_whole_and_the_same_again_completes_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int
 ) -> None:
@@ -89,6 +89,7 @@ def test_killed_at_any_step_the_set_is_whole_and_the_same_again_completes_it(
         add_split(folder, made())
     monkeypatch.undo()
     assert set(open_dataset(folder).splits) - names in (set(), {"blocks"})
+    monkeypatch.setattr("vislam2tag.common.files.folder._swept", set())  # as in a new process
     add_split(folder, made())
     assert bytes_of(folder) == bytes_of(whole)
 
@@ -98,12 +99,30 @@ def _dying_at(step: int) -> Callable[..., None]:
     calls = iter(range(10))
     replace_file = os.replace
 
-    def call(*arguments: object) -> None:
+    def call(*arguments: object, **options: object) -> None:
         if next(calls) == step:
             raise KilledError
-        replace_file(*arguments)  # type: ignore[arg-type]
+        replace_file(*arguments, **options)  # type: ignore[arg-type]
 
     return call
+
+
+def test_an_added_split_goes_with_the_data_set_and_the_user_s_files_stay(tmp_path: Path) -> None:
+    folder = finished(tmp_path / "set")
+    (folder / "notes.txt").write_text("mine")
+    add_split(folder, made())
+    finished(folder)
+    assert not (folder / "splits" / "blocks.parquet").exists()
+    assert (folder / "notes.txt").read_text() == "mine"
+
+
+def test_a_split_takes_the_place_of_no_file_of_the_user_s(tmp_path: Path) -> None:
+    folder = finished(tmp_path / "set")
+    (folder / "splits" / "blocks.json").write_text("mine")
+    before = bytes_of(folder)
+    with pytest.raises(OutputError, match=r"blocks\.json: was not written by this program; move it away"):
+        add_split(folder, made())
+    assert bytes_of(folder) == before
 
 
 def test_one_command_at_a_time_changes_a_set(tmp_path: Path) -> None:

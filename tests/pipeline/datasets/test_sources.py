@@ -7,6 +7,7 @@ import pytest
 
 from tests.dataset.fingerprinting.test_labelled import RUN, write_out
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.model import FloorInfo
 from vislam2tag.pipeline.datasets.sources import LabelledSource, merged_floors, named_sessions, open_sources
 
@@ -15,7 +16,7 @@ def sources(folder: Path, *floors: dict[str, object], buildings: tuple[str, ...]
     """One source for each floor record given."""
     usual = {"number": 1, "name": "One", "elevation_m": None, "width_m": 60.0, "height_m": 30.0}
     outs = [write_out(folder / str(n), RUN | {"floors": [usual | floor]}) for n, floor in enumerate(floors)]
-    return open_sources(outs, buildings, [None] * len(outs), outs, folder / "scratch")
+    return open_sources(outs, buildings, [None] * len(outs), outs, Folder.at(folder / "scratch"))
 
 
 def test_floors_that_agree_are_one(tmp_path: Path) -> None:

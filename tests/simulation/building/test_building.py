@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import draw_plan, make_building
 from vislam2tag.simulation.building.sight import count_crossings
@@ -78,7 +79,7 @@ def test_adding_a_floor_changes_no_other() -> None:
 @pytest.mark.parametrize("name", ["floorplan.jpg", "floorplan.png"])
 def test_plan_covers_the_floor(tmp_path: Path, name: str) -> None:
     floor = make_building(BuildingSettings(width_m=50.0, height_m=30.0), 1).floors[0]
-    draw_plan(floor, tmp_path / name, 10.0)
+    draw_plan(floor, Folder.at(tmp_path), name, 10.0)
     with Image.open(tmp_path / name) as image:
         assert image.size == (500, 300)
         shades = np.asarray(image.convert("L"))

@@ -111,10 +111,9 @@ def _label(
 
 def _write(table: pl.DataFrame, path: Path) -> None:
     from vislam2tag.common.files.table_files import write_csv, write_parquet
-    from vislam2tag.common.files.whole_file import whole_file
+    from vislam2tag.common.files.whole_file import output_errors, place_of
 
-    with whole_file(path) as partial:
-        if path.suffix.lower() == ".parquet":
-            write_parquet(table, partial)
-        else:
-            write_csv(table, partial)
+    folder, name = place_of(path)
+    write = write_parquet if path.suffix.lower() == ".parquet" else write_csv
+    with output_errors(path):
+        write(table, folder, name)

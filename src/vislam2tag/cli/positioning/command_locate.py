@@ -145,14 +145,14 @@ def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None
 @contextmanager
 def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
     """Yield what takes text: standard output, or a file that is there when it is whole."""
-    from vislam2tag.common.files.whole_file import whole_file
+    from vislam2tag.common.files.whole_file import file_to_write
 
     if out is None:
         write = sys.stdout.write
         yield (lambda text: write(visible(text))) if sys.stdout.isatty() else write
         return
-    with whole_file(out) as place, place.open("w", encoding="utf-8", newline="") as stream:
-        yield stream.write
+    with file_to_write(out) as file:
+        yield lambda text: file.write(text.encode())
 
 
 def _print(found: LocatedScans, out: Path | None) -> None:

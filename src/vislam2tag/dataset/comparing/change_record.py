@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
@@ -119,14 +119,13 @@ def _counts(table: pl.DataFrame) -> dict[str, int]:
     return dict(table.group_by("change").len().sort("change").iter_rows())
 
 
-def write_changes(folder: Path, record: SurveyChanges, changes: Sequence[Changes]) -> None:
+def write_changes(folder: Folder, record: SurveyChanges, changes: Sequence[Changes]) -> None:
     """Write ``changes.json``, ``access_points.csv`` and ``places.csv``; what changed comes first, the most first."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / RECORD).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    folder.write(RECORD, record.model_dump_json(indent=1) + "\n")
     for name in ("access_points", "places"):
         tables = [getattr(one, name).with_columns(technology=pl.lit(one.technology)) for one in changes]
         if tables:
-            write_csv(escaped(_listed(pl.concat(tables))), folder / f"{name}.csv")
+            write_csv(escaped(_listed(pl.concat(tables))), folder, f"{name}.csv")
 
 
 def _listed(table: pl.DataFrame) -> pl.DataFrame:

@@ -14,6 +14,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.files.store import Store, store_at
 from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of, place_for
@@ -62,9 +63,8 @@ class LabelledSession:
             return
         with place_for(self.store) as root:
             tables = [self._path(table).relative_to(self.root) for table in SCHEMAS if self.has(table)]
-            for name in (Path(RESULTS, f"{self.slug}.json"), *tables):
-                (root / name).parent.mkdir(parents=True)
-                self.store.fetch(name.as_posix(), root / name)
+            for name in (f"{RESULTS}/{self.slug}.json", *(table.as_posix() for table in tables)):
+                self.store.fetch(name, Folder(root), name)
             yield LabelledSession(root, self.slug)
 
     def result(self) -> SessionResult:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
@@ -35,7 +35,7 @@ HOLDS = {
 _Floor = tuple[str, int]
 
 
-def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``fingerprints.geojson``, session by session.
 
     Raises DatasetError where no fingerprint has a position.
@@ -44,14 +44,14 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     used = set(fingerprints.select("building", "floor").unique().collect(engine="streaming").rows())
     known = {(floor.building, floor.number): floor.georeference for floor in dataset.info.floors if floor.georeference}
     georeferenced = used <= set(known)
-    with (folder / FILE).open("w", encoding="utf-8", newline="\n") as file:
-        file.write(_head(dataset, georeferenced=georeferenced))
+    with folder.writing(FILE) as file:
+        file.write(_head(dataset, georeferenced=georeferenced).encode())
         separator = ""
         for tables in labelled_by_session(dataset, fingerprints, context.progress):
             for feature in _features(tables, known if georeferenced else {}):
-                file.write(f"{separator}{feature}")
+                file.write(f"{separator}{feature}".encode())
                 separator = ",\n"
-        file.write("\n]}\n")
+        file.write(b"\n]}\n")
     return (*findings, *_not_georeferenced(used - set(known)))
 
 

@@ -18,6 +18,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.extras import import_extra
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
@@ -57,7 +58,7 @@ def foxglove_schemas() -> dict[str, Any]:
     return schemas
 
 
-def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write a file for each session that has a position; the others are counted.
 
     Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position, SurveyError
@@ -73,7 +74,7 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
         if labelled.any():
             messages = [*_of_trajectory(trajectory, opened.floors), *_of_readings(session, private)]
             start_ns = int(trajectory.time_ns[labelled].min())
-            _write(folder / f"{session.slug}.mcap", [*_of_plans(plans, start_ns), *messages])
+            _write(folder, f"{session.slug}.mcap", [*_of_plans(plans, start_ns), *messages])
         unmapped += not labelled.any()
         context.progress(session.slug, len(opened.sessions))
     if unmapped == len(opened.sessions):
@@ -86,10 +87,10 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     return (*findings, left_out)
 
 
-def _write(path: Path, messages: list[Message]) -> None:
+def _write(folder: Folder, name: str, messages: list[Message]) -> None:
     writer_module = import_extra("mcap.writer")
     schemas: Mapping[str, Any] = {**foxglove_schemas(), _READING: {"title": _READING, "type": "object"}}
-    with path.open("wb") as file:
+    with folder.writing(name) as file:
         writer = writer_module.Writer(file)
         writer.start(library=f"vislam2tag {__version__}")
         ids: dict[str, int] = {}

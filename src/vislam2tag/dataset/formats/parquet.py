@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import parquet_metadata, read_parquet, scan_parquet, write_csv, write_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import is_dataset
@@ -30,16 +31,16 @@ _ROWS_A_GROUP = 100_000
 HOLDS = {**{name: tuple(schema) for name, schema in SCHEMAS.items()}, SET: (MANIFEST, SPLITS, ONE_SPLIT)}
 
 
-def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write one file a table, ``splits.parquet`` (split, id, group) and ``columns.csv``."""
     for name, table in dataset.tables.items():
         metadata = _metadata(dataset) if name == FINGERPRINTS else {}
-        path = folder / f"{name}.parquet"
-        write_parquet(table, path, compression="snappy", row_group_size=_ROWS_A_GROUP, metadata=metadata)
+        options = {"compression": "snappy", "row_group_size": _ROWS_A_GROUP, "metadata": metadata}
+        write_parquet(table, folder, f"{name}.parquet", **options)
         context.progress(name, len(dataset.tables))
     if dataset.splits:
-        write_parquet(_splits_table(dataset.splits), folder / SPLITS_FILE, compression="snappy")
-    write_csv(_columns_table(dataset), folder / COLUMNS_FILE)
+        write_parquet(_splits_table(dataset.splits), folder, SPLITS_FILE, compression="snappy")
+    write_csv(_columns_table(dataset), folder, COLUMNS_FILE)
     return ()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import has_position
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
@@ -22,7 +23,7 @@ HOLDS = {
 }
 
 
-def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the frames that have a position; sessions without any are left out and counted.
 
     Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position.
@@ -38,12 +39,12 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     return (*left_out, *_findings(unmapped))
 
 
-def _write(session: LabelledSession, folder: Path) -> bool:
+def _write(session: LabelledSession, folder: Folder) -> bool:
     trajectory = trajectory_of(session.table(TRAJECTORY, SCHEMAS[TRAJECTORY]))
     if not has_position(trajectory.status).any():
         return False
-    (folder / f"{session.slug}.tum").write_text(tum_text(trajectory), encoding="utf-8")
-    (folder / f"{session.slug}_covariance.txt").write_text(covariance_text(trajectory), encoding="utf-8")
+    folder.write(f"{session.slug}.tum", tum_text(trajectory))
+    folder.write(f"{session.slug}_covariance.txt", covariance_text(trajectory))
     return True
 
 

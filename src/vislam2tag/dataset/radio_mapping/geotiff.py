@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
-from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 import tifffile
 from numpy.typing import NDArray
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.survey.georeference import Georeference
@@ -39,7 +40,8 @@ def site_transform(georeference: Georeference | None) -> FloatArray:
 
 
 def write_geotiff(
-    path: Path,
+    folder: Folder,
+    name: str,
     layers: Mapping[str, NDArray[np.float32]],
     grid: CellGrid,
     georeference: Georeference | None,
@@ -64,8 +66,9 @@ def write_geotiff(
     ]
     if doubles:
         extra.insert(2, (_DOUBLES, _DOUBLE, len(doubles), doubles, True))
+    content = io.BytesIO()
     tifffile.imwrite(
-        path,
+        content,
         np.stack([layer[::-1] for layer in layers.values()]).astype(np.float32),
         photometric="minisblack",
         planarconfig="separate",
@@ -74,6 +77,7 @@ def write_geotiff(
         software=False,
         extratags=extra,
     )
+    folder.write(name, content.getvalue())
 
 
 def _geo_keys(georeference: Georeference | None) -> tuple[tuple[int, ...], tuple[float, ...], str]:

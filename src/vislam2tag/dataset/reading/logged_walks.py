@@ -7,7 +7,6 @@ one walk is in memory at a time.
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.core.tracks import Trajectory
@@ -76,7 +76,7 @@ class LoggedWalk:
 class WalkTables:
     """Collects walks, which must come in the order of their slugs."""
 
-    def __init__(self, scratch: Path, places: Sequence[Storey]) -> None:
+    def __init__(self, scratch: Folder, places: Sequence[Storey]) -> None:
         self._scratch, self._places = scratch, places
         self._settings = DatasetSettings()
         self._walks = 0
@@ -121,17 +121,15 @@ class WalkTables:
         return Dataset(whole, {**tables, ACCESS_POINTS: transmitters.lazy()}, {}, files)
 
     def _write(self, table: str, rows: pl.DataFrame) -> None:
-        folder = self._scratch / table
-        folder.mkdir(parents=True, exist_ok=True)
         rows = in_schema(table, rows) if table in SCHEMAS else rows
-        write_parquet(rows, folder / f"{self._walks:06d}.parquet", compression="lz4")
+        write_parquet(rows, self._scratch, f"{table}/{self._walks:06d}.parquet", compression="lz4")
 
     def _joined(self, table: str) -> pl.LazyFrame:
         """Stream the walks' files of a table into one, which is read many times."""
-        parts, whole = self._scratch / table, self._scratch / f"{table}.parquet"
-        write_parquet(scan_parquet(sorted(parts.glob("*.parquet"))), whole, row_group_size=_ROWS_A_GROUP)
-        shutil.rmtree(parts)
-        return scan_parquet(whole)
+        parts, whole = sorted((self._scratch / table).glob("*.parquet")), f"{table}.parquet"
+        write_parquet(scan_parquet(parts), self._scratch, whole, row_group_size=_ROWS_A_GROUP)
+        self._scratch.remove_tree(table)
+        return scan_parquet(self._scratch / whole)
 
     def _placed(self, rows: pl.DataFrame) -> pl.DataFrame:
         """Turn indices of places into buildings and floors."""

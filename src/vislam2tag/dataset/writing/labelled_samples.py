@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy.typing as npt
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress
@@ -167,9 +167,9 @@ class CsvFile:
 
 
 @contextmanager
-def csv_file(path: Path, separator: str = ",", null: str = "") -> Iterator[CsvFile]:
+def csv_file(folder: Folder, name: str, separator: str = ",", null: str = "") -> Iterator[CsvFile]:
     """Open a new CSV file; ``null`` is written for what is not known."""
-    with path.open("wb") as file:
+    with folder.writing(name) as file:
         yield CsvFile(file, separator, null)
 
 

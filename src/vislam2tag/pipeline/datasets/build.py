@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import NamedTuple
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
@@ -103,23 +103,22 @@ def build_dataset(
     settings, options = settings or DatasetSettings(), options or BuildOptions()
     folders, out = paths_of(sources), Path(out)
     with dataset_folder(out, "dataset", options.replace) as folder:
-        scratch = folder.root / ".scratch"
-        opened = _labelled(folders, scratch / "labels", options, jobs, progress)
-        tell(_left_out(opened, named=True))
-        floors, plans = merged_floors(opened)
-        todo = list(_session_jobs(opened, scratch / "parts", settings, options.max_sigma_m))
-        outcomes = _build_sessions(todo, jobs, progress)
-        info = DatasetInfo(
-            name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in opened)),
-            floors=floors,
-            groupings=_groupings(outcomes, settings),
-            sources=tuple(source.record(settings) for source in opened),
-            findings=(*survey_findings(outcomes), *_left_out(opened, named=False)),
-        )
-        info = with_description(info, options.description) if options.description else info
-        info = _add_tables(folder, scratch / "parts", info, options)
-        folder.add_files(plans)
-        shutil.rmtree(scratch)
+        with scratch_folder(folder.out) as scratch:
+            opened = _labelled(folders, scratch, options, jobs, progress)
+            tell(_left_out(opened, named=True))
+            floors, plans = merged_floors(opened)
+            todo = list(_session_jobs(opened, scratch.folder("parts"), settings, options.max_sigma_m))
+            outcomes = _build_sessions(todo, jobs, progress)
+            info = DatasetInfo(
+                name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in opened)),
+                floors=floors,
+                groupings=_groupings(outcomes, settings),
+                sources=tuple(source.record(settings) for source in opened),
+                findings=(*survey_findings(outcomes), *_left_out(opened, named=False)),
+            )
+            info = with_description(info, options.description) if options.description else info
+            info = _add_tables(folder, scratch.folder("parts"), info, options)
+            folder.add_files(plans)
         finish_dataset(folder, info, options.field_work, _walked(opened, outcomes, options))
     return open_dataset(out)
 
@@ -153,7 +152,7 @@ def _walked(
 
 
 def _labelled(
-    folders: Sequence[Path], scratch: Path, options: BuildOptions, jobs: int, progress: Progress[SessionStep]
+    folders: Sequence[Path], scratch: Folder, options: BuildOptions, jobs: int, progress: Progress[SessionStep]
 ) -> tuple[LabelledSource, ...]:
     """Process those sources that are surveys, and open all."""
     raw = [folder for folder in folders if not is_labelled(folder)]
@@ -168,7 +167,7 @@ def _labelled(
             surveys.append(next(given, None))
             continue
         keep = kept if len(folders) == 1 else kept and kept / names[folder]
-        outs.append(keep or scratch / names[folder])
+        outs.append(keep or scratch / f"labels/{names[folder]}")
         surveys.append(folder)
         process(
             folder,
@@ -179,7 +178,7 @@ def _labelled(
             follow_links=options.follow_links,
             progress=lambda done, total: progress(SessionStep(LABEL, done.error), total),
         )
-    plans = scratch.parent / "plans"
+    plans = scratch.folder("plans")
     return open_sources(outs, options.buildings, surveys, folders, plans, follow_links=options.follow_links)
 
 
@@ -194,10 +193,10 @@ def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -
         raise UsageError(f"--survey: given for {given} of {labelled} sources that `process` wrote")
 
 
-def _add_tables(folder: FolderWriter, parts: Path, info: DatasetInfo, options: BuildOptions) -> DatasetInfo:
+def _add_tables(folder: FolderWriter, parts: Folder, info: DatasetInfo, options: BuildOptions) -> DatasetInfo:
     """Join the parts, change what the options ask for, and return the manifest with what that tells."""
     whole = FolderWriter(parts)
-    _join_parts(whole, parts)
+    _join_parts(whole)
     dataset = as_built = whole.opened(info)
     if options.merge_radios:
         dataset = merged_radios(dataset)
@@ -206,12 +205,12 @@ def _add_tables(folder: FolderWriter, parts: Path, info: DatasetInfo, options: B
     changed = {name: table for name, table in dataset.tables.items() if table is not as_built.tables[name]}
     folder.add_tables(changed)
     for name in dataset.tables.keys() - changed:
-        (parts / f"{name}.parquet").rename(folder.root / f"{name}.parquet")
+        parts.move(f"{name}.parquet", folder.out, f"{name}.parquet")
     return dataset.info.model_copy(update={"tables": {}, "splits": {}})
 
 
 def _session_jobs(
-    sources: Sequence[LabelledSource], parts: Path, settings: DatasetSettings, max_sigma_m: float | None
+    sources: Sequence[LabelledSource], parts: Folder, settings: DatasetSettings, max_sigma_m: float | None
 ) -> Iterator[SessionJob]:
     for number, (name, source, labelled) in enumerate(named_sessions(sources)):
         limit_m = source.labelled.max_sigma_m if max_sigma_m is None else max_sigma_m
@@ -232,8 +231,9 @@ def _build_sessions(todo: list[SessionJob], jobs: int, progress: Progress[Sessio
     return sorted(outcomes, key=lambda outcome: outcome.session)
 
 
-def _join_parts(folder: FolderWriter, parts: Path) -> None:
-    """Stream the sessions' parts into the tables, then count the access points."""
+def _join_parts(folder: FolderWriter) -> None:
+    """Stream the sessions' parts into the tables beside them, then count the access points."""
+    parts = folder.root
     tables = [name for name in SCHEMAS if (parts / name).is_dir()]
     folder.add_tables({name: _parts_of(parts, name) for name in tables})
     names = _parts_of(parts, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_folder import whole_folder
@@ -20,7 +21,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
-from vislam2tag.dataset.folder import is_dataset, open_dataset_to_share, sha256_of
+from vislam2tag.dataset.folder import is_dataset, listed_files, open_dataset_to_share, sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, export_named
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
@@ -107,9 +108,10 @@ def export(
             lost = chosen.write_labels(source, folder, context)
             return _finish(folder, chosen, source, None, (*lost, *left_out(_labels(source), chosen.holds)))
     with whole_folder(out, is_export) as folder:
-        opened = _dataset(source, folder.with_name("dataset"), options.follow_links, jobs, progress, tell)
-        dataset = with_privacy(opened, options.privacy)
-        lost = _write(chosen, dataset, folder, context)
+        with scratch_folder(folder) as scratch:
+            opened = _dataset(source, scratch / "dataset", options.follow_links, jobs, progress, tell)
+            dataset = with_privacy(opened, options.privacy)
+            lost = _write(chosen, dataset, folder, context)
         return _finish(folder, chosen, source, dataset.info.bssid_key, (*_opted_out(opened, dataset), *lost))
 
 
@@ -133,13 +135,13 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
 
 def _dataset(
     source: Path,
-    scratch: Path,
+    out: Path,
     follow_links: bool,
     jobs: int,
     progress: Progress[str],
     tell: Callable[[Sequence[Finding]], None],
 ) -> Dataset:
-    """Open the data set, or build it of labels in the folder ``scratch``."""
+    """Open the data set, or build it of labels in the folder ``out``."""
     if is_dataset(source):
         return open_dataset_to_share(source, follow_links=follow_links)
     if not is_labelled(source):
@@ -151,7 +153,7 @@ def _dataset(
 
     return build_dataset(
         source,
-        scratch,
+        out,
         # the export's own wishes say what goes
         options=BuildOptions(privacy=None, follow_links=follow_links),
         jobs=jobs,
@@ -160,7 +162,7 @@ def _dataset(
     )
 
 
-def _write(chosen: ExportFormat, dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def _write(chosen: ExportFormat, dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     if chosen.write is None:
         raise UsageError(f"{chosen.name} cannot be made of a data set")
     return (*chosen.write(dataset, folder, context), *left_out_of_dataset(dataset, chosen.holds))
@@ -179,16 +181,15 @@ def _labels(source: Path) -> dict[str, pl.LazyFrame]:
 
 
 def _finish(
-    folder: Path, chosen: ExportFormat, source: Path, bssid_key: str | None, findings: tuple[Finding, ...]
+    folder: Folder, chosen: ExportFormat, source: Path, bssid_key: str | None, findings: tuple[Finding, ...]
 ) -> ExportRecord:
     """Write the record, which marks the folder as an export and tells what was left out."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
     record = ExportRecord(
         format=chosen.name,
         source=source.resolve().name,
         bssid_key=bssid_key,
         findings=findings,
-        files={path.relative_to(folder).as_posix(): sha256_of(path) for path in files},
+        files={name: sha256_of(folder / name) for name in listed_files(folder.path)},
     )
-    (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    folder.write(RECORD_FILE, record.model_dump_json(indent=1) + "\n")
     return record

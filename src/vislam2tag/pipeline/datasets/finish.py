@@ -1,14 +1,12 @@
 """Completes a data set on disk: splits, statistics, report and card; and adds a split to one that is complete.
 
-An added split comes in this order: its files first, then the manifest, then the card.
+An added split comes in this order: the record of own files, the split's files, the manifest, the card.
 """
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -16,11 +14,13 @@ from types import MappingProxyType
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import exclusive_writer
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.card.write import SUMS, write_card
-from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
+from vislam2tag.dataset.folder import FolderWriter, open_dataset, split_files
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, Storey
 from vislam2tag.dataset.splitting.splits import split_findings, standard_splits
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
@@ -30,7 +30,6 @@ from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 STATISTICS_FILE = "statistics.json"
 PAGE_FILE = "report.html"
-PARTIAL = ".partial"
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*")
 
 
@@ -55,9 +54,9 @@ def finish_dataset(
         info = info.model_copy(update={"findings": (*info.findings, *split_findings(dataset))})
     dataset = replace(dataset, info=folder.finish(info), splits=splits)
     statistics = dataset_statistics(dataset, field_work)
-    (folder.root / STATISTICS_FILE).write_text(statistics.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    (folder.root / PAGE_FILE).write_text(dataset_page(dataset, statistics, walked), encoding="utf-8")
-    write_card(dataset, statistics, folder.root)
+    folder.out.write(STATISTICS_FILE, statistics.model_dump_json(indent=1) + "\n")
+    folder.out.write(PAGE_FILE, dataset_page(dataset, statistics, walked))
+    write_card(dataset, statistics, folder.out)
     return dataset
 
 
@@ -82,30 +81,35 @@ def _added(folder: Path, dataset: Dataset, split: Split) -> Dataset:
     if there is not None and not (there.info == split.info and there.groups.equals(split.groups)):
         raise UsageError(f"--name {name}: the data set has another split of this name; choose another --name")
     statistics = read_statistics(folder)
-    shutil.rmtree(folder / PARTIAL, ignore_errors=True)
     try:
         if there is None:
-            _save(folder, dataset, split)
+            _save(Folder.at(folder), dataset, split)
         return _described(folder, statistics)
     except OSError as error:
         raise OutputError(f"{folder}: the split cannot be written ({error.strerror}); free space") from error
 
 
-def _save(folder: Path, dataset: Dataset, split: Split) -> None:
-    partial = folder / PARTIAL
-    try:
-        partial.mkdir()
-        writer = FolderWriter(partial)
-        writer.add_splits({split.info.name: split})
-        added = writer.finish(dataset.info).splits
-        (folder / SPLITS).mkdir(exist_ok=True)
-        for file in sorted((partial / SPLITS).iterdir()):
-            os.replace(file, folder / SPLITS / file.name)  # noqa: PTH105 - this must be atomic
-        whole = dataset.info.model_copy(update={"splits": dict(sorted({**dataset.info.splits, **added}.items()))})
-        (partial / MANIFEST).write_text(whole.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        os.replace(partial / MANIFEST, folder / MANIFEST)  # noqa: PTH105
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+def _save(folder: Folder, dataset: Dataset, split: Split) -> None:
+    _record_as_own(folder, split_files(split.info.name))
+    writer = FolderWriter(folder)
+    writer.add_splits({split.info.name: split})
+    writer.list_split(dataset.info, split.info.name)
+
+
+def _record_as_own(folder: Folder, files: Sequence[str]) -> None:
+    """Add files to the folder's record before they are written; raises OutputError if the user has one of the name.
+
+    A data set without a record, which was downloaded or made by an earlier version, gets none.
+    """
+    own = OwnFiles.read(folder.path)
+    if own is None:
+        return
+    for name in files:
+        if (folder / name).exists() and not own.owns(name):
+            raise OutputError(
+                f"{folder / name}: was not written by this program; move it away, or choose another --name"
+            )
+    folder.write(OWN_FILES, own.with_those_of(OwnFiles.of(files)).text())
 
 
 def read_statistics(folder: Path) -> DatasetStatistics | None:
@@ -120,8 +124,8 @@ def read_statistics(folder: Path) -> DatasetStatistics | None:
 
 
 def _described(folder: Path, statistics: DatasetStatistics | None) -> Dataset:
-    """Write the card anew where there is one: it lists the splits, and the checksums of all files."""
+    """Write the card again where there is one: it lists the splits, and the checksums of all files."""
     dataset = open_dataset(folder)
     if statistics is not None and (folder / SUMS).is_file():
-        write_card(dataset, statistics, folder)
+        write_card(dataset, statistics, Folder.at(folder))
     return dataset

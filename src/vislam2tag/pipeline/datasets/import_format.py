@@ -12,6 +12,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
 from vislam2tag.common.files.archives import MOST_UNPACKED
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.description import Description, with_description
@@ -60,14 +61,13 @@ def import_format(
     if not options.follow_links and is_from_outside(path, [path]):
         raise DatasetError(f"{path}: contains links to files outside it; {CURE}")
     with dataset_folder(out, "import", options.replace) as folder:
-        scratch = folder.root.with_name("scratch")
-        scratch.mkdir()
-        with _reading(path):
-            dataset = chosen.read(path, ImportContext(scratch, options.origin, progress, options.most_unpacked))
-        dataset = with_privacy(dataset, options.privacy)
-        folder.add_tables(dataset.tables)
-        folder.add_splits(dataset.splits)
-        folder.add_files(dataset.files)
+        with scratch_folder(folder.out) as scratch:
+            with _reading(path):
+                dataset = chosen.read(path, ImportContext(scratch, options.origin, progress, options.most_unpacked))
+            dataset = with_privacy(dataset, options.privacy)
+            folder.add_tables(dataset.tables)
+            folder.add_splits(dataset.splits)
+            folder.add_files(dataset.files)
         info = dataset.info if options.name is None else dataset.info.model_copy(update={"name": options.name})
         finish_dataset(folder, with_description(info, options.description) if options.description else info)
     return open_dataset(out)

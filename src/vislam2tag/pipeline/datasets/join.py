@@ -7,6 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record, write_changes
 from vislam2tag.dataset.comparing.changes import Changes, survey_changes
@@ -50,8 +51,8 @@ def join(
         folder.add_tables(joined.dataset.tables)
         folder.add_splits(joined.dataset.splits)
         folder.add_files(joined.dataset.files)
-        write_changes(folder.root / CHANGES, record, changes)
-        _draw(joined.dataset, changes, folder.root / CHANGES)
+        write_changes(folder.out.folder(CHANGES), record, changes)
+        _draw(joined.dataset, changes, folder.out.folder(CHANGES))
         finish_dataset(folder, _info(joined.dataset.info, record))
     return record
 
@@ -65,7 +66,7 @@ def _technologies(dataset: Dataset) -> set[str]:
     return set(dataset.fingerprints.select("technology").unique().collect(engine="streaming")["technology"])
 
 
-def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Path) -> None:
+def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Folder) -> None:
     """Draw the floors of each technology that both surveys have labelled fingerprints of."""
     for one in changes:
         keys = one.places.select(pl.col("building").fill_null(""), "floor").unique().sort("building", "floor").rows()
@@ -73,7 +74,7 @@ def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Path) -> None:
         if floors:
             figure = change_map(floors, one)
             for kind in _KINDS:
-                (folder / f"{one.technology}.{kind}").write_bytes(rendered(figure, kind))
+                folder.write(f"{one.technology}.{kind}", rendered(figure, kind))
 
 
 def _title(building: str, floor: int) -> str:

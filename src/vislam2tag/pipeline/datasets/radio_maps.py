@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag import __version__
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
@@ -108,22 +109,21 @@ def write_radio_maps(
             settings=settings,
             floors=tuple(floors),
         )
-        (folder / INDEX_FILE).write_text(index_of_all.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        folder.write(INDEX_FILE, index_of_all.model_dump_json(indent=1) + "\n")
     return index_of_all
 
 
-def _write_floor(folder: Path, dataset: Dataset, maps: FloorMaps) -> FloorIndex:
+def _write_floor(folder: Folder, dataset: Dataset, maps: FloorMaps) -> FloorIndex:
     """Write the files of one floor."""
     stem = _stem(dataset, maps)
     georeference = _georeference(dataset, maps)
     names = [f"{IMAGES}/{stem}/{slug}.tif" for slug in unique_slugs([one.bssid for one in maps.maps])]
-    (folder / IMAGES / stem).mkdir(parents=True)
     for number, (one, name) in enumerate(zip(maps.maps, names, strict=True)):
         layers = {layer: getattr(maps, layer)[number] for layer in LAYERS}
         tags = {"bssid": one.bssid, "ssid": one.ssid or "", "technology": maps.place.technology}
-        write_geotiff(folder / name, layers, maps.grid, georeference, tags)
-    _write_arrays(folder / f"{stem}.npz", maps)
-    _write_figures(folder / FIGURES, stem, dataset, maps)
+        write_geotiff(folder, name, layers, maps.grid, georeference, tags)
+    _write_arrays(folder, f"{stem}.npz", maps)
+    _write_figures(folder.folder(FIGURES), stem, dataset, maps)
     return FloorIndex(
         **maps.place._asdict(),
         npz=f"{stem}.npz",
@@ -143,24 +143,24 @@ def _write_floor(folder: Path, dataset: Dataset, maps: FloorMaps) -> FloorIndex:
     )
 
 
-def _write_arrays(path: Path, maps: FloorMaps) -> None:
+def _write_arrays(folder: Folder, name: str, maps: FloorMaps) -> None:
     """Write the layers, (access points, rows, columns) with row 0 at the lower edge, and what says where they lie."""
-    np.savez_compressed(
-        path,
-        bssids=np.array([one.bssid for one in maps.maps]),
-        origin_m=np.array(maps.grid.origin_m),
-        cell_m=np.array(maps.grid.cell_m),
-        **{layer: getattr(maps, layer) for layer in LAYERS},
-    )
+    with folder.writing(name) as file:
+        np.savez_compressed(
+            file,
+            bssids=np.array([one.bssid for one in maps.maps]),
+            origin_m=np.array(maps.grid.origin_m),
+            cell_m=np.array(maps.grid.cell_m),
+            **{layer: getattr(maps, layer) for layer in LAYERS},
+        )
 
 
-def _write_figures(folder: Path, stem: str, dataset: Dataset, maps: FloorMaps) -> None:
-    folder.mkdir(exist_ok=True)
+def _write_figures(folder: Folder, stem: str, dataset: Dataset, maps: FloorMaps) -> None:
     floor = dataset.site_floor(Storey(maps.place.building, maps.place.floor))
     sheet, most_heard = contact_sheet(maps, floor), access_point_map(maps, floor, 0)
     for kind in ("png", "pdf"):
-        (folder / f"{stem}.{kind}").write_bytes(rendered(sheet, kind))
-        (folder / f"{stem}.most_heard.{kind}").write_bytes(rendered(most_heard, kind))
+        folder.write(f"{stem}.{kind}", rendered(sheet, kind))
+        folder.write(f"{stem}.most_heard.{kind}", rendered(most_heard, kind))
 
 
 def _stem(dataset: Dataset, maps: FloorMaps) -> str:

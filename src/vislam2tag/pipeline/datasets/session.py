@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
@@ -41,7 +41,7 @@ class SessionJob:
     building: str
     number: int
     """Its place in the data set's order."""
-    parts_folder: Path
+    parts_folder: Folder
     """Each session's rows: ``TABLE/NUMBER.parquet``."""
     settings: DatasetSettings
     max_sigma_m: float
@@ -189,9 +189,7 @@ def _session_row(job: SessionJob, result: SessionResult, walk: SessionWalk, fing
 
 
 def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
-    folder = job.parts_folder / table
-    folder.mkdir(parents=True, exist_ok=True)
-    write_parquet(rows, folder / f"{job.number:06d}.parquet", compression="lz4")
+    write_parquet(rows, job.parts_folder, f"{table}/{job.number:06d}.parquet", compression="lz4")
 
 
 def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
@@ -62,7 +63,7 @@ def open_sources(
     buildings: Sequence[str],
     surveys: Sequence[Path | None],
     named: Sequence[Path],
-    scratch: Path,
+    scratch: Folder,
     *,
     follow_links: bool = False,
 ) -> tuple[LabelledSource, ...]:
@@ -87,13 +88,13 @@ def open_sources(
             continue
         if not follow_links:
             labelled = without_sessions(labelled, slugs_from_outside(survey))
-        floors, plans, left_out = _of_survey(survey, labelled, scratch / str(i), follow_links)
+        floors, plans, left_out = _of_survey(survey, labelled, scratch.folder(str(i)), follow_links)
         found.append(LabelledSource(labelled, building, floors, plans, survey, folder, left_out))
     return tuple(found)
 
 
 def _of_survey(
-    survey: Path, labelled: LabelledSurvey, scratch: Path, follow_links: bool
+    survey: Path, labelled: LabelledSurvey, scratch: Folder, follow_links: bool
 ) -> tuple[tuple[FloorRecord, ...], dict[int, Path], tuple[Finding, ...]]:
     """Find the plans of a survey, and where its floors lie on earth; and name what is left out.
 

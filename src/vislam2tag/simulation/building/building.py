@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import PurePosixPath
 
 import numpy as np
 from PIL import Image, ImageDraw
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.building.ground_plan import GroundPlan, dead_end_inset, make_ground_plan, walkable_graph
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
@@ -193,8 +194,8 @@ def _access_points(
     return position, bssid, ssid, frequency, power
 
 
-def draw_plan(floor: SimulatedFloor, path: Path, pixels_per_m: float = 20.0) -> None:
-    """Write the floor's walls as an image (format from the suffix) that covers exactly width x height metres."""
+def draw_plan(floor: SimulatedFloor, folder: Folder, name: str, pixels_per_m: float = 20.0) -> None:
+    """Write the floor's walls as an image (JPEG or PNG, by the suffix) that covers exactly width x height metres."""
     size = (round(floor.width_m * pixels_per_m), round(floor.height_m * pixels_per_m))
     image = Image.new("RGB", size, "white")
     canvas = ImageDraw.Draw(image)
@@ -202,4 +203,6 @@ def draw_plan(floor: SimulatedFloor, path: Path, pixels_per_m: float = 20.0) -> 
     pixels = np.stack((floor.walls[..., 0], floor.height_m - floor.walls[..., 1]), axis=-1) * pixels_per_m
     for start, stop in pixels.clip(0, limit).tolist():
         canvas.line((*start, *stop), fill=(60, 60, 60), width=max(1, round(0.12 * pixels_per_m)))
-    image.save(path, quality=88) if path.suffix.lower() in {".jpg", ".jpeg"} else image.save(path)
+    is_jpeg = PurePosixPath(name).suffix.lower() in {".jpg", ".jpeg"}
+    with folder.writing(name) as file:
+        image.save(file, "JPEG", quality=88) if is_jpeg else image.save(file, "PNG")

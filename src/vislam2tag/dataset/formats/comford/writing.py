@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.comford.reading import FILES, FOLDER, SETS, TECHNOLOGIES, UNKNOWN
@@ -44,7 +44,7 @@ HOLDS = {
 }
 
 
-def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the three files, session by session.
 
     Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
@@ -54,10 +54,9 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     sets = parts.part.select("scan_id", set=pl.col("part").replace_strict(SETS))
     extra = sets.lazy().join(with_unix_time(dataset), on="scan_id", how="full", coalesce=True).collect()
     unknown_levels = 0
-    (folder / FOLDER).mkdir()
     with ExitStack() as stack:
         samples, rssi, aps = (
-            stack.enter_context(csv_file(folder / FOLDER / name, separator=";", null=UNKNOWN)) for name in FILES
+            stack.enter_context(csv_file(folder, f"{FOLDER}/{name}", separator=";", null=UNKNOWN)) for name in FILES
         )
         aps.add(_transmitter_rows(dataset.access_points.collect()))
         for tables in labelled_by_session(dataset, fingerprints, context.progress):

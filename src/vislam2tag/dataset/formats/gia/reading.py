@@ -11,6 +11,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.findings import Finding, pooled
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionWalk, fingerprints_of
@@ -64,14 +65,12 @@ def read(path: Path, context: ImportContext) -> Dataset:
         parts, odd = _parts(session, settings)
         findings += odd
         for name, table in parts.items():
-            folder = context.scratch / name
-            folder.mkdir(exist_ok=True)
-            write_parquet(table, folder / f"{number:06d}.parquet")
+            write_parquet(table, context.scratch, f"{name}/{number:06d}.parquet")
         context.progress(session.slug, len(sessions))
     tables = {name: _scanned(context.scratch / name) for name in SCHEMAS if (context.scratch / name).is_dir()}
     names = _scanned(context.scratch / _NAMES).collect(engine="streaming")
     heard = access_point_table(tables[FINGERPRINTS], tables[READINGS], names)
-    floors, plans, about_site = _site(root, context.scratch / "plans")
+    floors, plans, about_site = _site(root, context.scratch.folder("plans"))
     info = DatasetInfo(
         name=path.stem,
         floors=floors,
@@ -159,7 +158,7 @@ def _scanned(folder: Path) -> pl.LazyFrame:
     return table.select(*SCHEMAS[folder.name]) if folder.name in SCHEMAS else table
 
 
-def _site(root: Path, scratch: Path) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Finding, ...]]:
+def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Finding, ...]]:
     """Floors with their extents and plans, where the layout's site files are beside."""
     site, findings = read_site(root)
     floors, plans = [], {}

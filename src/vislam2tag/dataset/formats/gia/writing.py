@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.finding_kinds import FindingKind
@@ -55,7 +55,7 @@ class _LossCounts:
             yield Finding(kind=kind, file="", count=count, message=message, severity=Severity.INFO)
 
 
-def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the annotated tables of every session that has a label.
 
     Raises DatasetError where none has, or ``labels`` is no finished output of ``process``, UsageError where
@@ -68,7 +68,7 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     written = 0
     for session in opened.sessions:
         result = session.result()
-        own = folder / f"floor_{result.floor}" / result.device / result.session
+        own = folder.folder(f"floor_{result.floor}/{result.device}/{result.session}")
         if _write_session(session, result, own, private, count):
             written += 1
             if context.survey:
@@ -84,14 +84,13 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
 
 
 def _write_session(
-    session: LabelledSession, result: SessionResult, folder: Path, private: PrivateLabels, count: _LossCounts
+    session: LabelledSession, result: SessionResult, folder: Folder, private: PrivateLabels, count: _LossCounts
 ) -> bool:
     wifi = _placed(session.table("wifi", SCHEMAS["wifi"]), result.floor, count)
     sensors = _placed(session.table("sensors", SCHEMAS["sensors"]), result.floor, count)
     if not wifi["x"].count() and not sensors["x"].count():
         count.add("unmapped_sessions", "sessions without a labelled reading are left out", 1)
         return False
-    folder.mkdir(parents=True)
     place = (pl.col("x").alias("x_coord"), pl.col("y").alias("y_coord"))
     annotated = private.hidden(wifi).select(
         pl.col("scan").alias("id"),
@@ -103,11 +102,11 @@ def _write_session(
         *place,
     )
     # An empty name is written as nothing at all, as published, not as a pair of quotes.
-    write_csv(annotated.with_columns(pl.col("ssid").replace("", None)), folder / WIFI_FILE)
+    write_csv(annotated.with_columns(pl.col("ssid").replace("", None)), folder, WIFI_FILE)
     if sensors.height:
         values = (f"v{number}" for number in range(1, 7))
         rows = sensors.select(pl.col("time_ns").alias("time"), pl.col("sensor").alias("type"), *values, *place)
-        write_csv(rows, folder / SENSORS_FILE)
+        write_csv(rows, folder, SENSORS_FILE)
     return True
 
 
@@ -160,7 +159,7 @@ def _refuse_other_files(here: SessionRef, result: SessionResult, survey: Path) -
 
 
 def _copy_session(
-    source: Path, target: Path, session: LabelledSession, private: PrivateLabels, count: _LossCounts
+    source: Path, target: Folder, session: LabelledSession, private: PrivateLabels, count: _LossCounts
 ) -> None:
     """Copy a session's raw files; those that would tell what is hidden are rewritten or left out."""
     published = format_of(source) == "published"
@@ -169,15 +168,15 @@ def _copy_session(
         if file.name in (WIFI_FILE, SENSORS_FILE):
             continue
         if not private.hides or file.name in _WITHOUT_ADDRESSES:
-            shutil.copyfile(file, target / file.name)
+            target.copy(file, file.name)
         elif file.name == read:
             rows = session.table("wifi", ("row", "bssid", "ssid"))
-            (target / file.name).write_bytes(hidden_wifi_file(read_bytes(file), private.hidden(rows)))
+            target.write(file.name, hidden_wifi_file(read_bytes(file), private.hidden(rows)))
         else:
             count.add("raw_files_left_out", "raw files that may tell what is hidden are left out", 1)
 
 
-def _copy_site(survey: Path, folder: Path, context: ExportContext) -> list[Finding]:
+def _copy_site(survey: Path, folder: Folder, context: ExportContext) -> list[Finding]:
     """Copy the files that describe the site, of the survey and of each of its floors; return what is left out."""
     outside = set[str]()
     for file in sorted([*survey.glob("*"), *survey.glob("floor_*/*")]):
@@ -187,9 +186,7 @@ def _copy_site(survey: Path, folder: Path, context: ExportContext) -> list[Findi
         if link is not None:
             outside.add(link)
             continue
-        target = folder / file.relative_to(survey)
-        target.parent.mkdir(exist_ok=True)
-        shutil.copyfile(file, target)
+        folder.copy(file, file.relative_to(survey).as_posix())
     left_out = [left_out_files(sorted(outside))] if outside else []
     context.tell(left_out)
     return left_out

@@ -10,21 +10,21 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from vislam2tag.common.extras import import_extra
+from vislam2tag.common.files.folder import Folder
 
 if TYPE_CHECKING:
     import h5py
 
 
 @contextmanager
-def hdf5_file(path: Path) -> Iterator[h5py.File]:
-    """Open a new HDF5 file for writing; raises OSError where the disk took less than all of it."""
+def hdf5_file(folder: Folder, name: str) -> Iterator[h5py.File]:
+    """Open a new HDF5 file for writing, whole or not at all; raises OSError if the disk took less than all of it."""
     h5py = import_extra("h5py")
-    with path.open("w+b", buffering=0) as file:
-        patient = _PatientFile(file)
+    with folder.writing(name) as file:
+        patient = _PatientFile(cast("io.FileIO", cast("io.BufferedRandom", file).raw))
         try:
             with h5py.File(patient, "w", track_order=True) as opened:
                 yield opened

@@ -6,13 +6,13 @@ Windows of inertial and magnetic readings stand beside, with the same splits.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.hdf5.columns import (
@@ -68,7 +68,7 @@ HOLDS = {
 }
 
 
-def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``fingerprints.h5`` with a group for each technology, piece by piece.
 
     Raises DatasetError where no fingerprint has a position.
@@ -76,7 +76,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     fingerprints, findings = labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()
     found = list(findings)
-    with hdf5_file(folder / FILE) as file:
+    with hdf5_file(folder, FILE) as file:
         info = dataset.info
         file.attrs.update({"name": info.name, "title": info.title, "frame": info.frame, "clock": info.clock})
         file.attrs["version"] = __version__

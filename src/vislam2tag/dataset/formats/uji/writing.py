@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.spreadsheet_text import escaped
@@ -44,7 +44,7 @@ HOLDS = {
 }
 
 
-def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``trainingData.csv`` and ``validationData.csv``, and what their numbers stand for.
 
     The wide matrix is made piece by piece. Raises DatasetError where no Wi-Fi fingerprint has a position, UsageError
@@ -59,7 +59,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     )
     columns = wap_columns(transmitters.height)
     numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
-    write_csv(escaped(numbered, formulas=context.escape_formulas), folder / ACCESS_POINTS_FILE)
+    write_csv(escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
     numbers = {
         name: _write_numbers(folder, numbering, fingerprints, context.escape_formulas)
         for name, numbering in NUMBERINGS.items()
@@ -69,7 +69,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     losses = MatrixLosses(NOT_HEARD)
     with ExitStack() as stack:
         there = fingerprints.join(parts.part.lazy(), on="scan_id").select(pl.col("part").unique()).collect()["part"]
-        files = {part: stack.enter_context(csv_file(folder / name)) for part, name in FILES.items() if part in there}
+        files = {part: stack.enter_context(csv_file(folder, name)) for part, name in FILES.items() if part in there}
         for tables in labelled_by_session(dataset, fingerprints, context.progress):
             losses.add(tables.readings)
             for rows, levels in matrices(tables, transmitters["bssid"], NOT_HEARD):
@@ -90,12 +90,12 @@ def _all_whole(dataset: Dataset) -> bool:
 
 
 def _write_numbers(
-    folder: Path, numbering: Numbering, fingerprints: pl.LazyFrame, escape_formulas: bool
+    folder: Folder, numbering: Numbering, fingerprints: pl.LazyFrame, escape_formulas: bool
 ) -> dict[str, int]:
     source = pl.col(numbering.name)
     names = fingerprints.select(source).drop_nulls().unique().collect(engine="streaming")[numbering.name].sort()
     table = pl.DataFrame({numbering.name: names}).with_row_index(numbering.column, offset=numbering.first)
-    write_csv(escaped(table, formulas=escape_formulas), folder / numbering.file)
+    write_csv(escaped(table, formulas=escape_formulas), folder, numbering.file)
     return dict(zip(names, table[numbering.column], strict=True))
 
 
