@@ -10,7 +10,8 @@ from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.whole_file import output_errors
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
@@ -102,10 +103,13 @@ def check(
         walked=[floor.record for floor in walked.values()],
     )
     if out is not None:
-        with whole_file(out / CHECK_FILE) as file:
-            file.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
+        folder = Folder.at(out)
+        with output_errors(out / CHECK_FILE):
+            folder.write(CHECK_FILE, json.dumps(found.model_dump(mode="json"), indent=1) + "\n")
         spaces = {number: floor.space for number, floor in walked.items()}
-        write_check_page(out / PAGE_FILE, survey, found, collected.gains, spaces)
+        with output_errors(out / PAGE_FILE):
+            page = folder.without_links(PAGE_FILE)
+        write_check_page(page, survey, found, collected.gains, spaces)
     return found
 
 
@@ -127,7 +131,7 @@ def _room(walked: Mapping[int, FloorWalked], floor: int, place_m: tuple[float, f
 
 def _make_folder(out: Path) -> None:
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        Folder.at(out).make()
     except OSError as error:
         reason = "a file, not a folder" if out.is_file() else error.strerror
         raise OutputError(f"{out}: cannot be the output folder ({reason}); choose another --out") from error
