@@ -12,6 +12,7 @@ from tests.sessions.companions.walks import OtherClock, write_sensor_logger
 from tests.stores import Bucket
 from tests.surveys import make_survey
 from vislam2tag.common.errors import StoreError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.sessions import drawn_floor
 from vislam2tag.sessions.companions.tie import Tie, recording_sha256, write_tie
 from vislam2tag.sessions.drawn_floor import drawing_mark
@@ -74,7 +75,7 @@ def test_a_recording_elsewhere_in_the_survey_comes_with_its_session(s3: Bucket, 
         sigma_s=0.01,
         lever_arm_m=0.3,
     )
-    write_tie(ref.folder, "pixel", tie)
+    write_tie(Folder.at(ref.folder), "pixel", tie)
     (here,) = tasks_of(local)
     with survey_at_hand(s3.upload(local, "tied")) as root:
         (there,) = tasks_of(root)

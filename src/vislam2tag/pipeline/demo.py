@@ -10,8 +10,10 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.files.table_files import read_parquet, write_csv
+from vislam2tag.common.files.whole_file import output_errors
 from vislam2tag.common.files.whole_folder import whole_folder, work_folder_of
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
@@ -47,8 +49,9 @@ def run_demo(
         scores[strategy] = score(out / SURVEY, out / strategy)
     rows = [{"strategy": strategy} | asdict(errors) for strategy, errors in scores.items()]
     table = pl.DataFrame(rows).fill_nan(None)
-    write_csv(table, out / "scores.csv", float_precision=4)
-    (out / "scores.json").write_text(json.dumps(table.to_dicts(), indent=1) + "\n", encoding="utf-8")
+    with output_errors(out):
+        write_csv(table, Folder.at(out), "scores.csv", float_precision=4)
+        Folder.at(out).write("scores.json", json.dumps(table.to_dicts(), indent=1) + "\n")
     return scores
 
 
@@ -62,8 +65,9 @@ def _make_survey(out: Path, seed: int, say: Callable[[str], None]) -> None:
         raise OutputError(f"{out}: is not empty and holds no demonstration; name a new folder")
     say("simulating a survey: 2 floors, 2 phones, 8 walks of 2 minutes")
     with whole_folder(out / SURVEY, lambda _: _holds_demonstration(out)) as survey:
-        simulate(regular_survey(seed, floors=(0, 1), sessions=2, duration_s=120.0), survey)
-    (out / KEY_FILE).write_text(json.dumps({"survey": key}) + "\n", encoding="utf-8")
+        simulate(regular_survey(seed, floors=(0, 1), sessions=2, duration_s=120.0), survey.path)
+    with output_errors(out):
+        Folder.at(out).write(KEY_FILE, json.dumps({"survey": key}) + "\n")
 
 
 def _is_empty(out: Path) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import io
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
@@ -14,22 +15,21 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_file import file_to_write
 from vislam2tag.report.wording import FILTERS
 
 
 def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:
-    """Write the page ``out_file``: the template's text as it comes, beside it and renamed when whole.
+    """Write the page ``out_file``, the template's text as it comes, whole or not at all.
 
     Templates extend ``layout.html.j2``. Raises OutputError where it cannot be written.
     """
     page = _environment().get_template(template).generate(dict(context))
     # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
-    with (
-        whole_file(out_file) as partial,
-        partial.open("w", encoding="utf-8", errors="replace", newline="\n") as stream,
-    ):
+    with file_to_write(out_file) as file:
+        stream = io.TextIOWrapper(file, encoding="utf-8", errors="replace", newline="\n")
         stream.writelines(page)
+        stream.detach()
 
 
 def page_text(template: str, context: Mapping[str, Any]) -> str:

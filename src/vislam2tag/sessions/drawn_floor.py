@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import StoreError, SurveyError
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.survey.model import Floor
@@ -64,9 +64,9 @@ def _plan_at_hand(floor: Floor) -> Iterator[Floor]:
     if stored is None:
         yield floor
         return
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        plan = Path(scratch) / PurePosixPath(stored.name).name
-        if stored.store.fetch(stored.name, plan) is None or _sha256(plan) != stored.sha256:
+    with scratch_folder() as scratch:
+        plan = scratch / PurePosixPath(stored.name).name
+        if stored.store.fetch(stored.name, scratch, plan.name) is None or _sha256(plan) != stored.sha256:
             raise StoreError(f"{stored.store.address}/{stored.name}: has changed meanwhile; run the same command again")
         yield replace(floor, plan=plan)
 

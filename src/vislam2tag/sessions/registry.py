@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import polars as pl
@@ -16,6 +15,7 @@ import polars as pl
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, SessionError, SurveyError
 from vislam2tag.common.files.archives import zip_names
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import at_once
 from vislam2tag.common.findings import Finding, Severity
@@ -161,24 +161,20 @@ def at_hand(ref: SessionRef, *further: str, whole: bool = False) -> Iterator[Ses
     """
     with ExitStack() as stack:
         if ref.stored is not None:
-            ref = _fetched(
-                ref, ref.stored, Path(stack.enter_context(TemporaryDirectory(prefix="vislam2tag-"))), further
-            )
+            ref = _fetched(ref, ref.stored, stack.enter_context(scratch_folder()), further)
         if ref.packed is not None:
-            scratch = Path(stack.enter_context(TemporaryDirectory(prefix="vislam2tag-")))
+            scratch = stack.enter_context(scratch_folder())
             read = None if whole else FORMATS.named(ref.format).input_files
             ref = unpacked(ref, ref.packed, scratch, recorded_folder, read)
         yield ref
 
 
-def _fetched(ref: SessionRef, stored: StoredFolder, scratch: Path, further: Sequence[str]) -> SessionRef:
+def _fetched(ref: SessionRef, stored: StoredFolder, scratch: Folder, further: Sequence[str]) -> SessionRef:
     """A session of a store with the files that are read, in ``scratch``."""
-    place = scratch.resolve()
-    folder = place / stored.name
-    files = {place / file.name: file.name for file in stored.files}
-    for path in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch()
+    folder = scratch / stored.name
+    files = {scratch / file.name: file.name for file in stored.files}
+    for name in files.values():
+        scratch.create(name)
     packed = None if ref.packed is None else folder.parent / ref.packed.name
     here = replace(ref, folder=folder, stored=None, packed=packed)
     if packed is None:
@@ -188,10 +184,10 @@ def _fetched(ref: SessionRef, stored: StoredFolder, scratch: Path, further: Sequ
     else:
         read = set(files)
     wanted = sorted(files.keys() & read)
-    versions = at_once(lambda path: stored.store.fetch(files[path], path), wanted)
+    versions = at_once(lambda path: stored.store.fetch(files[path], scratch, files[path]), wanted)
     for path, version in zip(wanted, versions, strict=True):
         if version is None:
-            path.unlink()  # removed since the survey was listed
+            scratch.remove(files[path])  # removed since the survey was listed
     return here
 
 

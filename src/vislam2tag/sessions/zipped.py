@@ -5,15 +5,14 @@ What is found in such a session, or tied to it, is written into the folder of it
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, zip_names
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.survey.model import SessionRef
 
@@ -21,20 +20,18 @@ from vislam2tag.survey.model import SessionRef
 @contextmanager
 def named_alike(names: Iterable[PurePosixPath]) -> Iterator[Path]:
     """Yield a folder with empty files of these names, as long as the block lasts."""
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        folder = Path(scratch) / "zip"
-        folder.mkdir()
+    with scratch_folder() as scratch:
+        folder = scratch.folder("zip").make()
         for name in names:
-            with suppress(OSError):  # a name that this system does not allow
-                (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                (folder / name).touch()
-        yield folder
+            with suppress(OSError):  # a name that this system does not allow, or one that is there twice
+                folder.create(name.as_posix())
+        yield folder.path
 
 
 def unpacked(
     ref: SessionRef,
     packed: Path,
-    scratch: Path,
+    scratch: Folder,
     inner: Callable[[Path], Path],
     read: Callable[[Path], list[Path]] | None,
 ) -> SessionRef:
@@ -47,14 +44,13 @@ def unpacked(
         with plain(packed).open("rb") as file, named_alike(zip_names(file)) as names:
             within = inner(names).relative_to(names)
             wanted = None if read is None else {_inside(path, names) for path in read(names / within)}
-        folder = folder_of(packed, scratch, wanted=wanted) / within
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = Folder.at(folder_of(packed, scratch, wanted=wanted) / within).make()
         for path in ref.folder.iterdir() if ref.folder.is_dir() else ():
             if path.is_file():
-                shutil.copyfile(path, folder / path.name)
+                folder.copy(path, path.name)
     except (DatasetError, OSError):
         return ref
-    return replace(ref, folder=folder, packed=None, beside=ref.folder)
+    return replace(ref, folder=folder.path, packed=None, beside=ref.folder)
 
 
 def _inside(path: Path, folder: Path) -> PurePosixPath:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO
 
 from vislam2tag.common.errors import StoreConflictError, SurveyError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.files.store import Store, at_once, store_at
 from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of
@@ -125,7 +126,7 @@ def _begin_traces(store: Store, root: Path) -> None:
             return bytes(file.read(HEADER_BYTES))
 
     for path, begun in zip(traces, at_once(beginning, traces), strict=True):
-        path.write_bytes(begun)
+        Folder.at(root).write(path.relative_to(root).as_posix(), begun)
 
 
 def _site(root: Path) -> Iterator[Path]:

@@ -13,6 +13,7 @@ from markupsafe import escape
 from tests.report.factory import failed_result, make_result, make_results, make_survey, sigma_statistics
 from tests.report.markup import own_part, tags_in_figures
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import UNFINISHED
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.status import STATUS_LABELS
@@ -134,11 +135,11 @@ def test_an_empty_run_and_a_bare_site_have_a_page(tmp_path: Path) -> None:
 def test_sessions_pass_one_at_a_time(tmp_path: Path) -> None:
     survey = make_survey(tmp_path, plan=False)
     results = make_results(survey)
-    page = tmp_path / "out.html.part"
     sizes = []
 
     def watched() -> Iterator[SessionResult]:
         for result in results:
+            (page,) = filter(lambda path: UNFINISHED.fullmatch(path.name), tmp_path.iterdir())
             sizes.append(page.stat().st_size)
             yield result
 

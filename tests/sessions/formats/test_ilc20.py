@@ -18,6 +18,7 @@ from tests.dead_reckoning.ilc20 import make_site, trace
 from tests.dead_reckoning.walks import corners
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.archives import folder_of
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.datasets.build import build_dataset
@@ -157,7 +158,7 @@ def test_inspection_finds_walks_with_taps_usable_and_those_without_not(tmp_path:
 def real_site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three real walks of one floor."""
     scratch = tmp_path_factory.mktemp("real")
-    site = folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", scratch) / "site2"
+    site = folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", Folder.at(scratch)) / "site2"
     for file in sorted((site / "F4" / "path_data_files").iterdir())[3:]:
         file.unlink()
     return site

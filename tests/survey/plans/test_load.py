@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from tests.survey.plans import drawn_floor
 from tests.survey.plans.drawn_floor import EXTENT, collection, feature, floor_with
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.survey.plans.load import floor_plan, plan_file
 from vislam2tag.survey.plans.registry import plan_suffixes
 from vislam2tag.survey.plans.source import PlanSource
@@ -28,7 +29,7 @@ def test_a_floor_without_plan_or_file(tmp_path: Path) -> None:
     (tmp_path / "plan.png").unlink()
     with pytest.raises(SurveyError, match=r"plan.png: the plan of floor 1 is not there: correct its name or add it"):
         floor_plan(floor)
-    assert plan_file(floor, tmp_path / "drawn") == tmp_path / "plan.png"
+    assert plan_file(floor, Folder.at(tmp_path / "drawn")) == tmp_path / "plan.png"
 
 
 @pytest.mark.parametrize("colour", ["black", "white"])

@@ -6,9 +6,9 @@ import re
 from collections.abc import Callable, Sequence
 from datetime import date
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.store import address_of, shown
 from vislam2tag.common.files.stored_folder import is_safe_name
@@ -129,11 +129,10 @@ def _joined(fleet: Path, survey: Path, follow_links: bool, tell: Callable[[Seque
     if not files:
         raise SurveyError(f"{shown(survey)}: nothing is there; give the folder of a survey")
     gone = {file.name for file in target.list()} - {file.name for file in files}
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        copy = Path(scratch) / "file"
+    with scratch_folder() as scratch:
         for file in files:
-            source.fetch(file.name, copy)
-            target.put(file.name, copy)
+            source.fetch(file.name, scratch, "file")
+            target.put(file.name, scratch / "file")
     target.delete(gone)
     return name
 

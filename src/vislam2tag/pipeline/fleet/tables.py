@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import polars as pl
 
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.table_files import parquet_bytes, scan_parquet, write_parquet
 from vislam2tag.core.status import Status, labelled_share
@@ -74,13 +74,13 @@ def write_tables(fleet: Path, survey: str, rows: Sequence[dict[str, Any]]) -> No
 
 def _write_heard(fleet: Path, survey: str, table: str, slugs: Sequence[str]) -> None:
     labels, to = any_store_at(fleet / LABELS / survey), any_store_at(fleet / TABLES / table / f"survey={survey}")
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
+    with scratch_folder() as scratch:
         files: list[Path] = []
         for file in labels.list(table):
             slug = file.name.rpartition("/")[2].removesuffix(".parquet")
             if slug in slugs:
-                files.append(Path(scratch) / f"{len(files):06d}.parquet")
-                labels.fetch(f"{table}/{slug}.parquet", files[-1])
+                files.append(scratch / f"{len(files):06d}.parquet")
+                labels.fetch(f"{table}/{slug}.parquet", scratch, files[-1].name)
         found = scan_parquet(files) if files else pl.LazyFrame(schema={"floor": pl.Int32()})
         floors = found.select(pl.col("floor").unique().sort()).collect()["floor"].to_list()
         _replace(to, table, ((floor, found.filter(pl.col("floor") == floor)) for floor in floors))
@@ -95,8 +95,8 @@ def _replace(to: AnyStore, table: str, parts: Iterable[tuple[int, pl.DataFrame |
         if isinstance(part, pl.DataFrame):
             to.put(name, parquet_bytes(part))
         else:
-            with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-                write_parquet(part, Path(scratch) / table)
-                to.put(name, Path(scratch) / table)
+            with scratch_folder() as scratch:
+                write_parquet(part, scratch, table)
+                to.put(name, scratch / table)
         now.add(name)
     to.delete(before - now)

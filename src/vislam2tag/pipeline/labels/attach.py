@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import DatasetError, OutputError, SessionError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment
@@ -66,8 +67,10 @@ def attach(
     clearly, OutputError where a tie of that name is there (unless ``replace``) or cannot be written.
     """
     walk, other = Path(walk), Path(other)
+    folder = Folder.at(walk)
     if walk.suffix == ".zip" and walk.is_file():
         walk = walk.with_suffix("")  # what is tied to it is kept beside
+        folder = Folder.at(walk.parent).folder(walk.name)
     if by is not None and by not in WAYS:
         raise UsageError(f"--by {by}: there are {', '.join(WAYS)}")
     if not is_usable_lever_arm(lever_arm_m):
@@ -96,7 +99,8 @@ def attach(
         sigma_s=clock.sigma_s,
         lever_arm_m=lever_arm_m,
     )
-    return Attached(write_tie(walk, called, tie), tie, recording.told, rows, inside, tuple(refused))
+    write_tie(folder, called, tie)
+    return Attached(tie_file(walk, called), tie, recording.told, rows, inside, tuple(refused))
 
 
 def _session(walk: Path) -> Session:

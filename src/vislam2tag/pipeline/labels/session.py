@@ -13,11 +13,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import OutputError, SessionError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
@@ -142,7 +144,11 @@ def _failed(job: Job, error: str) -> SessionResult:
 def _write_tables(job: Job, tables: dict[str, pl.DataFrame]) -> None:
     strategy = job.settings.strategy
     for name, table in tables.items():
-        job.out.write(f"{name}/{job.slug}.parquet", partial(write_table, table, name, strategy))
+        job.out.write(f"{name}/{job.slug}.parquet", partial(_fill, table, name, strategy))
+
+
+def _fill(table: pl.DataFrame, name: str, strategy: str, path: Path) -> None:
+    write_table(table, name, strategy, Folder.at(path.parent), path.name)
 
 
 class Reason(Enum):

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vislam2tag.common.errors import OutputError, SessionError, UsageError
-from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
 from vislam2tag.sessions.registry import FORMATS, at_hand, format_for, open_survey
 from vislam2tag.survey.model import SessionRef
+from vislam2tag.survey.written_files import write_in_survey
 
 if TYPE_CHECKING:
     from vislam2tag.sightings.detectors import Detector
@@ -86,7 +86,8 @@ def sightings(
     survey = open_survey(root)
     found = list[SightingsFound]()
     for ref in survey.sessions:
-        one = _of_session(ref, detectors, again, _part_of(within, str(ref.key), len(found), len(survey.sessions)))
+        part = _part_of(within, str(ref.key), len(found), len(survey.sessions))
+        one = _of_session(survey.root, ref, detectors, again, part)
         found.append(one)
         progress(one, len(survey.sessions))
     return found
@@ -97,7 +98,9 @@ def _part_of(within: Progress[Stage], session: str, done: int, sessions: int) ->
     return lambda passed, pictures: within(Stage(session, done + passed / pictures), sessions)
 
 
-def _of_session(ref: SessionRef, detectors: Sequence[Detector], again: bool, progress: Progress[int]) -> SightingsFound:
+def _of_session(
+    root: Path, ref: SessionRef, detectors: Sequence[Detector], again: bool, progress: Progress[int]
+) -> SightingsFound:
     known = FORMATS.named(ref.format) if ref.format in FORMATS.names() else None
     if not isinstance(known, AppFormat):
         return SightingsFound(str(ref.key), skipped="its app logs landmarks itself")
@@ -113,9 +116,7 @@ def _of_session(ref: SessionRef, detectors: Sequence[Detector], again: bool, pro
             if pictures is None:
                 return SightingsFound(str(ref.key), error="it has no pictures")
             outcome = search(pictures, detectors, progress)
-        target.parent.mkdir(exist_ok=True)
-        with whole_file(target) as partial:
-            partial.write_bytes(_table(outcome.sightings))
+        write_in_survey(root, target, _table(outcome.sightings))
     except (SessionError, OutputError, OSError) as error:
         return SightingsFound(str(ref.key), error=str(error))
     return _summary(ref, outcome)

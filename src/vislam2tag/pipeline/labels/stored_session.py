@@ -17,9 +17,9 @@ from datetime import UTC, datetime, timedelta
 from functools import cache, partial
 from logging import LogRecord
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import Version, asking
 from vislam2tag.labeling.results import RESULTS
@@ -174,10 +174,9 @@ class _SentTables(OutputFolder):
 
 @contextmanager
 def _scratch_job(stored: StoredJob) -> Iterator[Job]:
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        folder = OutputFolder(Path(scratch))
-        (folder.root / PARTIAL).mkdir()
-        yield Job(stored.task, stored.settings, folder, stored.code)
+    with scratch_folder() as scratch:
+        scratch.folder(PARTIAL).make()
+        yield Job(stored.task, stored.settings, OutputFolder(scratch.path), stored.code)
 
 
 def _inputs(ref: SessionRef) -> str:
@@ -208,20 +207,18 @@ def _reasons_by_listing(job: Job, mark: Mark) -> tuple[Reason, ...]:
     """Why a mark of just these files does not hold; only the truth is fetched, which the mark keeps no hash of."""
     ref = job.task.ref
     assert ref.stored is not None
-    folder = job.out.root / "session"
-    folder.mkdir()
+    folder = Folder.at(job.out.root).folder("session").make()
     for file in ref.stored.files:
         if file.name == f"{ref.stored.name}/{TRUTH_FILE}":
-            ref.stored.store.fetch(file.name, folder / TRUTH_FILE)
-    here = replace(job, task=replace(job.task, ref=replace(ref, folder=folder)))
+            ref.stored.store.fetch(file.name, folder, TRUTH_FILE)
+    here = replace(job, task=replace(job.task, ref=replace(ref, folder=folder.path)))
     return reasons_against(here, mark.result, {file.name: file.sha256 for file in mark.result.files})
 
 
 def _lay_out(job: Job, mark: Mark) -> None:
     """Let scratch space look as a folder in which the session was done: its tables are there, by name."""
     for name in mark.tables:
-        (job.out.root / name).mkdir()
-        (job.out.root / table_name(name, job.slug)).touch()
+        Folder.at(job.out.root).create(table_name(name, job.slug))
     job.out.write_text(f"{RESULTS}/{job.slug}.json", mark.result.model_dump_json())
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
@@ -60,17 +60,17 @@ def paper_collection(
         nonlocal done
         progress(done := done + 1, total)
 
-    with tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
+    with scratch_folder() as scratch:
         labelled = []
         for number, (survey, devices) in enumerate(chosen):
-            out = Path(scratch) / f"labels-{number}"
+            out = scratch / f"labels-{number}"
             process(survey.root, out, own, selection=Selection(devices=devices), progress=advance)
             labelled.append(open_labelled(out, follow_links=True))
         sessions = list(_distinct_sessions(labelled))
         if not sessions:
             return Collection(None, ())
         failed = tuple(filter(None, (session.result().error for session, _ in sessions)))
-        dataset = _dataset(sessions, Path(scratch) / "tables")
+        dataset = _dataset(sessions, scratch.folder("tables"))
         statistics = dataset_statistics(dataset)
         if keep is not None:
             write_dataset(replace(dataset, splits=standard_splits(dataset)), keep)
@@ -96,7 +96,7 @@ def _distinct_sessions(surveys: list[LabelledSurvey]) -> Iterator[tuple[Labelled
                 yield session, survey.max_sigma_m
 
 
-def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Path) -> Dataset:
+def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Folder) -> Dataset:
     """Make fingerprints of the sessions; the tables lie below ``folder``."""
     for number, (session, max_sigma_m) in enumerate(sessions):
         build_session(SessionJob(session, f"{number:06d}", "", number, folder, DatasetSettings(), max_sigma_m))

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.folder import is_dataset, open_dataset
@@ -83,8 +84,8 @@ def reproduce(
     for survey in data.surveys:
         refuse_among_sessions(survey, out)
     run: dict[str, object] = {"version": __version__, "settings": settings.of_labels()}
-    with claim(out, run, PROGRAM, _OWN) as folder, tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
-        fingerprints = None if model_seeds is None else Path(scratch) / "giaIndoorLoc"
+    with claim(out, run, PROGRAM, _OWN) as folder, scratch_folder() as scratch:
+        fingerprints = None if model_seeds is None else scratch / "giaIndoorLoc"
         walks = paper_walks(data, settings, _of_stage(progress, "walks"))
         tables = _tables(walks)
         for part in tables:
@@ -169,10 +170,7 @@ def _figure(folder: OutputFolder, figure: PaperFigure, results: PaperResults) ->
 
 
 def _write(folder: OutputFolder, name: str, content: bytes) -> None:
-    def fill(path: Path) -> None:
-        path.write_bytes(content)
-
-    folder.write(name, fill)
+    folder.write(name, lambda path: write_file(path, content))
 
 
 def refuse_without_networks(seeds: int | None) -> None:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_json
-from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.pipeline.site.plan_scale import no_scale
 from vislam2tag.survey.discover import read_site
@@ -28,6 +27,7 @@ from vislam2tag.survey.site_file import (
     read_site_file,
     site_file_text,
 )
+from vislam2tag.survey.written_files import survey_output, write_in_survey
 
 INFO, MAP = "floor_info.json", "geojson_map.json"
 """A floor of the Indoor Location Competition 2.0: its extent in metres, and its map."""
@@ -88,7 +88,7 @@ def add_floor(
         georeference=earth,
         floors=tuple(sorted((*floors, part), key=lambda floor: floor.number)),
     )
-    _copy(Path(new.plan), root / inside)
+    _copy(Path(new.plan), root, inside)
     _write(root, whole)
     return whole
 
@@ -140,21 +140,17 @@ def _inside(root: Path, new: NewFloor) -> Path:
     return Path(f"floor_{new.part.number}") / plan.name
 
 
-def _copy(source: Path, target: Path) -> None:
+def _copy(source: Path, root: Path, inside: Path) -> None:
+    target = root / inside
     if target.exists() and target.resolve() == source.resolve():
         return
     if target.exists():
         raise OutputError(f"{target}: is there already; remove it, or give it as --plan")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if source.is_dir():
-            shutil.copytree(source, target)
-        else:
-            shutil.copyfile(source, target)
-    except OSError as error:
-        raise OutputError(f"{target}: cannot be written ({error.strerror}); check its permissions") from error
+    files = [path for path in sorted(source.rglob("*")) if path.is_file()] if source.is_dir() else [source]
+    with survey_output(target):
+        for path in files:
+            Folder.at(root).copy(path, (inside / path.relative_to(source)).as_posix())
 
 
 def _write(root: Path, site: SiteFile) -> None:
-    with whole_file(root / SITE_FILE) as partial:
-        partial.write_text(site_file_text(site), encoding="utf-8")
+    write_in_survey(root, root / SITE_FILE, site_file_text(site))

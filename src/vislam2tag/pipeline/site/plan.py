@@ -10,8 +10,8 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
@@ -32,6 +32,7 @@ from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.site_table import read_site_table
 from vislam2tag.survey.table_columns import LANDMARKS
+from vislam2tag.survey.written_files import write_in_survey
 from vislam2tag.walkable.correction import floor_mask
 from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings
@@ -162,9 +163,9 @@ def designed(
         raise SurveyError(f"floor {floor.number}: {error}") from error
 
 
-def _write(folder: Path, planned: Sequence[PlannedFloor], result: PlanSummary) -> None:
-    (folder / SUMMARY_FILE).write_text(result.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    (folder / LANDMARKS_FILE).write_text(landmarks_text(result.landmarks), encoding="utf-8", newline="")
+def _write(folder: Folder, planned: Sequence[PlannedFloor], result: PlanSummary) -> None:
+    folder.write(SUMMARY_FILE, result.model_dump_json(indent=1) + "\n")
+    folder.write(LANDMARKS_FILE, landmarks_text(result.landmarks))
     maps: dict[int, PlannedMap] = {}
     for one in planned:
         stem = f"floor_{one.floor.number}"
@@ -174,7 +175,7 @@ def _write(folder: Path, planned: Sequence[PlannedFloor], result: PlanSummary) -
         }
         files = {(name, kind): rendered(figure, kind) for name, figure in drawings.items() for kind in ("png", "pdf")}
         for (name, kind), content in files.items():
-            (folder / f"{stem}.{name}.{kind}").write_bytes(content)
+            folder.write(f"{stem}.{name}.{kind}", content)
         maps[one.floor.number] = PlannedMap(one.floor, one.hanging, files["sigma", "png"])
     write_plan_page(folder / PAGE_FILE, result, maps)
 
@@ -190,13 +191,11 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
             continue
         path = folders.get(floor.floor, site_folder / f"floor_{floor.floor}") / LANDMARK_FILE
         try:
-            path.parent.mkdir(exist_ok=True)
             before = _landmark_text(site_folder, path)
         except OSError as error:
             raise OutputError(f"{path}: cannot be read ({error.strerror}); nothing was written to it") from error
-        with whole_file(path) as partial:
-            text = marker_text(before, floor.landmarks)
-            partial.write_bytes(text.encode("utf-8", errors="surrogateescape"))
+        text = marker_text(before, floor.landmarks)
+        write_in_survey(site_folder, path, text.encode("utf-8", errors="surrogateescape"))
 
 
 def _landmark_text(root: Path, path: Path) -> str:

@@ -10,9 +10,10 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.files.table_files import scan_parquet
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
@@ -62,9 +63,7 @@ def rebase(
     if out.exists() and out.resolve() == source.resolve():
         raise UsageError(f"--out {out}: is what is to be rebased, and stays as it is; choose another place")
     if source.is_file():
-        text = changed_landmarks_text(source.parent, source, changes.by_floor, None)
-        with whole_file(out) as partial:
-            partial.write_text(text, encoding="utf-8")
+        write_file(out, changed_landmarks_text(source.parent, source, changes.by_floor, None))
         return "landmarks"
     if not is_dataset(source) and not is_labelled(source):
         tell(write_changed_site(source, out, changes, follow_links=follow_links))
@@ -114,36 +113,35 @@ def _refuse_missing(numbers: Iterable[int], changes: FrameChanges, site: Site, n
             raise SurveyError(f"{new_site}: has no floor {number}, which the labels are on; add it")
 
 
-def _write_run(labelled: LabelledSurvey, folder: Path, changes: FrameChanges, site: Site, new_site: Path) -> None:
+def _write_run(labelled: LabelledSurvey, folder: Folder, changes: FrameChanges, site: Site, new_site: Path) -> None:
     """The run's record with the new site's floors, and how the labels came there."""
     run = read_json(labelled.root / RUN_FILE)
     run["floors"] = floor_records(site)
     run["site_from_outside"] = is_described_from_outside(new_site)
     run["site_files"] = site_hashes(new_site)
     run["rebase"] = [*run.get("rebase", []), *(change.model_dump(mode="json") for change in changes.floors)]
-    (folder / RUN_FILE).write_text(json.dumps(run, indent=2, sort_keys=True) + "\n", encoding="utf-8")
-    (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
+    folder.write(RUN_FILE, json.dumps(run, indent=2, sort_keys=True) + "\n")
+    folder.write(CHANGE_FILE, changes_text(changes))
 
 
-def _write_session(labelled: LabelledSurvey, slug: str, folder: Path, changes: Mapping[int, FrameChange]) -> SessionRef:
+def _write_session(
+    labelled: LabelledSurvey, slug: str, folder: Folder, changes: Mapping[int, FrameChange]
+) -> SessionRef:
     """Write a session's tables and result, and say which session it is."""
     strategy = str(labelled.settings.get("strategy", ""))
     for name in SCHEMAS:
         path = labelled.root / name / f"{slug}.parquet"
         if path.is_file():
-            (folder / name).mkdir(exist_ok=True)
             table = changed_table(scan_parquet(path), changes).collect()
-            write_table(table, name, strategy, folder / name / path.name)
+            write_table(table, name, strategy, folder, f"{name}/{path.name}")
     session = next(session for session in labelled.sessions if session.slug == slug)
     result = session.result().model_copy(update={"from_outside": session.is_from_outside()})
-    (folder / RESULTS).mkdir(exist_ok=True)
-    text = changed_result(result, changes).model_dump_json(indent=1) + "\n"
-    (folder / RESULTS / f"{slug}.json").write_text(text, encoding="utf-8")
+    folder.write(f"{RESULTS}/{slug}.json", changed_result(result, changes).model_dump_json(indent=1) + "\n")
     key = SessionKey(result.floor, result.device, result.session)
     return SessionRef(key, Path(), result.format, slug)
 
 
-def _reduce(labelled: LabelledSurvey, folder: Path, survey: Survey) -> None:
+def _reduce(labelled: LabelledSurvey, folder: Folder, survey: Survey) -> None:
     """Write report and summary of what has been changed."""
     try:
         settings = ProcessSettings.model_validate(labelled.settings)
@@ -154,9 +152,8 @@ def _reduce(labelled: LabelledSurvey, folder: Path, survey: Survey) -> None:
 
     def results() -> Iterator[SessionResult]:
         for ref in survey.sessions:
-            yield SessionResult.model_validate_json(read_bytes(folder / RESULTS / f"{ref.slug}.json"))
+            yield SessionResult.model_validate_json(read_bytes(folder / f"{RESULTS}/{ref.slug}.json"))
 
     summary = summarise(results(), settings.strategy, labelled.version, survey.findings)
     write_report(folder / REPORT_FILE, survey, settings, results(), summary)
-    text = json.dumps(summary.model_dump(mode="json"), indent=1) + "\n"
-    (folder / SUMMARY_FILE).write_text(text, encoding="utf-8")
+    folder.write(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")

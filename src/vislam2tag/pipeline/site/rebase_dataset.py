@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share, sha256_of
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
@@ -49,15 +49,13 @@ def rebase_dataset(
     site, _ = read_site(new_site, follow_links=follow_links)
     of_site = _building(dataset.info, building)
     _refuse_missing(dataset, of_site, changes.by_floor)
-    with dataset_folder(out, "site rebase", replace) as folder:
-        scratch = folder.root / ".scratch"
+    with dataset_folder(out, "site rebase", replace) as folder, scratch_folder() as scratch:
         floors, plans = _floors(dataset, of_site, site, scratch)
         several = len({floor.building for floor in dataset.info.floors}) > 1
         only = of_site if several else None
         folder.add_tables({name: _changed(dataset, name, changes.by_floor, only) for name in dataset.tables})
         folder.add_splits(dataset.splits)
         folder.add_files(plans)
-        shutil.rmtree(scratch, ignore_errors=True)
         info = _info(dataset.info, floors, changes, of_site, new_site, follow_links)
         finish_dataset(folder, info, _field_work(source), keep_splits=True)
 
@@ -80,7 +78,7 @@ def _refuse_missing(dataset: Dataset, building: str, changes: Mapping[int, Frame
 
 
 def _floors(
-    dataset: Dataset, building: str, site: Site, scratch: Path
+    dataset: Dataset, building: str, site: Site, scratch: Folder
 ) -> tuple[tuple[FloorInfo, ...], dict[str, Path]]:
     """Floors and plans: those of the new site for its building."""
     new = {floor.number: floor for floor in site.floors}

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, UsageError
-from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
@@ -28,6 +27,7 @@ from vislam2tag.registration.tape_file import read_distances, read_targets
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
 from vislam2tag.survey.model import Floor, Site
+from vislam2tag.survey.written_files import write_in_survey
 
 RECORD_FILE = "registration.json"
 FIGURE_FILES = ("residuals.svg", "residuals.png")
@@ -117,13 +117,8 @@ def write_into_site(root: Path, floor: Floor, found: Registration, *, replace: b
     """
     folder = _folder_of(root, floor)
     texts = _texts(root, folder, floor, found, replace=replace)
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made ({error.strerror})") from error
     for name, text in texts.items():
-        with whole_file(folder / name) as partial:
-            partial.write_text(text, encoding="utf-8", newline="")
+        write_in_survey(root, folder / name, text)
     return [folder / name for name in texts]
 
 
@@ -131,11 +126,11 @@ def write_folder(out: Path, root: Path, floor: Floor, found: Registration) -> li
     """Write the floor's files as they would be, the record and the figure into a folder of their own."""
     texts = _texts(root, _folder_of(root, floor), floor, found, replace=True)
     figure = residual_figure(floor, found)
-    with whole_folder(out, _is_ours) as partial:
+    with whole_folder(out, _is_ours) as new:
         for name, text in texts.items():
-            (partial / name).write_text(text, encoding="utf-8", newline="")
+            new.write(name, text)
         for name in FIGURE_FILES:
-            (partial / name).write_bytes(rendered(figure, name.rpartition(".")[2]))
+            new.write(name, rendered(figure, name.rpartition(".")[2]))
     return [out / name for name in (*texts, *FIGURE_FILES)]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.figures.site_plan import site_plan
@@ -96,6 +96,4 @@ def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
         image = data_uri(rendered(figure, "png"))
         write_page(out, "site.html.j2", {"title": title, "summary": summary, "image": image})
         return
-    data = rendered(figure, kind)
-    with whole_file(out) as partial:
-        partial.write_bytes(data)
+    write_file(out, rendered(figure, kind))

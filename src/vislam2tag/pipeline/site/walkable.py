@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
@@ -80,9 +81,9 @@ def write_walkable(
             f"{root}: no floor has a plan to draw; add floor_K/floorplan.jpg or a site.toml, or give --follow-links to "
             "draw plans from outside the survey"
         )
-    with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as partial:
+    with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as new:
         for one in found:
-            _write_floor(one, partial / f"floor_{one.floor.number}")
+            _write_floor(one, new, f"floor_{one.floor.number}")
         record = {
             "settings": {
                 "walkable": settings.model_dump(mode="json", exclude={"graph"}),
@@ -90,7 +91,7 @@ def write_walkable(
             },
             "floors": [floor_record(one) for one in found],
         }
-        (partial / RECORD).write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+        new.write(RECORD, json.dumps(record, indent=2) + "\n")
     return tuple(found)
 
 
@@ -102,14 +103,12 @@ def _chosen(site: Site, numbers: Sequence[int]) -> list[Floor]:
     return [there[number] for number in numbers] or [floor for floor in site.floors if floor.plan is not None]
 
 
-def _write_floor(found: WalkableFloor, stem: Path) -> None:
-    stem.with_name(f"{stem.name}.png").write_bytes(
-        rendered(walkable_figure(found.floor, found.space, found.graph), "png")
-    )
+def _write_floor(found: WalkableFloor, folder: Folder, stem: str) -> None:
+    folder.write(f"{stem}.png", rendered(walkable_figure(found.floor, found.space, found.graph), "png"))
     colours = np.where(found.space.area.mask[::-1, :, None], GREEN, RED).astype(np.uint8)
-    Image.fromarray(colours).save(stem.with_name(f"{stem.name}.mask.png"))
-    text = json.dumps(_geojson(found.graph))
-    stem.with_name(f"{stem.name}.geojson").write_text(text + "\n", encoding="utf-8")
+    with folder.writing(f"{stem}.mask.png") as file:
+        Image.fromarray(colours).save(file, "PNG")
+    folder.write(f"{stem}.geojson", json.dumps(_geojson(found.graph)) + "\n")
 
 
 def _geojson(graph: CorridorGraph) -> dict[str, object]:

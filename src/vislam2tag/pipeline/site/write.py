@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_paths import AnyPath
@@ -48,14 +48,12 @@ def write_published(
         )
     )
     with whole_folder(out, _ours) as folder:
-        (folder / FLOOR_FILE).write_text(_dimensions(site.floors), encoding="utf-8")
+        folder.write(FLOOR_FILE, _dimensions(site.floors))
         odd = []
         for floor in site.floors:
-            own = folder / f"floor_{floor.number}"
-            own.mkdir()
-            odd += _write_plan(floor, own)
+            odd += _write_plan(floor, folder.folder(f"floor_{floor.number}").make())
         _write_surveyed(root, folder, changes.by_floor, follow_links)
-        (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
+        folder.write(CHANGE_FILE, changes_text(changes))
     return changes, (*findings, *odd)
 
 
@@ -69,7 +67,7 @@ def write_changed_site(root: Path, out: Path, changes: FrameChanges, *, follow_l
     with whole_folder(out, _ours) as folder:
         if not _write_surveyed(root, folder, changes.by_floor, follow_links) and left_out_of(findings):
             raise SurveyError(f"{root}: links lead to all its landmark files outside it; {CURE}")
-        (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
+        folder.write(CHANGE_FILE, changes_text(changes))
     return left_out_of(findings)
 
 
@@ -88,21 +86,22 @@ def _dimensions(floors: Iterable[Floor]) -> str:
     return csv_rows(rows)
 
 
-def _write_plan(floor: Floor, own: Path) -> list[Finding]:
+def _write_plan(floor: Floor, own: Folder) -> list[Finding]:
     drawn = plan_file(floor, own)
     if drawn is None or floor.extent_m is None:
         message = f"floor {floor.number} has no plan that can be drawn; it is written without"
-        return [Finding(kind="missing_plan", file=own.name, count=1, message=message, severity=Severity.WARNING)]
-    if drawn.parent == own:
-        drawn.rename(own / f"floorplan{drawn.suffix}")
+        return [Finding(kind="missing_plan", file=own.path.name, count=1, message=message, severity=Severity.WARNING)]
+    if drawn.parent == own.path:
+        own.move(drawn.name, own, f"floorplan{drawn.suffix}")
     elif drawn.suffix.lower() in (".jpg", ".jpeg", ".png"):
-        (own / f"floorplan{drawn.suffix.lower()}").write_bytes(read_bytes(drawn))
+        own.copy(drawn, f"floorplan{drawn.suffix.lower()}")
     else:
-        plan_picture(floor, GREATEST_PX).save(own / "floorplan.png")
+        with own.writing("floorplan.png") as file:
+            plan_picture(floor, GREATEST_PX).save(file, "PNG")
     return []
 
 
-def _write_surveyed(root: Path, out: Path, changes: Mapping[int, FrameChange], follow_links: bool) -> int:
+def _write_surveyed(root: Path, out: Folder, changes: Mapping[int, FrameChange], follow_links: bool) -> int:
     """Write every floor's landmark and control point file that there is; return how many."""
     written = 0
     names = [(folder, name) for folder in sorted(root.glob("floor_*")) for name in (LANDMARK_FILE, CONTROL_POINT_FILE)]
@@ -117,9 +116,7 @@ def _write_surveyed(root: Path, out: Path, changes: Mapping[int, FrameChange], f
             text = changed_landmarks_text(root, path, changes, number)
         else:
             text = changed_points_text(root, path, changes[number])
-        target = out / f"floor_{number}" / name
-        target.parent.mkdir(exist_ok=True)
-        target.write_text(text, encoding="utf-8")
+        out.write(f"floor_{number}/{name}", text)
         written += 1
     return written
 

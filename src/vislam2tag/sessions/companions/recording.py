@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError
 from vislam2tag.common.files.archives import folder_of, is_archive
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.sessions.companions.table import read_table, session_tables
 from vislam2tag.sessions.companions.tie import TableColumns
@@ -62,9 +62,8 @@ def unpacked(path: Path) -> Iterator[Path | None]:
     if path.is_dir():
         yield path
     elif is_archive(path):
-        with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-            folder = folder_of(path, Path(scratch))
-            yield recorded_folder(folder)
+        with scratch_folder() as scratch:
+            yield recorded_folder(folder_of(path, scratch))
     else:
         yield None
 

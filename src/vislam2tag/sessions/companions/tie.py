@@ -10,14 +10,15 @@ from pathlib import Path
 
 from pydantic import Field, ValidationError
 
-from vislam2tag.common.errors import OutputError, SessionError, first_line
+from vislam2tag.common.errors import SessionError, first_line
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.survey.model import COMPANIONS
 from vislam2tag.survey.site_table import is_file
+from vislam2tag.survey.written_files import survey_output
 
 FOLDER = COMPANIONS
 """Folder of a session that holds the ties, and may hold the recordings themselves."""
@@ -69,16 +70,11 @@ def tie_file(session: Path, name: str) -> Path:
     return session / FOLDER / f"{name}.json"
 
 
-def write_tie(session: Path, name: str, tie: Tie) -> Path:
-    """Write a tie into the folder of its session; raises OutputError where that cannot be."""
-    path = tie_file(session, name)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{path.parent}: cannot be made: {error.strerror}") from error
-    with whole_file(path) as partial:
-        partial.write_text(tie.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    return path
+def write_tie(session: Folder, name: str, tie: Tie) -> None:
+    """Write a tie into the folder of its session; raises OutputError if it cannot be written."""
+    path = tie_file(session.path, name)
+    with survey_output(path):
+        session.folder(FOLDER).write(path.name, tie.model_dump_json(indent=1) + "\n")
 
 
 def tie_files(session: Path) -> list[Path]:

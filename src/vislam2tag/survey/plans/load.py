@@ -14,6 +14,7 @@ from PIL import Image
 from shapely.geometry import LineString
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2
 from vislam2tag.survey.georeference import Georeference
@@ -65,21 +66,21 @@ def plan_picture(floor: Floor, side_px: int) -> Image.Image:
     return image
 
 
-def plan_file(floor: Floor, folder: Path) -> Path | None:
+def plan_file(floor: Floor, folder: Folder) -> Path | None:
     """Return an image file that shows exactly the floor's extent: the plan's own, or one drawn into ``folder``.
 
     None where the floor has no plan, or one that cannot be drawn.
     """
     if floor.plan is None or floor.source is None or _is_upright_image(floor.plan, floor.source):
         return floor.plan
-    drawn_file = folder / f"floor_{floor.number}.png"
+    name = f"floor_{floor.number}.png"
     try:
         picture = plan_picture(floor, GREATEST_PX)
     except OSError:
         return None
-    folder.mkdir(parents=True, exist_ok=True)
-    picture.save(drawn_file)
-    return drawn_file
+    with folder.writing(name) as file:
+        picture.save(file, "PNG")
+    return folder / name
 
 
 def _is_upright_image(path: Path, source: PlanSource) -> bool:

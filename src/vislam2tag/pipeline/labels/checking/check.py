@@ -12,8 +12,9 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_file import output_errors
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
@@ -120,10 +121,13 @@ def check(
         walked=[floor.record for floor in walked.values()],
     )
     if out is not None:
-        with whole_file(out / CHECK_FILE) as file:
-            file.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
+        folder = Folder.at(out)
+        with output_errors(out / CHECK_FILE):
+            folder.write(CHECK_FILE, json.dumps(found.model_dump(mode="json"), indent=1) + "\n")
         spaces = {number: floor.space for number, floor in walked.items()}
-        write_check_page(out / PAGE_FILE, shown, found, collected.gains, spaces)
+        with output_errors(out / PAGE_FILE):
+            page = folder.without_links(PAGE_FILE)
+        write_check_page(page, shown, found, collected.gains, spaces)
     return found
 
 
@@ -154,7 +158,7 @@ def _checked_before(out: Path) -> list[str]:
 
 def _make_folder(out: Path) -> None:
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        Folder.at(out).make()
     except OSError as error:
         reason = "a file, not a folder" if out.is_file() else error.strerror
         raise OutputError(f"{out}: cannot be the output folder ({reason}); choose another --out") from error

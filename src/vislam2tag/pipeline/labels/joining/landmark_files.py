@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.whole_file import file_to_write, output_errors
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.similarity import as_points
 from vislam2tag.pipeline.labels.joining.landmark_results import LandmarkRow, LandmarkSurvey, unplaced
@@ -75,13 +76,15 @@ def write_completed(
     contents = {out: landmark_file_text(survey).encode()}
     if report is not None:
         contents[report] = (survey.model_dump_json(indent=1) + "\n").encode()
-    if shared is not None:
-        contents[errors_file(out)] = shared.as_bytes()
+    beside, errors = Folder.at(out.parent), errors_file(out)
     with ExitStack() as stack:
         for target, content in contents.items():
-            stack.enter_context(whole_file(target)).write_bytes(content)
-    if shared is None:
-        errors_file(out).unlink(missing_ok=True)  # of another run
+            stack.enter_context(file_to_write(target)).write(content)
+        stack.enter_context(output_errors(errors))
+        if shared is not None:
+            stack.enter_context(beside.writing(errors.name)).write(shared.as_bytes())
+        else:
+            beside.remove(errors.name)  # of another run
 
 
 def landmark_file_text(survey: LandmarkSurvey) -> str:
