@@ -36,7 +36,7 @@ class LargeBodyError(Exception):
 async def whole_body(request: Request, most: int, seconds: float) -> bytes:
     """Return a body of ``most`` bytes at most, which must be complete within so many seconds.
 
-    A body that is larger is read before it is refused, up to twice the limit: clients read no answer while they send.
+    A larger body is read and dropped before it is refused: clients read no answer while they send.
     Raises LargeBodyError or BrokenBodyError.
     """
     content, size = bytearray(), 0
@@ -46,8 +46,6 @@ async def whole_body(request: Request, most: int, seconds: float) -> bytes:
                 size += len(block)
                 if size <= most:
                     content += block
-                elif size > 2 * most:
-                    break
     except (TimeoutError, ClientDisconnect):
         raise BrokenBodyError from None
     if size > most:
