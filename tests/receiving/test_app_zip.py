@@ -96,5 +96,34 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
 def test_wrong_places_are_told(survey: Path, tmp_path: Path) -> None:
     path = shared_zip("ios_logger", tmp_path)
     assert "is no name of a folder" in the_error(vislam2tag("receive", survey, path, "--device", "../x"))
+    for device in ("CON", "nul.phone", "mine.", "mine ", "tachymeter"):
+        assert "is no name of a folder" in the_error(vislam2tag("receive", survey, path, "--device", device))
     done = vislam2tag("receive", survey, path, "--floor", "-1", "--device", "mine", "--json")
     assert json.loads(done.stdout)["filed"][0]["path"] == "floor_-1/mine/walk-1"
+
+
+@pytest.mark.parametrize(
+    "name", ["CON", "nul.csv", "camera/AUX/1.txt", "notes.", "notes ", "a:b", "a\\b", "a\x01b", "arPoses.TXT"]
+)
+def test_names_that_some_system_does_not_take_are_refused(name: str, survey: Path, tmp_path: Path) -> None:
+    path = shared_zip("ios_logger", tmp_path)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(name, "x")
+    with pytest.raises(RefusedZipError, match="some systems do not take"):
+        file_zip(survey, path, PLENTY)
+
+
+@pytest.mark.parametrize(("stem", "filed"), [("CON", "_CON"), ("nul.x", "_nul.x"), ("walk. ", "walk"), ("a:b", "a-b")])
+def test_a_recording_is_filed_under_a_name_that_every_system_takes(
+    stem: str, filed: str, survey: Path, tmp_path: Path
+) -> None:
+    path = shared_zip("ios_logger", tmp_path).rename(tmp_path / f"{stem}.zip")
+    assert file_zip(survey, path, PLENTY).path == f"floor_2/iPhone/{filed}"
+
+
+def test_names_that_differ_in_case_alone_are_one_folder_on_every_system(survey: Path, tmp_path: Path) -> None:
+    path = shared_zip("ios_logger", tmp_path)
+    file_zip(survey, path, PLENTY)
+    other = path.rename(tmp_path / "WALK-1.zip")
+    again = file_zip(survey, other, PLENTY, AppPlace(2, "IPHONE"))
+    assert (again.path, again.already) == ("floor_2/iPhone/walk-1", True)

@@ -18,7 +18,7 @@ from vislam2tag.receiving.connections import REPORTED_A_MINUTE
 from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE
 from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, Listener, Receiver
-from vislam2tag.receiving.token import WRONG_ALLOWED, Guard, answer_mac
+from vislam2tag.receiving.token import Guard, answer_mac
 from vislam2tag.receiving.uploads import Uploads
 
 PLENTY = 1_000_000
@@ -36,7 +36,7 @@ class Phone:
         self.now_s = 0.0
         self.heard: list[str] = []
         listener = Listener(filed=self._filed, refused=lambda address, message: self.heard.append(message))
-        self._app = Receiver(uploads, Guard(TOKEN, lambda: self.now_s), listener).app()
+        self._app = Receiver(uploads, Guard(TOKEN), listener, lambda: self.now_s).app()
 
     def _filed(self, name: str, filed: FiledSession) -> None:
         self.heard.append(f"{'already' if filed.already else 'filed'} {filed.path}")
@@ -165,14 +165,21 @@ def test_an_app_that_would_send_the_token_is_told_to_be_updated(phone: Phone) ->
     assert "update the app" in answer.json()["message"]
 
 
-def test_who_guesses_must_wait(phone: Phone) -> None:
-    wrong = signed("QQQQQQQQQQQQQQQQ", "GET", NAME)
-    codes = [phone.ask("GET", f"/v2/uploads/{NAME}", headers=wrong).status_code for _ in range(WRONG_ALLOWED + 1)]
-    assert codes == [401] * WRONG_ALLOWED + [429]
-    right = phone.ask("GET", f"/v2/uploads/{NAME}", headers=signed(TOKEN, "GET", NAME))
-    assert (right.status_code, right.headers["Retry-After"]) == (429, "60")
-    phone.now_s += 60
-    assert phone.state()["state"] == "none"
+def test_the_same_request_is_answered_once(phone: Phone) -> None:
+    asking = signed(TOKEN, "GET", NAME)
+    bringing = signed(TOKEN, "PATCH", NAME, DATA[:100], 0, len(DATA))
+    for method, headers, body in (("GET", asking, b""), ("PATCH", bringing, DATA[:100])):
+        first = phone.ask(method, f"/v2/uploads/{NAME}", headers=headers, content=body)
+        again = phone.ask(method, f"/v2/uploads/{NAME}", headers=headers, content=body)
+        assert (first.status_code, again.status_code) == (200, 401)
+        assert "was sent before" in again.json()["message"]
+        assert ANSWER_MAC not in again.headers
+    assert phone.state()["received"] == 100
+
+
+def test_a_proof_is_of_the_path_that_is_answered_whatever_host_is_named(phone: Phone) -> None:
+    headers = signed(TOKEN, "GET", NAME) | {"Host": f"computer/v2/uploads/{NAME}?"}
+    assert phone.ask("GET", f"/v2/uploads/{'f' * 64}", headers=headers).status_code == 401
 
 
 @pytest.mark.parametrize("name", ["", "abc", NAME.upper(), "..%2f..%2fetc%2fpasswd", "../" + NAME, NAME + "0"])

@@ -7,9 +7,7 @@ from dataclasses import replace
 import pytest
 
 from vislam2tag.receiving.token import (
-    ADDRESSES,
-    WAIT_S,
-    WRONG_ALLOWED,
+    WRONG_PROOF,
     Guard,
     SignedRequest,
     answer_mac,
@@ -51,14 +49,6 @@ def test_the_header_holds_nonce_and_mac() -> None:
     assert authorization_mac(f"vislam2tag {NONCE.upper()} {mac}") == (NONCE, mac)
 
 
-class Clock:
-    def __init__(self) -> None:
-        self.now_s = 100.0
-
-    def __call__(self) -> float:
-        return self.now_s
-
-
 def test_tokens_differ_and_can_be_typed() -> None:
     drawn = {new_token() for _ in range(50)}
     assert len(drawn) == 50
@@ -72,38 +62,34 @@ def test_people_read_a_token_in_groups() -> None:
 RIGHT, WRONG = REQUEST.mac(TOKEN), REQUEST.mac("QQQQQQQQQQQQQQQQ")
 
 
-def test_right_tokens_are_admitted_wrong_ones_are_not() -> None:
-    guard = Guard(TOKEN, Clock())
-    assert guard.admits("phone", REQUEST, RIGHT)
-    assert not guard.admits("phone", REQUEST, WRONG)
-    assert not guard.admits("phone", REQUEST, TOKEN)
+def test_right_proofs_are_admitted_wrong_ones_are_not() -> None:
+    guard = Guard(TOKEN)
+    assert guard.refusal(REQUEST, RIGHT) is None
+    assert guard.refusal(REQUEST, WRONG) == WRONG_PROOF
+    assert guard.refusal(REQUEST, TOKEN) == WRONG_PROOF
 
 
-def test_an_address_waits_after_wrong_tokens_and_others_do_not() -> None:
-    clock = Clock()
-    guard = Guard(TOKEN, clock)
-    for _ in range(WRONG_ALLOWED):
-        assert guard.waiting_s("guesser") == 0
-        assert not guard.admits("guesser", REQUEST, WRONG)
-    assert guard.waiting_s("guesser") == WAIT_S
-    assert guard.waiting_s("phone") == 0
-    clock.now_s += WAIT_S - 0.5
-    assert guard.waiting_s("guesser") == 1
-    clock.now_s += 0.5
-    assert guard.waiting_s("guesser") == 0
+def test_wrong_proofs_never_refuse_a_right_one() -> None:
+    guard = Guard(TOKEN)
+    for _ in range(1000):
+        assert guard.refusal(REQUEST, WRONG) == WRONG_PROOF
+    assert guard.refusal(REQUEST, RIGHT) is None
 
 
-def test_a_right_token_clears_the_wrong_ones_before() -> None:
-    guard = Guard(TOKEN, Clock())
-    for _ in range(3):
-        for _ in range(WRONG_ALLOWED - 1):
-            guard.admits("phone", REQUEST, WRONG)
-        assert guard.admits("phone", REQUEST, RIGHT)
-    assert guard.waiting_s("phone") == 0
+def test_a_number_is_used_once() -> None:
+    guard = Guard(TOKEN)
+    other = replace(REQUEST, path="/v2/survey")
+    assert guard.refusal(REQUEST, WRONG) == WRONG_PROOF, "uses nothing up"
+    assert guard.refusal(REQUEST, RIGHT) is None
+    for request in (REQUEST, other, replace(REQUEST, nonce=NONCE.upper())):
+        assert "was sent before" in (guard.refusal(request, request.mac(TOKEN)) or "")
+    new = replace(REQUEST, nonce="1" * 32)
+    assert guard.refusal(new, new.mac(TOKEN)) is None
 
 
-def test_memory_of_addresses_is_bounded() -> None:
-    guard = Guard(TOKEN, Clock())
-    for number in range(ADDRESSES + 10):
-        guard.refuse(f"address {number}")
-    assert len(guard._wrong) == ADDRESSES
+def test_numbers_are_never_forgotten_so_that_a_token_is_used_up() -> None:
+    guard = Guard(TOKEN, max_requests=2)
+    requests = [replace(REQUEST, nonce=f"{number:032x}") for number in range(3)]
+    assert [guard.refusal(each, each.mac(TOKEN)) for each in requests[:2]] == [None, None]
+    assert "start receive again" in (guard.refusal(requests[2], requests[2].mac(TOKEN)) or "")
+    assert "was sent before" in (guard.refusal(requests[0], requests[0].mac(TOKEN)) or "")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER
 from vislam2tag.receiving.session_zip import RefusedZipError
 from vislam2tag.receiving.uploads import (
+    EXPIRY_S,
     MOST_WAITING_SIZES,
     BusyError,
     TooManyError,
@@ -191,3 +193,32 @@ def test_what_a_killed_program_was_unpacking_goes(tmp_path: Path) -> None:
     left.mkdir(parents=True)
     with Uploads(tmp_path, PLENTY, PLENTY):
         assert not left.exists()
+
+
+def test_an_unfinished_upload_expires_when_nothing_comes_for_a_week(tmp_path: Path) -> None:
+    now_s = time.time()
+    with Uploads(tmp_path, PLENTY, PLENTY, clock=lambda: now_s) as uploads:
+        brought(uploads, DATA[:100])
+        now_s += EXPIRY_S - 60
+        brought(uploads, b"x", 10, "a" * 64)
+        assert uploads.state(NAME).received == 100, "it is not old enough"
+        now_s += 120
+        brought(uploads, b"x", 10, "b" * 64)
+        assert uploads.state(NAME) == UploadState("none")
+        brought(uploads, DATA)
+        assert uploads.finish(NAME).path == PLACE
+    now_s += EXPIRY_S
+    with Uploads(tmp_path, PLENTY, PLENTY, clock=lambda: now_s) as later:
+        assert later.waiting() == []
+    assert list((tmp_path / WORK_FOLDER).glob("*.part")) == []
+
+
+def test_an_upload_that_is_being_written_does_not_expire(tmp_path: Path) -> None:
+    now_s = time.time()
+    with Uploads(tmp_path, PLENTY, PLENTY, clock=lambda: now_s) as uploads:
+        brought(uploads, DATA[:100])
+        with uploads.writing(NAME, len(DATA), 100) as file:
+            now_s += 2 * EXPIRY_S
+            brought(uploads, b"x", 10, "a" * 64)
+            file.write(DATA[100:])
+        assert uploads.finish(NAME).path == PLACE

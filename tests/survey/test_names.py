@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.names import landmark_id, session_slugs, unique_slugs
+from vislam2tag.survey.names import is_portable, landmark_id, portable_name, same_name, session_slugs, unique_slugs
 
 KEYS = st.builds(SessionKey, st.integers(-3, 3), st.text(min_size=1, max_size=6), st.text(min_size=1, max_size=200))
 
@@ -80,3 +80,35 @@ def test_the_form_is_final(text: str) -> None:
 @given(st.integers())
 def test_integers_are_themselves_however_spelled(number: int) -> None:
     assert landmark_id(str(number)) == landmark_id(f" {number}.0") == str(number)
+
+
+@given(st.text(max_size=300))
+def test_a_portable_name_is_one(name: str) -> None:
+    made = portable_name(name)
+    assert made == "" or is_portable(made)
+    assert portable_name(made) == made
+
+
+@pytest.mark.parametrize(
+    ("name", "made"),
+    [
+        ("CON", "_CON"),
+        ("aux.csv", "_aux.csv"),
+        ("Com1 .txt", "_Com1 .txt"),
+        ("conin$", "_conin$"),
+        ("console", "console"),
+        ("name.", "name"),
+        ("name. .", "name"),
+        (" name ", "name"),
+        ("a/b:c", "a-b-c"),
+        ("..", ""),
+    ],
+)
+def test_names_are_brought_to_what_every_system_takes(name: str, made: str) -> None:
+    assert portable_name(name) == made
+    assert is_portable(name) == (name == made)
+
+
+def test_names_that_are_one_file_on_some_systems_compare_equal() -> None:
+    assert same_name("B\u00e4r") == same_name("ba\u0308R")
+    assert same_name("a") != same_name("b")

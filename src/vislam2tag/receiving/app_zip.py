@@ -10,10 +10,11 @@ from pathlib import Path
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.receiving.session_zip import RefusedZipError
+from vislam2tag.receiving.session_zip import RefusedZipError, is_device_name
 from vislam2tag.sessions.apps.format import AppFormat
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
+from vislam2tag.survey.names import is_portable, portable_name, same_name
 from vislam2tag.survey.site_table import is_file
 
 _UNSAFE = re.compile(r"[^\w. -]+")
@@ -32,8 +33,11 @@ class AppPlace:
 
 def app_place(floor: int | None, device: str | None) -> AppPlace:
     """Make a place; raises UsageError where the device's name is none of a folder."""
-    if device is not None and (_UNSAFE.search(device) or not device.strip(" .")):
-        raise UsageError(f"--device {device!a}: is no name of a folder: use letters, digits, blanks, ., - and _")
+    if device is not None and (_UNSAFE.search(device) or not is_device_name(device)):
+        raise UsageError(
+            f"--device {device!a}: is no name of a folder for a device: use letters, digits, blanks, ., - and _, "
+            "no blank or dot at the end, no name of a floor's files, and none that Windows reserves (CON, NUL)"
+        )
     return AppPlace(floor, device)
 
 
@@ -63,6 +67,7 @@ def unpack_app(path: Path, folder: Path, max_bytes: int) -> AppRecording:
 
     Raises RefusedZipError, one sentence, where it cannot be unpacked, or no app that is known wrote it.
     """
+    _refuse_unportable(path)
     try:
         unpacked = folder_of(path, folder, max_bytes)
     except DatasetError as error:
@@ -75,8 +80,22 @@ def unpack_app(path: Path, folder: Path, max_bytes: int) -> AppRecording:
             "the zip is no session of the vislam2tag app, nor a recording of another app that is known "
             "(docs/how-to/iphone.md names them)"
         )
-    name = _UNSAFE.sub("-", path.stem if inner == unpacked else inner.name).strip(" .")
+    name = portable_name(_UNSAFE.sub("-", path.stem if inner == unpacked else inner.name))
     return AppRecording(found, inner, name or found)
+
+
+def _refuse_unportable(path: Path) -> None:
+    """Refuse a zip with a file that some system would not take, or two that are one file there."""
+    seen = set[str]()
+    for name in names_in(path):
+        if name.is_absolute() or ".." in name.parts:  # is not unpacked
+            continue
+        if not all(is_portable(part) for part in name.parts) or same_name(str(name)) in seen:
+            raise RefusedZipError(
+                f"the zip has {str(name)!a:.80}, which some systems do not take or which is there twice in other "
+                "letters: pack the recording again with another name"
+            )
+        seen.add(same_name(str(name)))
 
 
 def files_digest(folder: Path) -> str:

@@ -1,4 +1,8 @@
-"""Connections of the receiving server: none waits for ever, none shuts others out, whoever makes them."""
+"""Connections of our servers: those of `receive`, the studio and `locate --serve` have the same limits.
+
+A connection waits until the application admits it: after a proof of the token, a right cookie, or a complete request.
+Waiting and admitted connections have separate room, so strangers cannot take the room of senders that are known.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +11,23 @@ import math
 import signal
 import socket
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from ipaddress import IPv6Address, ip_address
-from typing import Literal
+from itertools import count
+from typing import Any, Literal
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.requests import Request
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
 
-HEADER_S = 10.0
-"""A request's header must be whole so soon after its connection was made."""
-CLOSING_S = 10.0
-"""An answer must be taken off so soon."""
-MOST_CONNECTIONS = 200
-"""At once; half of what the system lets a program open, where that is less. One more ends that which waits longest."""
-MOST_OF_AN_ADDRESS = 20
-"""At once; one more is closed. A browser opens six."""
+MAX_CONNECTIONS = 200
 MINUTE_S, REPORTED_A_MINUTE = 60.0, 10
-"""Of requests without the token so many are told a minute."""
+"""This many requests without the token are reported each minute."""
 GRACE_S = 2
 """Requests still running when the server is ended have so long; what they brought is kept anyway."""
 _WAITING = 512
@@ -37,7 +38,7 @@ _ACCEPTED_AT_ONCE = 32
 
 @dataclass
 class RefusalLog:
-    """Reports requests without a token, but not of each: of some in a minute, then how many more there were."""
+    """Reports requests without a token: some of them each minute, then the number of the others."""
 
     report: Callable[[str, str], None]
     clock: Callable[[], float]
@@ -45,7 +46,7 @@ class RefusalLog:
     _count: int = 0
 
     def refused(self, address: str, message: str) -> None:
-        """Tell of a refusal, or count it only."""
+        """Report a refusal, or only count it."""
         if self.clock() - self._since_s >= MINUTE_S:
             if self._count > REPORTED_A_MINUTE:
                 self.report("", f"{self._count - REPORTED_A_MINUTE} more requests without the token in a minute")
@@ -60,52 +61,143 @@ def open_file_limit() -> int:
     try:
         import resource
     except ModuleNotFoundError:  # Windows, which has no such limit
-        return 2 * MOST_CONNECTIONS
+        return 4 * MAX_CONNECTIONS
     return resource.getrlimit(resource.RLIMIT_NOFILE)[0]
 
 
-class BoundedConnection(H11Protocol):
-    """One connection, which brings one request."""
+@dataclass(frozen=True)
+class Limits:
+    """How many connections a server keeps, and for how long."""
 
-    most = min(MOST_CONNECTIONS, open_file_limit() // 2)
-    _deadline: asyncio.TimerHandle
+    waiting: int
+    """Connections that are not admitted. One more ends the oldest of the network that has most of them."""
+    admitted: int
+    idle_s: float = 10.0
+    """A header must be complete within this time; within each such time, some of an answer must be taken off."""
+
+
+def default_limits() -> Limits:
+    """Share :data:`MAX_CONNECTIONS`, or a quarter of the files that the system lets a program open if that is less.
+
+    The studio runs two servers, and needs files for its work.
+    """
+    half = max(1, min(MAX_CONNECTIONS, open_file_limit() // 4) // 2)
+    return Limits(waiting=half, admitted=half)
+
+
+class LimitedConfig(uvicorn.Config):
+    """uvicorn's configuration with the limits of connections."""
+
+    def __init__(self, app: Starlette, limits: Limits, lifespan: Literal["on", "off"] = "off") -> None:
+        super().__init__(
+            app,
+            log_level="critical",
+            access_log=False,
+            lifespan=lifespan,
+            timeout_graceful_shutdown=GRACE_S,
+            http=LimitedConnection,
+            ws="none",
+            backlog=_ACCEPTED_AT_ONCE,
+        )
+        self.limits = limits
+
+
+class LimitedConnection(H11Protocol):
+    """One connection, which brings one request after the other; the application finds it in the request's state."""
+
+    _numbers = count()
+
+    def __init__(
+        self,
+        config: LimitedConfig,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> None:
+        super().__init__(config, server_state, {**app_state, "connection": self}, _loop)
+        self.limits = config.limits
+        self.admitted = False
+        self._number = next(self._numbers)
+        self._deadline: asyncio.TimerHandle | None = None
+        self._unsent = 0
+
+    def admit(self) -> bool:
+        """Count this connection among the admitted; False if there are too many of them."""
+        if not self.admitted:
+            self.admitted = sum(each.admitted for each in self._all()) < self.limits.admitted
+        return self.admitted
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a connection in, or close it where there are too many."""
+        """Accept a connection, and end another if too many wait."""
         super().connection_made(transport)
-        self.address = network_of(self.client[0] if self.client else "")
-        self._deadline = self.loop.call_later(HEADER_S, self._end)
-        others = [each for each in self.connections if isinstance(each, BoundedConnection) and each is not self]
-        if sum(each.address == self.address for each in others) >= MOST_OF_AN_ADDRESS:
-            self._end()
-        elif len(others) >= self.most:
-            waiting = [each for each in (*others, self) if each.cycle is None]
-            min(waiting, key=lambda each: each._deadline.when())._end()
+        self.network = network_of(self.client[0] if self.client else "")
+        self._start_clock()
+        waiting = [each for each in self._all() if not each.admitted]
+        if len(waiting) > self.limits.waiting:
+            sizes = Counter(each.network for each in waiting)
+            max(waiting, key=lambda each: (sizes[each.network], -each._number))._end()
 
     def handle_events(self) -> None:
-        """Stop the clock once there is a request: from then on the application has its own for each read."""
+        """Stop the clock once a request is complete: from then on the application limits each read."""
         super().handle_events()
-        if self.cycle is not None and not self.cycle.response_complete:
-            self._deadline.cancel()
+        if self._has_request() and not self.flow.write_paused:
+            self._stop_clock()
 
     def on_response_complete(self) -> None:
-        """Leave time to take the answer off."""
+        """Leave time to take the answer off, and for the header of the next request."""
+        self._start_clock()
         super().on_response_complete()
-        self._deadline.cancel()
-        self._deadline = self.loop.call_later(CLOSING_S, self._end)
+
+    def pause_writing(self) -> None:
+        """Leave time to take some of a long answer off."""
+        super().pause_writing()
+        self._start_clock()
+
+    def resume_writing(self) -> None:
+        """Go on with a long answer."""
+        super().resume_writing()
+        if self._has_request():
+            self._stop_clock()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget the connection."""
-        self._deadline.cancel()
+        self._stop_clock()
         super().connection_lost(exc)
+
+    def _all(self) -> list[LimitedConnection]:
+        return [each for each in self.connections if isinstance(each, LimitedConnection)]
+
+    def _has_request(self) -> bool:
+        return self.cycle is not None and not self.cycle.response_complete
+
+    def _start_clock(self) -> None:
+        self._stop_clock()
+        self._unsent = self.transport.get_write_buffer_size()
+        self._deadline = self.loop.call_later(self.limits.idle_s, self._time_over)
+
+    def _stop_clock(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+
+    def _time_over(self) -> None:
+        if 0 < self.transport.get_write_buffer_size() < self._unsent:  # some of the answer was taken off
+            self._start_clock()
+        else:
+            self._end()
 
     def _end(self) -> None:
         self.connections.discard(self)
         self.transport.abort()
 
 
+def admit(request: Request) -> bool:
+    """Admit a request's connection; False if too many are admitted. True for a request that came without a server."""
+    connection = getattr(request.state, "connection", None)
+    return not isinstance(connection, LimitedConnection) or connection.admit()
+
+
 def network_of(host: str) -> str:
-    """What counts as one address: an address of IPv4, or the network of 64 bits that is one user's in IPv6."""
+    """What counts as one sender: an address of IPv4, or the 64-bit network of an address of IPv6."""
     try:
         address = ip_address(host.partition("%")[0])
     except ValueError:
@@ -139,9 +231,11 @@ class _Server(uvicorn.Server):
 
 
 @contextmanager
-def serving(app: Starlette, opened: socket.socket) -> Iterator[None]:
+def serving(
+    app: Starlette, opened: socket.socket, limits: Limits | None = None, lifespan: Literal["on", "off"] = "off"
+) -> Iterator[None]:
     """Serve an application on an open socket in a thread of its own, until the block ends."""
-    server = _server(app, BoundedConnection, "off")
+    server = _Server(LimitedConfig(app, limits or default_limits(), lifespan))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [opened]}, name="receiving")
     thread.start()
     try:
@@ -151,25 +245,6 @@ def serving(app: Starlette, opened: socket.socket) -> Iterator[None]:
         thread.join()
 
 
-def serve(
-    app: Starlette,
-    opened: socket.socket,
-    connection: type[H11Protocol] = BoundedConnection,
-    lifespan: Literal["on", "off"] = "off",
-) -> None:
+def serve(app: Starlette, opened: socket.socket, lifespan: Literal["on", "off"] = "off") -> None:
     """Serve an application on an open socket until SIGINT or SIGTERM."""
-    _server(app, connection, lifespan).run(sockets=[opened])
-
-
-def _server(app: Starlette, connection: type[H11Protocol], lifespan: Literal["on", "off"]) -> _Server:
-    config = uvicorn.Config(
-        app,
-        log_level="critical",
-        access_log=False,
-        lifespan=lifespan,
-        timeout_graceful_shutdown=GRACE_S,
-        http=connection,
-        ws="none",
-        backlog=_ACCEPTED_AT_ONCE,
-    )
-    return _Server(config)
+    _Server(LimitedConfig(app, default_limits(), lifespan)).run(sockets=[opened])

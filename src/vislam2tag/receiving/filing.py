@@ -16,6 +16,7 @@ from vislam2tag.receiving.app_zip import AppPlace, AppRecording, files_digest, h
 from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, parse_checksums, unpack
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.survey.discover import floor_folders
+from vislam2tag.survey.names import same_name
 
 WORK_FOLDER = ".receiving"
 """Hidden folder of a survey that holds what is not filed yet; surveys ignore it."""
@@ -60,7 +61,8 @@ def _file_app(survey: Path, recording: AppRecording, place: AppPlace) -> FiledSe
         raise RefusedZipError(f"a recording of {recording.format} does not tell its floor: say it by --floor")
     number = place.floor if place.floor is not None else min(floors)
     device = place.device or recording.device
-    target = floors.get(number, survey / f"floor_{number}") / device / recording.name
+    floor = floors.get(number, survey / f"floor_{number}")
+    target = _spelled(_spelled(floor, device), recording.name)
     filed = FiledSession(target.relative_to(survey).as_posix(), target.exists(), files_digest(recording.folder))
     if filed.already:
         if not holds_all_of(target, recording.folder):
@@ -85,7 +87,14 @@ def _place(survey: Path, session: UnpackedSession) -> Path:
     """The session's folder in the survey; a floor that has none yet gets one."""
     number = session.record.floor
     floor = _floors(survey).get(number, survey / f"floor_{number}")
-    return floor / session.record.device / session.name
+    return _spelled(floor, session.record.device) / session.name
+
+
+def _spelled(folder: Path, name: str) -> Path:
+    """A folder's subfolder of a name; spelled as one that is there already if they are one folder on some systems."""
+    there = sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
+    same = [other for other in there if same_name(other) == same_name(name)]
+    return folder / (name if name in same or not same else same[0])
 
 
 def _move(folder: Path, target: Path) -> bool:

@@ -5,11 +5,11 @@ docs/reference/phone-handover.md tells more.
 
 from __future__ import annotations
 
-import asyncio
 import errno
 import hashlib
 import re
-from collections.abc import AsyncIterator, Callable
+import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import BinaryIO
 
@@ -20,12 +20,20 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from vislam2tag.receiving.connections import RefusalLog, network_of
+from vislam2tag.receiving.connections import RefusalLog, admit
 from vislam2tag.receiving.filing import FiledSession
+from vislam2tag.receiving.limited_requests import blocks, drain
 from vislam2tag.receiving.page import PAGE, PAGE_HEADERS
 from vislam2tag.receiving.session_zip import RefusedZipError
 from vislam2tag.receiving.survey_facts import plan_jpeg, survey_facts
-from vislam2tag.receiving.token import SCHEME, Guard, SignedRequest, answer_mac, authorization_mac
+from vislam2tag.receiving.token import (
+    SCHEME,
+    WRONG_PROOF,
+    Guard,
+    SignedRequest,
+    answer_mac,
+    authorization_mac,
+)
 from vislam2tag.receiving.uploads import (
     UPLOAD_NAME,
     BusyError,
@@ -74,9 +82,11 @@ class RefusalError(Exception):
 class Receiver:
     """Answers the requests of phones and browsers for one survey."""
 
-    def __init__(self, uploads: Uploads, guard: Guard, listener: Listener) -> None:
+    def __init__(
+        self, uploads: Uploads, guard: Guard, listener: Listener, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self._uploads, self._guard, self._listener = uploads, guard, listener
-        self._strangers = RefusalLog(listener.refused, guard.clock)
+        self._strangers = RefusalLog(listener.refused, clock)
 
     def app(self) -> Starlette:
         """The application that a server runs."""
@@ -149,7 +159,7 @@ class Receiver:
         """
         received, most, digest = offset, min(length, offset + MOST_PER_REQUEST), hashlib.sha256()
         try:
-            async for block in _blocks(request):
+            async for block in blocks(request, SILENT_S):
                 if received + len(block) > most:
                     raise RefusalError(400 if most == length else 413, "the request brings more bytes than it may")
                 _write_all(file.write, block)
@@ -184,17 +194,14 @@ class Receiver:
 
     def _prove(self, request: Request) -> None:
         """Refuse a request that does not prove that its sender knows the token."""
-        address = network_of(request.client.host if request.client else "")
-        wait_s = self._guard.waiting_s(address)
-        if wait_s:
-            raise RefusalError(429, f"too many wrong tokens; wait {wait_s} s", {"Retry-After": str(wait_s)})
         shown = authorization_mac(request.headers.get("Authorization", ""))
-        if shown is None:
-            self._guard.refuse(address)
-        if shown is None or not self._guard.admits(address, _signed(request, shown[0]), shown[1]):
-            message = "the token is missing or wrong; scan the code again"
-            raise RefusalError(401, message, {"WWW-Authenticate": SCHEME})
+        problem = WRONG_PROOF if shown is None else self._guard.refusal(_signed(request, shown[0]), shown[1])
+        if shown is None or problem is not None:
+            raise RefusalError(401, problem or WRONG_PROOF, {"WWW-Authenticate": SCHEME})
         request.state.nonce = shown[0]
+        if not admit(request):
+            message = "the computer takes no more connections at once; wait"
+            raise RefusalError(429, message, {"Retry-After": str(BUSY_S)})
 
     def _check_length(self, request: Request, length: int) -> None:
         if length > self._uploads.max_bytes:
@@ -209,8 +216,8 @@ class Receiver:
         assert isinstance(error, RefusalError)
         known = hasattr(request.state, "nonce")
         if known:
-            await _drain(request)
-        if error.status not in (409, 423):
+            await drain(request, MOST_PER_REQUEST, SILENT_S)
+        if error.status not in (409, 423, 429):
             report = self._listener.refused if known else self._strangers.refused
             report(request.client.host if request.client else "", error.message)
         content = {**(asdict(error.state) if error.state else {}), "message": error.message}
@@ -230,30 +237,6 @@ class Receiver:
     async def _unknown(self, _request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 500
         return JSONResponse({"message": "no such address or method; this is vislam2tag receive"}, status, _HEADERS)
-
-
-async def _blocks(request: Request) -> AsyncIterator[bytes]:
-    """The body as it comes; raises TimeoutError after a silence of ``SILENT_S``."""
-    stream = request.stream()
-    while True:
-        try:
-            async with asyncio.timeout(SILENT_S):
-                block = await anext(stream)
-        except StopAsyncIteration:
-            return
-        yield block
-
-
-async def _drain(request: Request) -> None:
-    """Take what a phone still sends: it does not read why it is refused before."""
-    left = MOST_PER_REQUEST
-    try:
-        async for block in _blocks(request):
-            left -= len(block)
-            if left < 0:
-                return
-    except (ClientDisconnect, TimeoutError, RuntimeError):  # gone, silent, or all was read before
-        return
 
 
 def _whole(request: Request, header: str) -> int:
@@ -285,4 +268,4 @@ def _go_on(message: str, state: UploadState) -> RefusalError:
 
 def _signed(request: Request, nonce: str) -> SignedRequest:
     offset, length, body = (request.headers.get(name, "") for name in ("Upload-Offset", "Upload-Length", BODY_SHA256))
-    return SignedRequest(request.method, request.url.path, offset, length, body, nonce)
+    return SignedRequest(request.method, str(request.scope["path"]), offset, length, body, nonce)

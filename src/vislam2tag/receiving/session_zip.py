@@ -19,6 +19,7 @@ from vislam2tag.common.files.bounded_file import BoundedFile
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES
 from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
+from vislam2tag.survey.names import is_portable
 
 SUMS_FILE = "SHA256SUMS"
 KNOWN_FILES = frozenset(name for names in FILE_NAMES.values() for name in names) | {SUMS_FILE}
@@ -30,7 +31,7 @@ _MOST_SUMS, _MOST_RECORD = 10_000, 1_000_000
 """Bytes that SHA256SUMS and session.json are expected to stay below."""
 _MOST_DIRECTORY = 100_000
 """Bytes of the directory of entries, and of the search for it: some thousand names, a session has ten."""
-_NO_DEVICE = re.compile(r"(?i:tachymeter|.*\.(csv|jpe?g|png))")
+_OF_FLOOR = re.compile(r"(?i:tachymeter|.*\.(csv|jpe?g|png))")
 """A floor's own files and folders: as a device's folder they would stand in their place."""
 
 
@@ -142,6 +143,11 @@ def _check_sums(folder: Path, sums: dict[str, str]) -> None:
         )
 
 
+def is_device_name(name: str) -> bool:
+    """Whether a device's folder may have a name: on every system, and beside the floor's own files."""
+    return is_portable(name) and not _OF_FLOOR.fullmatch(name)
+
+
 def parse_checksums(data: bytes) -> dict[str, str]:
     """SHA-256 by file of a ``SHA256SUMS``; raises RefusedZipError where it has another form or names a file twice."""
     lines = [_SUMS_LINE.fullmatch(line) for line in data.decode("utf-8", errors="replace").splitlines()]
@@ -158,9 +164,10 @@ def _record(folder: Path, name: str) -> PhoneRecord:
         raise RefusedZipError(f"{RECORD_FILE}: {error}") from error
     except SessionError as error:
         raise RefusedZipError(str(error)) from error
-    if _NO_DEVICE.fullmatch(record.device):
+    if not is_device_name(record.device):
         raise RefusedZipError(
-            f"the device is called {record.device}, as a file of the floor may be: give it another name"
+            f"the device is called {record.device}, which is a file of the floor or a name that Windows does not "
+            "take: give it another name"
         )
     if record.session != name:
         raise RefusedZipError(f"{RECORD_FILE} is of session {record.session}, the zip of {name}")

@@ -1,4 +1,4 @@
-"""The token that lets a phone hand over sessions, how both prove that they know it, and the guard who asks for it.
+"""The token that lets a phone hand over sessions, and the proofs that phone and computer know it.
 
 The token is never sent (docs/reference/phone-handover.md): shown in the code, it is the key of an HMAC-SHA256
 (RFC 2104) over all that a request or an answer means.
@@ -10,10 +10,7 @@ import hashlib
 import hmac
 import re
 import secrets
-from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import ceil
 
 SCHEME = "Vislam2tag"
 """Of the header ``Authorization``, followed by nonce and MAC."""
@@ -53,15 +50,12 @@ def _mac(token: str, *parts: str) -> str:
     return hmac.new(token.encode(), "\n".join((_PROTOCOL, *parts)).encode(), hashlib.sha256).hexdigest()
 
 
+WRONG_PROOF = "the token is missing or wrong; scan the code again"
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
 LENGTH = 16
-"""80 bits: too many to guess, few enough to type."""
-WRONG_ALLOWED = 5
-"""So many requests of an address may prove nothing before it must wait ..."""
-WAIT_S = 60.0
-"""... this long."""
-ADDRESSES = 1000
-"""Addresses remembered; the one longest silent is forgotten."""
+"""80 bits: too many to guess, few enough to type. Wrong proofs therefore need no penalty, which others would suffer."""
+MAX_REQUESTS = 1_000_000
+"""Proven requests that a token is good for: the number of each is remembered as long as the token is valid."""
 
 
 def new_token() -> str:
@@ -75,38 +69,21 @@ def grouped(token: str) -> str:
 
 
 @dataclass
-class _Wrong:
-    count: int = 0
-    until_s: float = 0.0
-
-
-@dataclass
 class Guard:
-    """Checks who knows the token, and lets addresses wait that did not too often; ``clock`` gives seconds."""
+    """Checks who knows the token, and that each number (nonce) is used once."""
 
     token: str
-    clock: Callable[[], float]
-    _wrong: OrderedDict[str, _Wrong] = field(default_factory=OrderedDict)
+    max_requests: int = MAX_REQUESTS
+    _used: set[bytes] = field(default_factory=set)
 
-    def waiting_s(self, address: str) -> int:
-        """Whole seconds that an address must wait; 0 where it may ask."""
-        known = self._wrong.get(address)
-        return max(0, ceil(known.until_s - self.clock())) if known else 0
-
-    def admits(self, address: str, request: SignedRequest, mac: str) -> bool:
-        """Tell whether a request's MAC is right; a wrong one counts against the address."""
-        if hmac.compare_digest(mac, request.mac(self.token)):
-            self._wrong.pop(address, None)
-            return True
-        self.refuse(address)
-        return False
-
-    def refuse(self, address: str) -> None:
-        """Count a request without a right MAC against its address."""
-        known = self._wrong.pop(address, _Wrong())
-        known.count += 1
-        if known.count >= WRONG_ALLOWED:
-            known.count, known.until_s = 0, self.clock() + WAIT_S
-        self._wrong[address] = known
-        while len(self._wrong) > ADDRESSES:
-            self._wrong.popitem(last=False)
+    def refusal(self, request: SignedRequest, mac: str) -> str | None:
+        """Say why a request is refused; None if its MAC is right and its number is new, which is used up then."""
+        if not hmac.compare_digest(mac, request.mac(self.token)):
+            return WRONG_PROOF
+        number = bytes.fromhex(request.nonce)
+        if number in self._used:
+            return "this request was sent before; send it again with a new number"
+        if len(self._used) >= self.max_requests:
+            return f"the token is used up after {self.max_requests:,} requests; start receive again, scan the new code"
+        self._used.add(number)
+        return None

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import re
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +31,8 @@ MOST_WAITING = 100
 """So many uploads may wait to go on ..."""
 MOST_WAITING_SIZES = 20
 """... and so many times the greatest zip may they announce together: what phones leave unfinished fills no disk."""
+EXPIRY_S = 7 * 24 * 3600.0
+"""An unfinished upload that gets no bytes for this long is removed."""
 
 
 class _FiledRecord(Record, extra="ignore"):
@@ -68,12 +71,20 @@ class BusyError(Exception):
 class Uploads:
     """The uploads of one survey. Only one program at a time may hold them: use it as a context manager."""
 
-    def __init__(self, survey: Path, max_bytes: int, max_unpacked_bytes: int, place: AppPlace | None = None) -> None:
+    def __init__(
+        self,
+        survey: Path,
+        max_bytes: int,
+        max_unpacked_bytes: int,
+        place: AppPlace | None = None,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
         """Take zips of ``max_bytes`` at most, which unpack to ``max_unpacked_bytes`` at most.
 
-        ``place`` is where recordings of other apps go.
+        ``place`` is where recordings of other apps go; ``clock`` gives the time in seconds since 1970.
         """
         self.survey, self._max_unpacked, self._place = survey, max_unpacked_bytes, place
+        self._clock = clock
         self.max_bytes = max_bytes
         self._folder = survey / WORK_FOLDER
         self._busy: set[str] = set()
@@ -91,6 +102,7 @@ class Uploads:
             shutil.rmtree(left, ignore_errors=True)
         for named in self._folder.glob("*.zip"):
             named.unlink()
+        self._remove_expired()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -98,8 +110,7 @@ class Uploads:
 
     def waiting(self) -> list[UploadState]:
         """States of all uploads that have begun and are not filed."""
-        names = (_PART.fullmatch(path.name) for path in sorted(self._folder.glob("*.part")))
-        return [self.state(match.group(1)) for match in names if match]
+        return [self.state(name) for _, name, _ in self._parts()]
 
     def state(self, name: str) -> UploadState:
         """How far an upload is; ``name`` is the SHA-256 of its zip.
@@ -123,6 +134,7 @@ class Uploads:
         """
         if name in self._busy:
             raise BusyError
+        self._remove_expired()
         part = self._part(name)
         if part is not None and part[1] != length:
             raise WrongLengthError
@@ -141,8 +153,8 @@ class Uploads:
                 path.unlink()
 
     def _refuse_too_many(self, length: int) -> None:
-        begun = [part for path in self._folder.glob("*.part") if (part := _PART.fullmatch(path.name))]
-        size = sum(int(part.group(2)) for part in begun)
+        begun = self._parts()
+        size = sum(announced for _, _, announced in begun)
         if len(begun) >= MOST_WAITING or size + length > MOST_WAITING_SIZES * self.max_bytes:
             raise TooManyError
 
@@ -178,11 +190,17 @@ class Uploads:
         return filed
 
     def _part(self, name: str) -> tuple[Path, int] | None:
-        for path in sorted(self._folder.glob("*.part")):
-            match = _PART.fullmatch(path.name)
-            if match and match.group(1) == name:
-                return path, int(match.group(2))
-        return None
+        return next(((path, length) for path, named, length in self._parts() if named == name), None)
+
+    def _parts(self) -> list[tuple[Path, str, int]]:
+        """Files, names and lengths of all unfinished uploads."""
+        matches = ((path, _PART.fullmatch(path.name)) for path in sorted(self._folder.glob("*.part")))
+        return [(path, match.group(1), int(match.group(2))) for path, match in matches if match]
+
+    def _remove_expired(self) -> None:
+        for path, name, _ in self._parts():
+            if name not in self._busy and self._clock() - path.stat().st_mtime > EXPIRY_S:
+                path.unlink()
 
     def _filed(self, name: str) -> str | None:
         """Where an upload was filed, if all of it still lies there."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,11 +27,8 @@ from vislam2tag.sheets.page_layout import largest_width_m, page_layout
 from vislam2tag.sheets.quality import ImageQuality
 from vislam2tag.sheets.sheet_requests import SheetRequest
 from vislam2tag.sheets.tags import TAG_FILE, SheetTag, sheet_tag, tag_number, tag_rows
-from vislam2tag.survey.names import landmark_id, unique_slugs
+from vislam2tag.survey.names import is_reserved, landmark_id, unique_slugs
 from vislam2tag.survey.sheet_size import SheetSize
-
-_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-"""Names that Windows keeps for devices, with any ending."""
 
 
 def image_names(ids: Sequence[str]) -> tuple[str, ...]:
@@ -43,7 +39,7 @@ def image_names(ids: Sequence[str]) -> tuple[str, ...]:
 def _plain(name: str) -> str:
     """Make a name that is neither empty, hidden nor reserved."""
     shown = name.replace(":", "").lstrip(".")
-    return f"landmark-{shown}" if not shown or _RESERVED.fullmatch(shown) else shown
+    return f"landmark-{shown}" if not shown or is_reserved(shown) else shown
 
 
 PDF_FILE, RECORD_FILE, IMAGE_FOLDER, MANIFEST_FILE = "sheets.pdf", "sheets.json", "images", "manifest.csv"

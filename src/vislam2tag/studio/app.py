@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
+from typing import TypeVar
 
 from pydantic import ValidationError
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.requests import ClientDisconnect, Request
+from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
@@ -21,6 +21,8 @@ from vislam2tag.common.errors import OutputError, SessionError, SurveyError, Usa
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.receiving.connections import admit
+from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
 from vislam2tag.studio.corrections_view import corrections_view
 from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, Studio
 from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, OwnHeaders
@@ -31,6 +33,7 @@ from vislam2tag.studio.work_messages import ConflictView, EnterRequest, Problem
 from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
 from vislam2tag.survey.corrections.merging import Conflict, ConflictError
 
+_Record = TypeVar("_Record", bound=FiniteRecord)
 ALL_ENDPOINTS = (*ENDPOINTS, *PREPARE)
 BODY_S = 30.0
 """A request's body must be whole so soon ..."""
@@ -102,7 +105,7 @@ async def _asset(request: Request) -> Response:
 
 async def _enter(studio: Studio, request: Request) -> Response:
     _refuse_strangers(studio, request)
-    token = EnterRequest.model_validate(await _json(request)).token
+    token = (await _body_record(EnterRequest, request)).token
     cookie = studio.guard.enter(token)
     if cookie is None:
         raise RefusedError(401, "entry_needed", "this address was used already; start the studio again for a new one")
@@ -113,6 +116,8 @@ async def _let_in(studio: Studio, handler: Callable[[Request], Awaitable[Respons
     _refuse_strangers(studio, request)
     if not studio.guard.knows(request.headers.get("cookie", "")):
         raise RefusedError(401, "entry_needed", "open the address that the terminal shows")
+    if not admit(request):
+        raise RefusedError(429, "busy", "too many pages are open at once; close some of them")
     return await handler(request)
 
 
@@ -134,24 +139,30 @@ async def _answer(studio: Studio, endpoint: Endpoint, request: Request) -> Respo
         raise RefusedError(428, "invalid", "the header If-Match must hold the version that was changed")
     try:
         query = endpoint.query.model_validate(dict(request.query_params))
-        body = endpoint.body.model_validate(await _json(request) if endpoint.body is not NoQuery else {})
+        body = NoQuery() if endpoint.body is NoQuery else await _body_record(endpoint.body, request)
         content = await _file(request) if endpoint.takes_file else b""
         path = {k: str(v) for k, v in request.path_params.items()}
         asked = Asked(path, query, body, request.headers.get("if-match"), content)
         found = await run_in_threadpool(endpoint.answer, studio, asked)
     except RefusedError:
         raise
-    except ValidationError as error:
-        problem = error.errors()[0]
-        place = ".".join(map(str, problem["loc"]))
-        raise RefusedError(422, "invalid", f"{place}: {problem['msg']}") from error
     except Exception as error:
         raise _refusal(error) from error
     return _response(request, endpoint, found)
 
 
+def _invalid(error: ValidationError) -> RefusedError:
+    problem = error.errors(include_url=False)[0]
+    if problem["type"] == "json_invalid":
+        return RefusedError(400, "invalid", "the request is no JSON")
+    place = ".".join(map(str, problem["loc"])) or "the request"
+    return RefusedError(422, "invalid", f"{place}: {problem['msg']}")
+
+
 def _refusal(error: Exception) -> RefusedError:
     """What an endpoint's exception means to the page."""
+    if isinstance(error, ValidationError):
+        return _invalid(error)
     if isinstance(error, KeyError):
         return RefusedError(404, "not_found", f"there is no {error.args[0]}; load the page again")
     lacks = missing_extra(error) if isinstance(error, ModuleNotFoundError) else None
@@ -174,14 +185,14 @@ def _response(request: Request, endpoint: Endpoint, found: FiniteRecord | Binary
     return Response(found.content, endpoint.status, headers, found.media_type)
 
 
-async def _json(request: Request) -> object:
-    """The body, which must come soon and be small; empty counts as an empty object."""
+async def _body_record(kind: type[_Record], request: Request) -> _Record:
+    """Read a body of JSON, which must come soon and be small; empty counts as an empty object."""
     if request.headers.get("content-type", BODIES[0]).partition(";")[0] != BODIES[0]:
         raise RefusedError(403, "forbidden", f"this change must come as {BODIES[0]}")
     try:
-        return json.loads(await _body(request, MOST_BODY, BODY_S) or b"{}")
-    except (ValueError, RecursionError):
-        raise RefusedError(400, "invalid", "the request is no JSON") from None
+        return kind.model_validate_json(await _body(request, MOST_BODY, BODY_S) or b"{}")
+    except ValidationError as error:
+        raise _invalid(error) from error
 
 
 async def _file(request: Request) -> bytes:
@@ -191,16 +202,12 @@ async def _file(request: Request) -> bytes:
 
 
 async def _body(request: Request, most: int, seconds: float) -> bytes:
-    content = bytearray()
     try:
-        async with asyncio.timeout(seconds):
-            async for block in request.stream():
-                content += block
-                if len(content) > most:
-                    raise RefusedError(413, "too_large", f"a request may bring {most >> 20} MiB")
-    except (TimeoutError, ClientDisconnect):
+        return await whole_body(request, most, seconds)
+    except BrokenBodyError:
         raise RefusedError(400, "invalid", "the request broke off") from None
-    return bytes(content)
+    except LargeBodyError:
+        raise RefusedError(413, "too_large", f"a request may bring {most >> 20} MiB") from None
 
 
 async def _refuse(studio: Studio, request: Request, error: Exception) -> Response:

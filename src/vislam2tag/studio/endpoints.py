@@ -270,7 +270,7 @@ class Endpoint:
 
 ENDPOINTS = (
     Endpoint("GET", "/api/survey", _survey, SurveyView),
-    Endpoint("GET", "/api/floors/{number:int}/plan", _plan, None, PlanQuery),
+    Endpoint("GET", "/api/floors/{number:short}/plan", _plan, None, PlanQuery),
     Endpoint("GET", "/api/sessions", lambda studio, _: session_view.session_list(studio.workspace), SessionList),
     Endpoint("GET", "/api/sessions/{id}", _session, SessionDetail),
     Endpoint(
@@ -288,7 +288,7 @@ ENDPOINTS = (
     Endpoint("GET", "/api/corrections/tables", _tables, CorrectionTables),
     Endpoint("GET", "/api/jobs", _jobs, Jobs),
     Endpoint("POST", "/api/jobs", _new_job, Job, body=JobRequest, status=202),
-    Endpoint("DELETE", "/api/jobs/{number:int}", _cancel, Job),
+    Endpoint("DELETE", "/api/jobs/{number:short}", _cancel, Job),
     Endpoint("GET", "/api/diagnosis", _diagnosis, DiagnosisView),
     Endpoint("GET", "/api/compare", _compare, ComparisonView, CompareQuery),
     Endpoint("GET", "/api/layers", _layers, Layers),

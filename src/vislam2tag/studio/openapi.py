@@ -41,7 +41,7 @@ def openapi() -> dict[str, Any]:
     references, definitions = models_json_schema(records, ref_template=_REFERENCE)  # type: ignore[arg-type]
     paths: dict[str, dict[str, Any]] = {}
     for endpoint in ALL_ENDPOINTS:
-        path = re.sub(r":int\}", "}", endpoint.path)
+        path = re.sub(r":short\}", "}", endpoint.path)
         paths.setdefault(path, {})[endpoint.method.lower()] = _operation(endpoint, references)
     paths["/api/enter"] = {
         "post": {
@@ -62,7 +62,7 @@ def _operation(endpoint: Endpoint, references: Any) -> dict[str, Any]:
     answer: dict[str, Any] = {"description": "the answer"}
     if endpoint.gives is not None:
         answer |= _content(references[endpoint.gives, "serialization"])
-    words = re.sub(r"[^a-z]+", "_", endpoint.path.removeprefix("/api/").replace(":int", "")).strip("_")
+    words = re.sub(r"[^a-z]+", "_", endpoint.path.removeprefix("/api/").replace(":short", "")).strip("_")
     operation: dict[str, Any] = {
         "operationId": f"{endpoint.method.lower()}_{words}",
         "parameters": [*_path_parameters(endpoint.path), *_query_parameters(endpoint.query)],
@@ -85,7 +85,7 @@ def _content(schema: object) -> dict[str, Any]:
 def _path_parameters(path: str) -> list[dict[str, Any]]:
     return [
         {"name": name, "in": "path", "required": True, "schema": {"type": "integer" if kind else "string"}}
-        for name, kind in re.findall(r"\{(\w+)(:int)?\}", path)
+        for name, kind in re.findall(r"\{(\w+)(:short)?\}", path)
     ]
 
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from starlette.applications import Starlette
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from vislam2tag.receiving.address import url_for
 from vislam2tag.receiving.connections import serve
@@ -46,4 +45,4 @@ def opened_studio(
 
 def serve_studio(app: Starlette, opened: socket.socket) -> None:
     """Serve until SIGINT or SIGTERM; connections stay open for many requests, and for events."""
-    serve(app, opened, connection=H11Protocol, lifespan="on")
+    serve(app, opened, lifespan="on")

@@ -4,17 +4,48 @@ from __future__ import annotations
 
 import hashlib
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Sequence
 
 from vislam2tag.survey.model import SessionKey
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
-_DEVICE = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
+_RESERVED = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0-9¹²³]) *(\..*)?", re.IGNORECASE)
 """Names that Windows keeps for devices, whatever their suffix."""
+_UNPORTABLE = re.compile(r'[\x00-\x1f\x7f<>:"/\\|?*]')
+"""Characters that a name cannot have on every system."""
+_GREATEST_NAME = 255
 _SUFFIX_LENGTH = 8
 _GREATEST_STEM = 120
 """File systems allow 255 bytes; this leaves room for suffixes."""
+
+
+def is_reserved(name: str) -> bool:
+    """Whether Windows keeps a name for a device, as ``con`` or ``aux.csv``."""
+    return _RESERVED.fullmatch(name) is not None
+
+
+def is_portable(name: str) -> bool:
+    """Whether every file system takes a name and keeps it as it is: of one file or folder, without its path."""
+    fits = 0 < len(name.encode("utf-8", "replace")) <= _GREATEST_NAME
+    return fits and name[-1] not in " ." and not _UNPORTABLE.search(name) and not is_reserved(name)
+
+
+def portable_name(name: str) -> str:
+    """Make a name that every file system takes; empty if nothing of it is left.
+
+    Characters that some systems refuse become ``-``, blanks and dots around it go, as do the last characters of a long
+    one, and names that Windows keeps for devices get ``_`` in front.
+    """
+    plain = _UNPORTABLE.sub("-", name).strip(" .").encode("utf-8", "ignore")[: _GREATEST_NAME - 1]
+    kept = plain.decode("utf-8", "ignore").strip(" .")
+    return f"_{kept}" if is_reserved(kept) else kept
+
+
+def same_name(name: str) -> str:
+    """Return the form by which names are compared: two of one form are one file on some systems."""
+    return unicodedata.normalize("NFC", name).casefold()
 
 
 def session_slugs(keys: Sequence[SessionKey]) -> tuple[str, ...]:
@@ -41,11 +72,11 @@ def unique_slugs(names: Sequence[str], exact: Sequence[str] | None = None) -> tu
 
 
 def _is_usable(stem: str) -> bool:
-    return len(stem) <= _GREATEST_STEM and not _DEVICE.fullmatch(stem) and not stem.endswith(".")
+    return len(stem) <= _GREATEST_STEM and not is_reserved(stem) and not stem.endswith(".")
 
 
 def _marked(stem: str, exact: str) -> str:
-    return f"{'_' if _DEVICE.fullmatch(stem) else ''}{stem[:_GREATEST_STEM]}-{_digest(exact)}"
+    return f"{'_' if is_reserved(stem) else ''}{stem[:_GREATEST_STEM]}-{_digest(exact)}"
 
 
 def _digest(exact: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -166,7 +165,7 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, 
             line = f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here"
             console.out(line, highlight=False)
         listener = Listener(screen.received, screen.filed, screen.refused)
-        serve(Receiver(uploads, Guard(token, time.monotonic), listener).app(), opened)
+        serve(Receiver(uploads, Guard(token), listener).app(), opened)
     count = sum(not one.already for one in screen.filed_sessions)
     console.out(f"{survey}: {count} session{'' if count == 1 else 's'} received", highlight=False)
     return screen.filed_sessions

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 
@@ -50,7 +49,7 @@ class Handover:
                     opened = stack.enter_context(listen(EVERYWHERE[0], 0))
                     uploads = stack.enter_context(Uploads(self._workspace.root, MOST_BYTES, 8 * MOST_BYTES))
                     listener = Listener(filed=self._filed, refused=self._refuse)
-                    app = Receiver(uploads, Guard(token, time.monotonic), listener).app()
+                    app = Receiver(uploads, Guard(token), listener).app()
                     stack.enter_context(serving(app, opened))
                     self._url, self._token = url_for(EVERYWHERE[0], opened.getsockname()[1], token), token
                     self._running = stack.pop_all()

@@ -15,6 +15,7 @@ from vislam2tag.pipeline.site.init import NewFloor, add_floor
 from vislam2tag.pipeline.site.plan_scale import settled_source
 from vislam2tag.studio.prepare.messages import AddedFloor, DroppedFile, FloorRequest, PlanLookView
 from vislam2tag.studio.workspace import Workspace
+from vislam2tag.survey.names import portable_name
 from vislam2tag.survey.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
 from vislam2tag.survey.plans.source import PlanSource
 from vislam2tag.survey.site_file import has_site_file, read_site_file
@@ -43,7 +44,7 @@ class DroppedFiles:
 
     def keep(self, name: str, content: bytes) -> DroppedFile:
         """Keep a file; raises UsageError for an empty one, or a name that cannot be a file's."""
-        plain = _UNSAFE.sub("_", name.replace("\\", "/").rpartition("/")[2]).lstrip(". ")[-100:]
+        plain = portable_name(_UNSAFE.sub("_", name.replace("\\", "/").rpartition("/")[2])[-100:])
         if not plain:
             raise UsageError(f"{name!r} is no name of a file; rename it")
         if not content:

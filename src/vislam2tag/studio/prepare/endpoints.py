@@ -115,8 +115,8 @@ def _walls(studio: Studio, asked: Asked) -> WallsView:
 _PLANS = count(1)
 PREPARE = (
     Endpoint("POST", "/api/prepare/files", _drop, DroppedFile, FileQuery, takes_file=True),
-    Endpoint("GET", "/api/prepare/files/{number:int}/look", _look, PlanLookView, LookQuery),
-    Endpoint("GET", "/api/prepare/files/{number:int}/picture", _picture, None, LookQuery),
+    Endpoint("GET", "/api/prepare/files/{number:short}/look", _look, PlanLookView, LookQuery),
+    Endpoint("GET", "/api/prepare/files/{number:short}/picture", _picture, None, LookQuery),
     Endpoint("POST", "/api/prepare/floors", _add_floor, AddedFloor, body=FloorRequest),
     Endpoint("POST", "/api/prepare/plans", _plan, PlannedView, body=PlanWish),
     Endpoint("POST", "/api/prepare/plans/change", _change, PlannedView, body=PlanChange),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from functools import partial
 from importlib import resources
 from typing import Any
@@ -14,13 +13,15 @@ from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
-from starlette.requests import ClientDisconnect, Request
+from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from vislam2tag import __version__
 from vislam2tag.pipeline.positioning.serving.answers import MOST_LATEST, ServedAnswers
 from vislam2tag.pipeline.positioning.serving.messages import LocateAnswer, LocateRequest, Refusal, ServedModel
+from vislam2tag.receiving.connections import admit
+from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
 
 MOST_BODY = 1 << 20
 """Bytes that a request may bring."""
@@ -63,7 +64,7 @@ def locate_app(answers: ServedAnswers) -> Starlette:
         Route("/openapi.json", _openapi, methods=["GET"]),
         Route("/model", partial(_model, answers), methods=["GET"]),
         Route("/model.v2t", partial(_file, answers), methods=["GET"]),
-        Route("/plans/{number:int}", partial(_plan, answers), methods=["GET"]),
+        Route("/plans/{number:short}", partial(_plan, answers), methods=["GET"]),
         Route("/locate", partial(_locate, answers), methods=["POST"]),
         Route("/latest", partial(_latest, answers), methods=["GET"]),
     ]
@@ -97,7 +98,7 @@ async def _file(answers: ServedAnswers, request: Request) -> Response:
 
 async def _plan(answers: ServedAnswers, request: Request) -> Response:
     number = int(request.path_params["number"])
-    if number >= len(answers.plans):
+    if not 0 <= number < len(answers.plans):
         raise RefusedError(404, "there is no such plan; GET /model lists them")
     return FileResponse(answers.plans[number], headers=_HEADERS)
 
@@ -112,6 +113,8 @@ async def _locate(answers: ServedAnswers, request: Request) -> Response:
         problem = error.errors()[0]
         place = ".".join(map(str, problem["loc"])) or "body"
         raise RefusedError(422, f"{place}: {problem['msg']}; GET /api tells the form") from error
+    if not admit(request):
+        raise RefusedError(429, "too many requests at once; send more scans in each")
     return _json(await run_in_threadpool(answers.locate, asked))
 
 
@@ -121,19 +124,12 @@ async def _latest(answers: ServedAnswers, request: Request) -> Response:
 
 
 async def _body(request: Request) -> bytes:
-    """Return what a request brings; what is too much is read and dropped, as who still sends does not read why."""
-    content, size = b"", 0
     try:
-        async with asyncio.timeout(BODY_S):
-            async for block in request.stream():
-                size += len(block)
-                if size <= MOST_BODY:
-                    content += block
-    except (TimeoutError, ClientDisconnect):
+        return await whole_body(request, MOST_BODY, BODY_S)
+    except BrokenBodyError:
         raise RefusedError(400, "the request broke off") from None
-    if size > MOST_BODY:
-        raise RefusedError(413, f"a request may bring {MOST_BODY >> 20} MiB; send fewer scans at once")
-    return content
+    except LargeBodyError:
+        raise RefusedError(413, f"a request may bring {MOST_BODY >> 20} MiB; send fewer scans at once") from None
 
 
 def _json(record: BaseModel) -> Response:
@@ -165,7 +161,7 @@ def openapi() -> dict[str, Any]:
         return {"get": {"operationId": name, "summary": summary, "responses": answered}}
 
     file = {"200": {"description": "the file", "content": {_FILE: {}}}}
-    refused = {code: {"description": "refused"} | content("Refusal") for code in ("400", "413", "415", "422")}
+    refused = {code: {"description": "refused"} | content("Refusal") for code in ("400", "413", "415", "422", "429")}
     locate = {
         "operationId": "locate",
         "summary": "Locate scans",
