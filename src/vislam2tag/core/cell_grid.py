@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.limits import MAX_REACH_CELLS
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,14 @@ class CellGrid:
         """Centres (n, 2: x, y) of cells (n, 2: row, column)."""
         centres: FloatArray = np.array(self.origin_m) + (cells[:, ::-1] + 0.5) * self.cell_m
         return centres
+
+
+def around_most(cells: IntArray) -> BoolArray:
+    """Which cells (n, 2) lie around most others: a few far away must not fill the memory."""
+    if not len(cells):
+        return np.zeros(0, dtype=np.bool_)
+    near: BoolArray = (np.abs(cells - np.median(cells, axis=0)) <= MAX_REACH_CELLS).all(axis=1)
+    return near
 
 
 @dataclass(frozen=True)

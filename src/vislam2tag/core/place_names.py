@@ -17,5 +17,6 @@ def near_landmarks(landmarks: Landmarks, floor: int, place_m: tuple[float, float
     """
     here = landmarks.on_floor(floor)
     away_m = np.linalg.norm(here.position_bcs - np.asarray(place_m), axis=1)
-    rows = [row for row in np.argsort(away_m, kind="stable").tolist() if here.surveyed[row]]
+    surveyed = here.surveyed
+    rows = [row for row in np.argsort(away_m, kind="stable").tolist() if surveyed[row]]
     return ", ".join(f"{away_m[row]:.0f} m from landmark {here.ids[row]}" for row in rows[:NAMED])

@@ -286,6 +286,8 @@ class Trajectory(Drawable):
     """Steps of the tracker that are no motion, by frame; only strategies that look for them report any."""
     contradictions: tuple[Contradiction, ...] = ()
     """Landmarks that contradict the rest, greatest first."""
+    passes_left_out: int = 0
+    """Passes of landmarks beyond those that can be solved for."""
     not_converged: tuple[str, ...] = ()
     """What of it (``path``, ``heights``) was still moving when re-weighting ended."""
 

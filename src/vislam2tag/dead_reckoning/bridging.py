@@ -6,6 +6,7 @@ far such a bridge leads astray is measured on the same walk: over stretches of t
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,11 +61,12 @@ class WalkerMotion:
 
 
 def bridged_observations(
-    camera: CameraTrack, log: LandmarkLog, range_m: float, *, slips: bool = False
+    camera: CameraTrack, log: LandmarkLog, range_m: float, *, slips: bool = False, surveyed: Collection[str] = ()
 ) -> WalkObservations:
     """Reduce a session with two or more usable frames, as the smoother wants it, its untold stretches bridged.
 
-    With ``slips`` the inertial sensors also tell where the tracker may have slipped.
+    With ``slips`` the inertial sensors also tell where the tracker may have slipped; ``surveyed`` landmarks count most
+    where there are more than can be solved for.
     """
     odometry = continuous_odometry(camera, log)
     untold = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
@@ -73,7 +75,7 @@ def bridged_observations(
         motion = WalkerMotion.of(camera.inertial, exposed_ns)
         if motion is not None:
             odometry = bridged(with_slips(odometry, motion) if slips else odometry, motion)
-    return WalkObservations.of(camera, log, range_m, odometry)
+    return WalkObservations.of(camera, log, range_m, odometry, surveyed)
 
 
 def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.limits import MAX_AT_ONCE, MAX_PAIRS
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.diagnosis.passes import WalkPasses
 
@@ -112,7 +113,7 @@ def _turns(walk: WalkPasses, target: ComplexArray) -> Iterator[tuple[complex, co
     """Turns and origins by which most places fit, roughly, the best first; a pair of passes suggests each."""
     rows = np.flatnonzero(np.isfinite(target))
     place, wanted = walk.place[rows], target[rows]
-    first, second = np.triu_indices(len(rows), 1)
+    first, second = _some_pairs(len(rows))
     logged, true = place[second] - place[first], wanted[second] - wanted[first]
     apart = np.minimum(np.abs(logged), np.abs(true))
     alike = np.abs(np.abs(logged) - np.abs(true)) < SAME_DISTANCE_M + SAME_DISTANCE_SHARE * apart
@@ -123,9 +124,12 @@ def _turns(walk: WalkPasses, target: ComplexArray) -> Iterator[tuple[complex, co
     turn /= np.abs(turn)
     middle = (place[first[pairs]] + place[second[pairs]]) / 2
     origin = (wanted[first[pairs]] + wanted[second[pairs]]) / 2 - turn * middle
-    off = np.abs(origin[:, None] + turn[:, None] * place - wanted)
-    near = np.minimum(np.abs(place - place[first[pairs], None]), np.abs(place - place[second[pairs], None]))
-    cost = np.minimum((off / (NEAR_M + NEAR_SHARE * near)) ** 2, 9.0).sum(axis=1)
+    cost = np.concatenate(
+        [
+            _cost(place, wanted, origin[some], turn[some], first[pairs[some]], second[pairs[some]])
+            for some in np.array_split(np.arange(len(pairs)), -(-len(pairs) * len(rows) // MAX_AT_ONCE))
+        ]
+    )
     yielded: list[tuple[complex, complex]] = []
     for pair in np.argsort(cost, kind="stable").tolist():
         candidate = complex(turn[pair]), complex(origin[pair])
@@ -134,6 +138,28 @@ def _turns(walk: WalkPasses, target: ComplexArray) -> Iterator[tuple[complex, co
             yield candidate
         if len(yielded) == TRIED:
             return
+
+
+def _some_pairs(count: int) -> tuple[IntArray, IntArray]:
+    """All pairs of so many passes; evenly some of them where there are more than can be tried."""
+    most = int(np.sqrt(2 * MAX_PAIRS))
+    rows = np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(np.int64)
+    first, second = np.triu_indices(len(rows), 1)
+    return rows[first], rows[second]
+
+
+def _cost(
+    place: ComplexArray,
+    wanted: ComplexArray,
+    origin: ComplexArray,
+    turn: ComplexArray,
+    first: IntArray,
+    second: IntArray,
+) -> FloatArray:
+    """How badly all places fit with each origin and turn (q,), which the pairs ``first`` and ``second`` suggest."""
+    off = np.abs(origin[:, None] + turn[:, None] * place - wanted)
+    near = np.minimum(np.abs(place - place[first, None]), np.abs(place - place[second, None]))
+    return np.asarray(np.minimum((off / (NEAR_M + NEAR_SHARE * near)) ** 2, 9.0).sum(axis=1))
 
 
 def _differs(one: tuple[complex, complex], other: tuple[complex, complex], middle: complex) -> bool:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.similarity import as_points
 from vislam2tag.smoother.drift import STATES, transitions
 from vislam2tag.smoother.equations import Weights, sighting_variance, stretch_drift
@@ -43,6 +44,7 @@ class WalkPasses:
     @classmethod
     def of(cls, key: SessionKey, observations: WalkObservations) -> WalkPasses:
         """Reduce what was observed on a walk."""
+        observations = observations.first(MAX_DIAGNOSED_PASSES)
         odometry, passes = observations.odometry, observations.passes
         model = Model(observations, odometry.path, np.ones_like(odometry.path), rough=False)
         even = Weights.even(USUAL, len(passes.at), len(observations.ids))

@@ -7,7 +7,7 @@ heard everywhere what they heard a few metres back.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
@@ -16,12 +16,13 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, runs_of
+from vislam2tag.core.limits import MAX_LEVEL_CELLS
 from vislam2tag.diagnosis.evidence import Evidence
 from vislam2tag.diagnosis.laid_way import Way
 from vislam2tag.survey.model import SessionKey
 
 CELL_M = 1.0
-"""Side of a cell."""
+"""Side of a cell, metres; larger where there would be more than :data:`MAX_LEVEL_CELLS`."""
 SPREADS_M = (1.2, 3.6)
 """How far readings speak for the cells about them (Gaussians' sigmas): nearby ones, and where none is near, farther."""
 FAR_WEIGHT = 0.03
@@ -135,6 +136,7 @@ class _Cells:
 
     names: npt.NDArray[np.str_]
     corner: complex
+    cell_m: float
     shape: tuple[int, int, int]
 
     @classmethod
@@ -142,24 +144,35 @@ class _Cells:
         """Cells about the ways of some walks."""
         names = np.unique(np.concatenate([walk.bssid for walk in walks]))
         ways = np.concatenate([walk.way[np.isfinite(walk.way)] for walk in walks])
-        corner = complex(ways.real.min(), ways.imag.min()) - complex(CELL_M, CELL_M)
+        wide, high = np.ptp(ways.real), np.ptp(ways.imag)
+        cell_m = max(CELL_M, float(np.sqrt(wide * high * len(names) / MAX_LEVEL_CELLS)))
+        cell_m = max(cell_m, float(max(wide, high)) * len(names) / MAX_LEVEL_CELLS)
+        corner = complex(ways.real.min(), ways.imag.min()) - complex(cell_m, cell_m)
         far = complex(ways.real.max(), ways.imag.max()) - corner
-        return cls(names, corner, (len(names), int(far.imag / CELL_M) + 2, int(far.real / CELL_M) + 2))
+        return cls(names, corner, cell_m, (len(names), int(far.imag / cell_m) + 2, int(far.real / cell_m) + 2))
 
-    def references(self, walks: Sequence[HeardOnWalk]) -> list[_Levels]:
-        """For each walk what the others heard; levels of devices differ by constants, which the first maps tell."""
-        offsets_db = np.zeros(len(walks))
-        for _ in range(2):
-            maps = [self._levels(walk, walk.dbm - db) for walk, db in zip(walks, offsets_db, strict=True)]
-            total = [sum(one[i] for one in maps) for i in range(2)]
-            references = [self._spread((total[0] - own[0], total[1] - own[1])) for own in maps]
-            pairs = zip(walks, references, strict=True)
-            offsets_db = np.array([_middle_db(self.differences(walk, 0.0, of)) for walk, of in pairs])
-        return references
+    def references(self, walks: Sequence[HeardOnWalk]) -> Iterator[_Levels]:
+        """For each walk, one after the other, what the others heard; levels of devices differ by constants, which the
+        first maps show.
+        """
+        nothing = np.zeros(len(walks))
+        pairs = zip(walks, self._references(walks, nothing), strict=True)
+        return self._references(walks, np.array([_middle_db(self.differences(walk, 0.0, of)) for walk, of in pairs]))
+
+    def _references(self, walks: Sequence[HeardOnWalk], offsets_db: FloatArray) -> Iterator[_Levels]:
+        """For each walk what the others heard, less the offsets (w,) of their devices; one map at a time is kept."""
+        sums, weights = np.zeros(self.shape), np.zeros(self.shape)
+        for walk, db in zip(walks, offsets_db, strict=True):
+            own = self._levels(walk, walk.dbm - db)
+            sums += own[0]
+            weights += own[1]
+        for walk, db in zip(walks, offsets_db, strict=True):
+            own = self._levels(walk, walk.dbm - db)
+            yield self._spread((sums - own[0], weights - own[1]))
 
     def _index(self, walk: HeardOnWalk, offset_s: float) -> tuple[tuple[IntArray, ...], FloatArray]:
         """Cells of readings that lie on the way, and which of all readings do."""
-        place = (walk.places(offset_s) - self.corner) / CELL_M
+        place = (walk.places(offset_s) - self.corner) / self.cell_m
         on = np.isfinite(place)
         point = np.searchsorted(self.names, walk.bssid[on])
         return (point, place.imag[on].astype(np.int64), place.real[on].astype(np.int64)), on
@@ -175,7 +188,7 @@ class _Cells:
     def _spread(self, levels: _Levels) -> _Levels:
         """Levels spread over the cells about each: from near, and for a small part from afar."""
         near, far = (
-            [gaussian_filter(part, (0.0, at_m / CELL_M, at_m / CELL_M), truncate=2.5) for part in levels]
+            [gaussian_filter(part, (0.0, at_m / self.cell_m, at_m / self.cell_m), truncate=2.5) for part in levels]
             for at_m in SPREADS_M
         )
         known = far[1] >= LEAST_WEIGHT

@@ -13,6 +13,7 @@ from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
+from vislam2tag.core.limits import MAX_AT_ONCE
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.point_errors import usable_path, walking_velocity
@@ -148,8 +149,9 @@ def press_covariance(velocity_bcs: FloatArray, settings: TruthSettings) -> Float
 
 def nearest_points(places: FloatArray, points: FloatArray) -> FloatArray:
     """Of the points (p, 2) the one (k, 2) nearest to each place (k, 2); the first one where the place is not known."""
-    distance = np.nan_to_num(np.linalg.norm(places[:, None] - points, axis=2))
-    return np.asarray(points[distance.argmin(axis=1)])
+    parts = np.array_split(places, max(1, -(-places.size * len(points) // MAX_AT_ONCE)))
+    nearest = [np.nan_to_num(np.linalg.norm(part[:, None] - points, axis=2)).argmin(axis=1) for part in parts]
+    return np.asarray(points[np.concatenate(nearest)])
 
 
 def covariances_at(time_ns: IntArray, trajectory: Trajectory) -> FloatArray:

@@ -10,13 +10,14 @@ from scipy.ndimage import uniform_filter
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.core.limits import MAX_CELLS
 from vislam2tag.planning.prediction import ExpectedLabels
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.walkable.space import WalkableSpace
 from vislam2tag.walkable.walked.walking_distances import WalkingDistances
 
 CELL_M = 0.25
-"""Side of a cell of the map."""
+"""Side of a cell of the map, metres; of a floor with more than :data:`MAX_CELLS` of them, larger."""
 CLASS_M = 5.0
 """Width of a class of distances to the nearest landmark."""
 
@@ -47,14 +48,15 @@ def sigma_map(space: WalkableSpace, expected: Sequence[ExpectedLabels]) -> Sigma
     walls: the inner end of a deep room has the value of the place from which one goes there.
     """
     left, right, low, high = space.area.grid.extent_m
-    grid = CellGrid((left, low), CELL_M, int(np.ceil((high - low) / CELL_M)), int(np.ceil((right - left) / CELL_M)))
+    cell_m = max(CELL_M, float(np.sqrt((right - left) * (high - low) / MAX_CELLS)))
+    grid = CellGrid((left, low), cell_m, int(np.ceil((high - low) / cell_m)), int(np.ceil((right - left) / cell_m)))
     total, count = np.zeros(grid.shape), np.zeros(grid.shape)
     for one in expected:
         rows, columns = grid.cells_of(one.path).clip(0, np.array(grid.shape) - 1).T
         np.add.at(total, (rows, columns), one.variance_m2)
         np.add.at(count, (rows, columns), 1.0)
     cells = np.argwhere(np.ones(grid.shape, dtype=np.bool_))
-    walkable = (space.clearance_at(grid.centres_m(cells)) > CELL_M / 2).reshape(grid.shape)
+    walkable = (space.clearance_at(grid.centres_m(cells)) > cell_m / 2).reshape(grid.shape)
     variance = np.where(count > 0, total / np.maximum(count, 1), np.nan)
     return SigmaMap(grid, np.sqrt(_filled(variance, walkable)))
 

@@ -18,7 +18,12 @@ from vislam2tag.sessions.corrected_taps import with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
-from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
+from vislam2tag.sessions.session_landmarks import (
+    ambiguous_floor,
+    candidate_landmarks,
+    landmarks_of_session,
+    with_fewer_landmarks,
+)
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
@@ -139,6 +144,7 @@ def _prepared(task: SessionTask, read: Session) -> PreparedSession:
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids, floors_told(session))
     named = [entry.name for entry in entries.set_landmark_floor]
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
+    session = with_fewer_landmarks(session, mine.landmarks.surveyed_ids)
     landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
     return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses, *tap_uses))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,8 +12,10 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import Storeys
+from vislam2tag.core.limits import MAX_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import vertical_span_m
+from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import SessionKey, Site
 
 CLIMB_M = 1.5
@@ -64,6 +66,27 @@ def _storeys(site: Site, own: int, numbers: IntArray) -> Storeys:
     """The floors with these numbers (s,), sorted, and their elevations."""
     known = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
     return Storeys(own, numbers, np.array([known.get(number, np.nan) for number in numbers.tolist()]))
+
+
+def with_fewer_landmarks(session: Session, surveyed: Collection[str]) -> Session:
+    """A session with at most :data:`~vislam2tag.core.limits.MAX_LANDMARKS` landmarks in its log.
+
+    Surveyed ones count first, then those that were logged most often.
+    """
+    log = session.landmarks
+    if len(log.ids) <= MAX_LANDMARKS:
+        return session
+    unknown = np.array([name not in surveyed for name in log.ids])
+    order = np.lexsort((-np.diff(log.offsets), unknown))
+    kept = np.sort(order[:MAX_LANDMARKS]).tolist()
+    name = next((file.name for file in session.files if file.role == "landmarks"), "")
+    message = (
+        f"{name}: {len(log.ids):,} landmarks are logged, and one session may have {MAX_LANDMARKS:,}; surveyed ones and "
+        "those logged most often are used: remove those that do not exist"
+    )
+    left_out = len(log.ids) - len(kept)
+    finding = Finding(kind="too_many_landmarks", file=name, count=left_out, message=message)
+    return replace(session, landmarks=log.select(kept), findings=(*session.findings, finding))
 
 
 def landmarks_of_session(

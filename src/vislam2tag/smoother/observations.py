@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.smoother.noise import DriftSource
 from vislam2tag.smoother.odometry import Odometry, continuous_odometry
@@ -30,17 +32,59 @@ class WalkObservations:
     ids: tuple[str, ...]
     odometry: Odometry
     passes: Passes
+    passes_left_out: int = 0
+    """Passes beyond those that can be solved for."""
 
     @classmethod
     def of(
-        cls, camera: CameraTrack, log: LandmarkLog, range_m: float, odometry: Odometry | None = None
+        cls,
+        camera: CameraTrack,
+        log: LandmarkLog,
+        range_m: float,
+        odometry: Odometry | None = None,
+        surveyed: Collection[str] = (),
     ) -> WalkObservations:
         """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres).
 
-        The odometry is the tracker's where none is given.
+        The odometry is the tracker's where none is given. ``surveyed`` landmarks count most where there are more than
+        can be solved for.
         """
         odometry = continuous_odometry(camera, log) if odometry is None else odometry
-        return cls(log.ids, odometry, find_passes(camera, log, odometry, range_m))
+        return cls(log.ids, odometry, find_passes(camera, log, odometry, range_m)).within_limits(surveyed)
+
+    def within_limits(self, surveyed: Collection[str]) -> WalkObservations:
+        """The same with no more passes and landmarks than can be solved for.
+
+        A landmark that is not surveyed and was passed once says nothing of the walk, so it goes first; then passes go,
+        evenly over the walk.
+        """
+        if self._solvable():
+            return self
+        often = np.bincount(self.passes.landmark, minlength=len(self.ids)) > 1
+        tells = often | np.array([name in surveyed for name in self.ids], dtype=np.bool_)
+        less = self._with_passes(np.flatnonzero(tells[self.passes.landmark]))
+        if less._solvable():
+            return less
+        most = max(1, MAX_SOLVER_BLOCKS // len(less.ids) ** 2)
+        return less._with_passes(np.linspace(0, len(less.passes.at) - 1, most).astype(np.int64))
+
+    def first(self, most: int) -> WalkObservations:
+        """The same with the first passes only."""
+        if len(self.passes.at) <= most:
+            return self
+        left_out = self.passes_left_out + len(self.passes.at) - most
+        return WalkObservations(self.ids, self.odometry, self.passes.select(np.arange(most)), left_out)
+
+    def _solvable(self) -> bool:
+        return len(self.passes.at) * len(self.ids) ** 2 <= MAX_SOLVER_BLOCKS
+
+    def _with_passes(self, rows: IntArray) -> WalkObservations:
+        """The same with some of the passes, and the landmarks that they are of."""
+        passes = self.passes.select(rows)
+        kept, landmark = np.unique(passes.landmark, return_inverse=True)
+        ids = tuple(self.ids[i] for i in kept.tolist())
+        left_out = self.passes_left_out + len(self.passes.at) - len(rows)
+        return WalkObservations(ids, self.odometry, replace(passes, landmark=landmark.astype(np.int64)), left_out)
 
     @cached_property
     def nodes(self) -> IntArray:

@@ -42,6 +42,18 @@ class Passes:
     spread_m: FloatArray
     count: IntArray
 
+    def select(self, rows: IntArray) -> Passes:
+        """Some of the passes (ascending)."""
+        return Passes(
+            at=self.at[rows],
+            landmark=self.landmark[rows],
+            offset=self.offset[rows],
+            heading=self.heading[rows],
+            distance_m=self.distance_m[rows],
+            spread_m=self.spread_m[rows],
+            count=self.count[rows],
+        )
+
 
 def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
     """Condense the sightings within ``range_m`` (horizontal, metres) to passes.

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
+from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.plans.source import GREATEST_M
 from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
@@ -17,7 +18,7 @@ FLOOR_FILE = "floor_dimensions.csv"
 _CONSEQUENCE = "the floors' extents are unknown and are taken from the data"
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
-        f"a row needs a whole floor number and a width and height from 0 to {GREATEST_M:,.0f} m; these rows are left "
+        f"a row needs a whole floor number and a width and height from 0 to {MAX_FLOOR_M:,.0f} m; these rows are left "
         "out: correct them"
     ),
     "duplicate_floor": "a floor may have one row; the first counts: remove the others",
@@ -68,7 +69,7 @@ def _unusable(kind: FindingKind, problem: str, lines: tuple[int, ...] = ()) -> F
 
 def _floor_row(table: SiteTable, fields: tuple[str, ...]) -> tuple[int, FloorRow]:
     width, height, elevation = (finite_or_none(table.cell(fields, name)) for name in ("width", "height", "elevation"))
-    if width is None or height is None or not (0 < width <= GREATEST_M and 0 < height <= GREATEST_M):
+    if width is None or height is None or not (0 < width <= MAX_FLOOR_M and 0 < height <= MAX_FLOOR_M):
         raise ValueError("width and height must be positive, and no greater than a building")
     if elevation is not None and abs(elevation) > GREATEST_M:
         raise ValueError("no floor lies so high")

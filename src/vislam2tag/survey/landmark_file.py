@@ -12,6 +12,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
+from vislam2tag.core.limits import MAX_CONTROL_POINTS
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.model import ControlPoints
 from vislam2tag.survey.names import landmark_id
@@ -261,6 +262,10 @@ def _control_points_of(table: SiteTable) -> tuple[ControlPoints, list[Finding]]:
         else:
             points.append((x, y))
             source.append(table.place(line))
+    if len(points) > MAX_CONTROL_POINTS:
+        message = f"{len(points):,} control points, and a floor may have {MAX_CONTROL_POINTS:,}; none is used"
+        problem = Finding(kind="unreadable_file", file=table.file, count=1, message=message)
+        return ControlPoints((), np.empty((0, 2))), [*table.findings, problem]
     positions = np.array(points, dtype=np.float64).reshape(len(points), 2)
     ids = tuple(str(i) for i in range(len(points)))
     message = (

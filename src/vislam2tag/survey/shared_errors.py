@@ -14,6 +14,7 @@ import polars as pl
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.table_files import parquet_bytes, read_parquet
 from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns, of_landmarks
+from vislam2tag.core.limits import MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import Landmarks
 
 SUFFIX = ".covariance.parquet"
@@ -56,6 +57,8 @@ class SharedErrors:
         if not len(used):
             return landmarks
         rows, count = here[used], len(own)
+        if count > MAX_JOINT_LANDMARKS:
+            raise ValueError(f"{count:,} landmarks, and at most {MAX_JOINT_LANDMARKS:,} can share errors")
         joint = np.diag(np.concatenate((np.zeros(2 * count), np.nan_to_num(landmarks.heading_sigma_rad) ** 2)))
         pair = 2 * np.arange(count)[:, None] + (0, 1)
         apart = np.flatnonzero(landmarks.surveyed)

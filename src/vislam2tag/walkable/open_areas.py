@@ -18,6 +18,8 @@ _GRAZE_M = 0.5
 """Shorter pieces of corridor between open areas are left out."""
 _STUB_M = 2.0
 """Shorter dead ends off an open area belong to it."""
+_LEAST_STEP_CELLS = 6.0
+"""Nodes of the net are at least this many cells apart, so that their number is bounded as that of the cells is."""
 _SHORTCUT_STEPS = 2.3
 """Shortcuts are at most this many steps of the net long: ways over it are then at most 3 % too long."""
 
@@ -41,15 +43,16 @@ def lay_nets(network: Network, space: WalkableSpace, doors: set[int], settings: 
     cells = open_cells(space, settings)
     if not cells.any():
         return set()
+    step_m = max(settings.hall_step_m, _LEAST_STEP_CELLS * space.area.cell_m)
     gates = _cut(network, space, cells, doors)
     nodes: set[int] = set()
     _, numbers = cv2.connectedComponents(cells.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     labels = np.asarray(numbers, dtype=np.int64)
     gate_at = {gate: _label_near(labels, space, network.places[gate]) for gate in gates}
     for hall in range(1, int(labels.max()) + 1):
-        made = [network.add_node(place) for place in _net_places(labels == hall, space, settings.hall_step_m)]
+        made = [network.add_node(place) for place in _net_places(labels == hall, space, step_m)]
         own = [gate for gate in gates if gate_at[gate] == hall]
-        _knit(network, [*made, *own], space, settings.hall_step_m)
+        _knit(network, [*made, *own], space, step_m)
         nodes.update(made, (gate for gate in own if gate not in doors))
     return nodes
 

@@ -16,7 +16,7 @@ import polars as pl
 from scipy.ndimage import distance_transform_edt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.cell_grid import CellGrid, WalkableArea
+from vislam2tag.core.cell_grid import CellGrid, WalkableArea, around_most
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.by_session import each_session
 from vislam2tag.dataset.model import Dataset, Storey
@@ -35,8 +35,6 @@ _PATHS = (
 )
 """Further tables that say where a walk went, and how sure that is."""
 _PARTS = 16
-_REACH_CELLS = 1000
-"""Cells farther than this along an axis from the median one are left out."""
 _EPSILON = 1e-9
 
 
@@ -181,7 +179,7 @@ def _floor(
 ) -> FloorCoverage:
     """Lay the cells of one floor into arrays."""
     cells = touched.select("row", "column").to_numpy()
-    near = _near(cells)
+    near = around_most(cells)
     first, last = _span(cells[near], area.mask.shape if area else (0, 0))
     cell_m, (left_m, low_m) = (area.cell_m, area.origin_m) if area else (settings.cell_m, (0.0, 0.0))
     origin = (left_m + cell_m * float(first[1]), low_m + cell_m * float(first[0]))
@@ -201,14 +199,6 @@ def _floor(
     covered = walkable & (_distance_m(found, cell_m) <= settings.radius_m * (1 + _EPSILON))
     far = int(counted.filter(~inside)["count"].sum())
     return FloorCoverage(storey, grid, by_device, walkable, covered, far)
-
-
-def _near(cells: IntArray) -> BoolArray:
-    """Which cells (n, 2) lie around most others: a few labels far away must not fill the memory."""
-    if not len(cells):
-        return np.zeros(0, dtype=np.bool_)
-    near: BoolArray = (np.abs(cells - np.median(cells, axis=0)) <= _REACH_CELLS).all(axis=1)
-    return near
 
 
 def _span(cells: IntArray, shape: tuple[int, ...]) -> tuple[IntArray, IntArray]:

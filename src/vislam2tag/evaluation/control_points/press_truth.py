@@ -63,7 +63,7 @@ def estimate_lead(along_m: FloatArray, speed_m_s: FloatArray) -> PressLead:
         return PressLead(float("nan"), float("nan"), np.full(len(along_m), np.nan))
     weight = np.where(usable, speed_m_s, 0.0)
     lead_s = _weighted_median(quotient, weight)
-    others = weight * (1 - np.eye(len(along_m)))
+    others = (np.where(np.arange(len(weight)) == press, 0.0, weight) for press in range(len(weight)))
     without_s = np.array([_weighted_median(quotient, one) for one in others])
     rest_m = np.abs(along_m - lead_s * speed_m_s)[usable]
     scatter_m = 1.4826 * float(np.median(rest_m))

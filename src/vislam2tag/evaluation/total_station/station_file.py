@@ -11,6 +11,7 @@ import polars as pl
 from vislam2tag.common.errors import SurveyError, first_line
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.limits import of_one_recording
 
 TRACK_FILE = "tachy.csv"
 SHOTS_FOLDER = "tachymeter"
@@ -24,7 +25,7 @@ class StationTrack:
     time_ns: IntArray
     position: FloatArray
     left_out: int = 0
-    """Further rows: without a finite position, or not later than one before them."""
+    """Further rows: without a finite position, not later than one before them, or at a time of another recording."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ def read_station_track(path: Path) -> StationTrack:
     rows = table.select("X", "Y").with_columns(time=time)
     finite = rows.filter(pl.all_horizontal(pl.all().is_not_null() & pl.all().is_finite()))
     later = finite.filter(pl.col("time") > pl.col("time").cum_max().shift(1).fill_null(np.iinfo(np.int64).min))
+    later = later.filter(of_one_recording(later["time"].to_numpy()))
     if len(later) < 2:
         raise SurveyError(f"{path}: expected a track of two points at least; found {len(later)}")
     return StationTrack(later["time"].to_numpy(), later.select("X", "Y").to_numpy(), len(rows) - len(later))

@@ -49,12 +49,14 @@ class Smoother:
         nothing = builder.finish(camera, (), ())
         if camera.usable.sum() < FEWEST_FRAMES:
             return nothing
-        observations = bridged_observations(camera, log, self.sighting_range_m)
+        observations = bridged_observations(camera, log, self.sighting_range_m, surveyed=landmarks.surveyed_ids)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
-        priors = LandmarkPriors.of(log.ids, landmarks)
+        priors = LandmarkPriors.of(observations.ids, landmarks)
         smoothed = smooth(observations, priors, camera.tracker)
         if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
-            observations = bridged_observations(camera, log, self.sighting_range_m, slips=True)
+            observations = bridged_observations(
+                camera, log, self.sighting_range_m, slips=True, surveyed=landmarks.surveyed_ids
+            )
             smoothed = smooth(observations, priors, camera.tracker)
         if smoothed is None:
             return nothing
@@ -83,6 +85,7 @@ class Smoother:
             floor=heights.floor,
             events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
+            passes_left_out=observations.passes_left_out,
             not_converged=tuple(
                 what for what, converged in (("path", tied.converged), ("heights", heights.converged)) if not converged
             ),

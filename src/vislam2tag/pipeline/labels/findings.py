@@ -6,6 +6,7 @@ import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.faults import Contradiction
+from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.labeling.settings import ProcessSettings
@@ -23,6 +24,7 @@ def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m
         *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, radius_m, needs),
         *(_contradiction(found, landmarks) for found in trajectory.contradictions),
         *_not_converged(trajectory),
+        *_passes_left_out(trajectory, len(session.landmarks.ids)),
     ]
 
 
@@ -94,6 +96,18 @@ def _not_converged(trajectory: Trajectory) -> list[Finding]:
         "at its events and landmarks in the report, and leave out what is wrong in corrections.toml"
     )
     return [Finding(kind="not_converged", file="", count=1, message=message)]
+
+
+def _passes_left_out(trajectory: Trajectory, landmarks: int) -> list[Finding]:
+    """Passes beyond those that can be solved for with so many landmarks."""
+    if not trajectory.passes_left_out:
+        return []
+    message = (
+        f"passes of {landmarks:,} landmarks were left out: passes times the square of the landmarks may be "
+        f"{MAX_SOLVER_BLOCKS:,}; landmarks without a surveyed place that were passed once went first, then passes "
+        "evenly over the walk: remove landmarks that do not exist, or split the recording"
+    )
+    return [Finding(kind="too_many_landmarks", file="", count=trajectory.passes_left_out, message=message)]
 
 
 def pose_lag_findings(lag_s: float | None, settings: ProcessSettings) -> list[Finding]:

@@ -43,11 +43,11 @@ def passes_record(prepared: PreparedSession, range_m: float) -> PassesRecord | N
 def places_of(prepared: PreparedSession) -> Places:
     """Surveyed landmarks that a session may use, those of floors with other frames left out."""
     landmarks, own = prepared.landmarks, prepared.session.key.floor
-    one_frame = not prepared.task.frames
+    one_frame, surveyed = not prepared.task.frames, landmarks.surveyed
     return {
         name: (int(landmarks.floor[i]), complex(*landmarks.position_bcs[i]))
         for i, name in enumerate(landmarks.ids)
-        if landmarks.surveyed[i] and (one_frame or int(landmarks.floor[i]) == own)
+        if surveyed[i] and (one_frame or int(landmarks.floor[i]) == own)
     }
 
 

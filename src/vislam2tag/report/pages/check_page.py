@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.core.cell_grid import around_most
 from vislam2tag.report.floor_map.arrows import arrow_line
 from vislam2tag.report.floor_map.figures import colour_bar, site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text, walk_to_fill
@@ -148,6 +149,8 @@ def _room_names(space: WalkedSpace | None) -> list[Trace]:
 
 def _gain_map(gains: dict[Cell, float]) -> Trace:
     """Colour each square that a landmark could stand in by the gain there, centimetres."""
+    cells = np.array(list(gains), dtype=np.int64).reshape(-1, 2)
+    gains = {cell: gain for (cell, gain), near in zip(gains.items(), around_most(cells), strict=True) if near}
     columns, rows = np.array(list(gains), dtype=np.int64).reshape(-1, 2).T
     x = np.arange(columns.min(), columns.max() + 1) if gains else np.empty(0, dtype=np.int64)
     y = np.arange(rows.min(), rows.max() + 1) if gains else np.empty(0, dtype=np.int64)

@@ -8,6 +8,7 @@ import polars as pl
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.limits import MAX_RECORDING_S, of_one_recording
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.settings import FindingSettings
@@ -16,6 +17,10 @@ POSE_COLUMNS = dict.fromkeys(("tx", "ty", "tz", "qx", "qy", "qz", "qw"), pl.Floa
 """Position in metres and quaternion (x, y, z, w), both in the ACS."""
 GREATEST = 1e6
 """No tracker's frame reaches this far, metres: such a number is a fault, and its square might overflow."""
+FAR_TIMES = (
+    f"times are more than {MAX_RECORDING_S / 3600:g} h from the median time, the longest that one recording may last; "
+    "they are not used: correct them, or split the recording"
+)
 NOT_FINITE = f"numbers must be finite and less than {GREATEST:g}; these poses are not used"
 
 
@@ -62,6 +67,7 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     position, orientation, sound, findings = poses_of(rows, file)
     time_ns = rows["time_ns"].to_numpy()
     line = rows["row"].to_numpy()
+    sound, far = _without_far_times(time_ns, sound)
     latest_ns = _latest_before(time_ns, sound)
     duplicate, backward = sound & (time_ns == latest_ns), sound & (time_ns < latest_ns)
     status = np.where(sound, np.int8(Status.OK), np.int8(Status.INVALID))
@@ -69,6 +75,7 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     status[backward] = Status.INVALID
     track = CameraTrack(time_ns, position, orientation, status, line)
     unordered: tuple[tuple[FindingKind, BoolArray, str], ...] = (
+        ("far_times", far, FAR_TIMES),
         ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts"),
         ("backward_times", backward, _backward_message(np.where(sound, time_ns, -1), latest_ns, backward, line)),
     )
@@ -76,6 +83,13 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
         if mask.any():
             findings.append(Finding.at_lines(kind, file, line[mask].tolist(), message))
     return track, findings + _frame_gaps(track, line, file, settings) + _unusable(track, file)
+
+
+def _without_far_times(time_ns: IntArray, sound: BoolArray) -> tuple[BoolArray, BoolArray]:
+    """The sound frames (n,) whose times can be of one recording, and the others of the sound ones."""
+    kept = sound.copy()
+    kept[sound] = of_one_recording(time_ns[sound])
+    return kept, sound & ~kept
 
 
 def _latest_before(time_ns: IntArray, sound: BoolArray) -> IntArray:

@@ -12,6 +12,8 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
+from vislam2tag.core.limits import of_one_recording
+from vislam2tag.sessions.tables.camera import FAR_TIMES
 
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
 SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
@@ -31,7 +33,9 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
     table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
     infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
     findings = []
+    far = ~of_one_recording(time_ns)
     odd: tuple[tuple[FindingKind, BoolArray, str, Severity], ...] = (
+        ("far_times", far, FAR_TIMES, Severity.WARNING),
         (
             "repeated_rows",
             repeated,
@@ -79,10 +83,11 @@ def _irregular(time_ns: IntArray) -> tuple[BoolArray, BoolArray]:
 def readings_of(sensors: pl.DataFrame, sensor: str, values: Sequence[str]) -> tuple[IntArray, FloatArray]:
     """Times (k,), increasing strictly, ns, and values (k, v) of a sensor's readings in a ``sensors`` table.
 
-    Repeated readings are left out.
+    Repeated readings are left out, and those whose times cannot be of one recording.
     """
     rows = np.flatnonzero(((sensors["sensor"] == sensor) & ~sensors["repeated"]).to_numpy())
     all_ns = sensors["time_ns"].to_numpy()
+    rows = rows[of_one_recording(all_ns[rows])]
     if np.any(np.diff(all_ns[rows]) < 0):
         rows = rows[np.argsort(all_ns[rows], kind="stable")]
     return all_ns[rows], np.column_stack([sensors[name].to_numpy()[rows] for name in values])

@@ -16,6 +16,7 @@ from shapely.geometry import LineString
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.core.similarity import Affine2
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import Floor
@@ -27,7 +28,7 @@ from vislam2tag.survey.plans.placing import placed
 from vislam2tag.survey.plans.reader_process import read_guarded
 from vislam2tag.survey.plans.registry import read_drawing
 from vislam2tag.survey.plans.sheet_frame import building_on_sheet, is_sheet
-from vislam2tag.survey.plans.source import GREATEST_M, Extent, PlanSource
+from vislam2tag.survey.plans.source import Extent, PlanSource
 
 _LEAST_M = 0.01
 _TRIED_PX = 64
@@ -176,20 +177,30 @@ def _extent(path: Path, source: PlanSource, georeference: Georeference | None) -
     else:
         drawing.picture(_TRIED_PX)
         extent = turned_bounds(drawing.bounds, bcs_T_plan)
-    left, right, low, high = extent
-    if not (_LEAST_M <= right - left <= GREATEST_M and _LEAST_M <= high - low <= GREATEST_M):
-        raise OSError(f"is {right - left:g} m wide and {high - low:g} m high; correct its scale")
+    _refuse_size(extent)
     return extent
+
+
+def _refuse_size(extent: Bounds) -> None:
+    """Raise OSError, whose text completes a sentence about the file, for a plan that is no building's."""
+    left, right, low, high = extent
+    if not (_LEAST_M <= right - left <= MAX_FLOOR_M and _LEAST_M <= high - low <= MAX_FLOOR_M):
+        raise OSError(
+            f"is {right - left:g} m wide and {high - low:g} m high, from ({left:g}, {low:g}) to ({right:g}, {high:g}); "
+            f"a side may be {_LEAST_M:g} to {MAX_FLOOR_M:g} m long: correct its scale, or remove what is drawn far away"
+        )
 
 
 def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
     source = floor.source or _published(floor, path)
     drawing, bcs_T_plan = placed(read_drawing(path, source), source, floor.georeference)
     if drawing.picture is not None:
+        _refuse_size(turned_bounds(drawing.bounds, bcs_T_plan))
         side_px = min(side_px, _useful_px(drawing, bcs_T_plan))
         image, extent = upright(drawing.picture(side_px), drawing.bounds, bcs_T_plan)
         return FloorPlan(extent, image, texts=mapped_texts(drawing.texts, lambda points: bcs_T_plan @ points))
     own = mapped(drawing, lambda points: bcs_T_plan @ points)
+    _refuse_size(own.bounds)
     polygons = (*own.polygons, *(_opening(line) for line in own.passages))
     image = drawn_plan(own.bounds, polygons, own.walls, own.doors, side_px)
     return FloorPlan(own.bounds, image, polygons, own.walls, own.texts)

@@ -8,12 +8,14 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.records import Record
+from vislam2tag.core.limits import MAX_FLOOR_M
 
 SCALES = ("extent", "points", "distance", "scale", "unit_m")
 GREATEST_M = 1e6
-"""As for coordinates of landmarks: no building is larger."""
+"""As for coordinates of landmarks: no building lies further from its origin."""
 Point = tuple[FiniteFloat, FiniteFloat]
 Metres = Annotated[float, Field(gt=0, le=GREATEST_M)]
+Side = Annotated[float, Field(gt=0, le=MAX_FLOOR_M)]
 
 
 class _Part(Record, populate_by_name=True):
@@ -23,8 +25,8 @@ class _Part(Record, populate_by_name=True):
 class Extent(_Part):
     """What the whole plan covers, or its ``area``; where one side is not given, it follows from the plan's shape."""
 
-    width_m: Metres | None = None
-    height_m: Metres | None = None
+    width_m: Side | None = None
+    height_m: Side | None = None
     lower_left_m: Point = (0.0, 0.0)
     """Where its lower left corner is, BCS metres."""
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
+from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.dataset.model import FloorInfo, Storey
 from vislam2tag.survey.names import floor_number, unique_slugs
-from vislam2tag.survey.plans.source import GREATEST_M
 
 TRACES = "path_data_files"
 INFO = "floor_info.json"
@@ -112,7 +112,7 @@ def _extent(path: Path) -> tuple[float, float]:
     try:
         extent = read_json(path)["map_info"]
         width_m, height_m = float(extent["width"]), float(extent["height"])
-        if not (0 < width_m <= GREATEST_M and 0 < height_m <= GREATEST_M):
+        if not (0 < width_m <= MAX_FLOOR_M and 0 < height_m <= MAX_FLOOR_M):
             raise ValueError("no floor is so large")
         return width_m, height_m
     except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:

@@ -82,7 +82,8 @@ def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, flo
 
 def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
     session, range_m = prepared.session, settings.sighting_range_m
-    observations = bridged_observations(session.camera, session.landmarks, range_m)
+    surveyed = prepared.landmarks.surveyed_ids
+    observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=surveyed)
     smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
     if smoothed is None:
         needs = Smoother(range_m).needs

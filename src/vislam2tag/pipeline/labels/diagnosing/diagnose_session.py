@@ -97,7 +97,8 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         )
     prepared = whole.longest_section()
     session, landmarks = prepared.session, prepared.landmarks
-    observations = bridged_observations(session.camera, session.landmarks, settings.mapping.smoother.sighting_range_m)
+    range_m = settings.mapping.smoother.sighting_range_m
+    observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=landmarks.surveyed_ids)
     smoothed = smooth(observations, LandmarkPriors.of(observations.ids, landmarks))
     share = MappedShare(frames=int(session.camera.usable.sum()))
     if smoothed is not None:

@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.common.errors import SessionError, SurveyError, UsageError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import Storeys, WalkedWays
+from vislam2tag.core.limits import MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
 from vislam2tag.labeling.settings import ProcessSettings
@@ -123,7 +124,9 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
     if task.frames and (landmarks.floor != key.floor).any():
         raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
     log = log.select([i for i, name in enumerate(log.ids) if name not in prepared.unused])
-    observations = WalkObservations.of(camera, log, settings.smoother.sighting_range_m)
+    range_m = settings.smoother.sighting_range_m
+    observations = WalkObservations.of(camera, log, range_m, surveyed=landmarks.surveyed_ids)
+    log = log.select(np.flatnonzero(np.isin(log.ids, observations.ids)).tolist())
     if len(observations.passes.at) == 0:
         return ReducedSession(key, unused=prepared.unused)
     smoothed = smooth_in_own_frame(observations)
@@ -245,12 +248,21 @@ def survey_landmarks(
 def join_sessions(
     survey: Survey, sessions: Sequence[ReducedSession], default_sigma_m: float, settled_m: float = SETTLED_M
 ) -> JointSurvey:
-    """Join the local maps of sessions, in whichever order they come."""
+    """Join the local maps of sessions, in whichever order they come.
+
+    Raises SurveyError where there are more landmarks than can be placed together.
+    """
     ordered = tuple(sorted(sessions, key=lambda session: session.key))
     site = survey.site.landmarks
     in_files = [LandmarkPlace(floor, name) for floor, name in zip(site.floor.tolist(), site.ids, strict=True)]
     further = {place for session in ordered for place in session.places} - set(in_files)
     places = (*in_files, *sorted(further, key=lambda place: (place.floor, place.landmark, place.moved_to or ())))
+    if len(places) > MAX_JOINT_LANDMARKS:
+        raise SurveyError(
+            f"{survey.root}: its landmark files and sessions have {len(places):,} landmarks, and at most "
+            f"{MAX_JOINT_LANDMARKS:,} can be placed together; remove those that do not exist, or make a survey of each "
+            "building"
+        )
     index = {place: i for i, place in enumerate(places)}
     mapped, maps = [], []
     for session in ordered:
