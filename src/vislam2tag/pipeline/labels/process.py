@@ -39,6 +39,7 @@ from vislam2tag.pipeline.labels.joining.together import refuse_together, told_ta
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
+from vislam2tag.pipeline.run.output_store import REPORT_FILE
 from vislam2tag.pipeline.run.outputs import claimed, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import Executor, process_all
@@ -122,6 +123,11 @@ class LabelRun:
         survey = replace(self.survey, findings=(*self.survey.findings, *odd))
         return replace(self, survey=survey, conflicts=CONFLICTS_PAGE)
 
+    @property
+    def is_reduced(self) -> bool:
+        """Whether summary and report of an earlier run are there."""
+        return self.folder.has(SUMMARY_FILE) and self.folder.has(REPORT_FILE)
+
     def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
         """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one."""
         return _reduce(self, [task.ref for task in self.tasks], each)
@@ -156,9 +162,12 @@ def label_run(
     landmarks: Path | None = None,
     selection: Selection | None = None,
     replace: bool = False,
+    keep_summary: bool = False,
 ) -> Iterator[LabelRun]:
     """Claim ``out`` for labels of a survey; what it holds of sessions that the run does not cover goes.
 
+    So do the summary and report of an earlier run, unless ``keep_summary`` says that nothing they follow from has
+    changed since; even then they go if the record of that run is another (:attr:`LabelRun.is_reduced`).
     Raises UsageError, OutputError and StoreError as :func:`process`.
     """
     selection = selection or Selection()
@@ -167,7 +176,7 @@ def label_run(
     if not replace:
         refuse_other_labels(out, settings.strategy)
     record = run_record(survey.root, landmarks, settings, selection) | site_record(survey)
-    with claimed(out, record, replace) as folder:
+    with claimed(out, record, replace, keep_summary=keep_summary) as folder:
         folder.remove(CHANGE_FILE)  # it says that the labels were rebased
         folder.keep_only({ref.slug for ref in refs})
         yield _label_run(survey, corrections, refs, settings, folder)

@@ -17,14 +17,19 @@ from vislam2tag.pipeline.run.store import OutputFolder, claim
 
 
 @contextmanager
-def claimed(out: Path, record: dict[str, object], replace: bool) -> Iterator[OutputFolder | OutputStore]:
-    """Claim an output for one run; raises OutputError and StoreError where it cannot be."""
+def claimed(
+    out: Path, record: dict[str, object], replace: bool, *, keep_summary: bool = False
+) -> Iterator[OutputFolder | OutputStore]:
+    """Claim an output for one run; raises OutputError and StoreError where it cannot be.
+
+    The summary of an earlier run is removed. With ``keep_summary`` it stays if that run's record was the same.
+    """
     store = store_at(out)
     if store is None:
-        with claim(out, record, replace=replace) as folder:
+        with claim(out, record, replace=replace, keep_summary=keep_summary) as folder:
             yield folder
     else:
-        with claim_store(store, record, replace=replace) as stored:
+        with claim_store(store, record, replace=replace, keep_summary=keep_summary) as stored:
             yield stored
 
 

@@ -72,6 +72,10 @@ class OutputFolder:
         """Remove a file; none there is no fault."""
         self._remove(self.root / relative)
 
+    def has(self, relative: str) -> bool:
+        """Whether a file is there."""
+        return (self.root / relative).is_file()
+
     def result(self, slug: str) -> SessionResult | None:
         """Read the result (and so the done-mark) of a session; None where there is none that can be read."""
         try:
@@ -117,11 +121,17 @@ class OutputFolder:
 
 @contextmanager
 def claim(
-    root: Path, run: dict[str, object], program: str = PROGRAM, *, replace: bool | None = None
+    root: Path,
+    run: dict[str, object],
+    program: str = PROGRAM,
+    *,
+    replace: bool | None = None,
+    keep_summary: bool = False,
 ) -> Iterator[OutputFolder]:
     """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
 
     With ``replace`` what another command of ours wrote is removed first, the whole folder; None: it is never replaced.
+    With ``keep_summary`` the summary of an earlier run stays if that run's record was the same.
     """
     folder = OutputFolder(root)
     try:
@@ -134,7 +144,7 @@ def claim(
         if _refuse_foreign(root, program, replace):
             _empty(root)
         try:
-            _prepare(folder, {"program": program} | run)
+            _prepare(folder, {"program": program} | run, keep_summary)
             with logged_to(root / LOG_FILE):
                 yield folder
         finally:
@@ -173,15 +183,25 @@ def _empty(root: Path) -> None:
             raise OutputError(f"{path}: cannot be removed ({error.strerror}); choose another --out") from error
 
 
-def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
+def _prepare(folder: OutputFolder, run: dict[str, object], keep_summary: bool) -> None:
+    content = json.dumps(run, indent=2, sort_keys=True) + "\n"
     try:
         shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
         (folder.root / PARTIAL).mkdir()
-        for name in (SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE):
-            (folder.root / name).unlink(missing_ok=True)
+        if not (keep_summary and _is_recorded(folder.root, content)):
+            for name in (SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE):
+                (folder.root / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error
-    folder.write_text(RUN_FILE, json.dumps(run, indent=2, sort_keys=True) + "\n")
+    folder.write_text(RUN_FILE, content)
+
+
+def _is_recorded(root: Path, content: str) -> bool:
+    """Whether this is the record of the run that wrote a folder."""
+    try:
+        return read_bytes(root / RUN_FILE) == content.encode()
+    except FileNotFoundError:
+        return False
 
 
 def _cause(error: Exception) -> str:
