@@ -1,17 +1,16 @@
-"""Surveys join a fleet: copied into it where they lie elsewhere, looked at, and entered into its catalogue."""
+"""Surveys join a fleet: copied into it if they are elsewhere, looked at, and entered into its catalogue."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.store import address_of, shown
-from vislam2tag.common.files.stored_folder import is_safe_name
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, paths_of
 from vislam2tag.pipeline.fleet.catalogue import (
@@ -26,6 +25,7 @@ from vislam2tag.pipeline.fleet.catalogue import (
     is_fleet,
 )
 from vislam2tag.pipeline.fleet.layout import SURVEYS, survey_name
+from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey, RawCopy, planned_copy
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.model import Survey
@@ -36,27 +36,39 @@ _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 
 
 def add_surveys(
-    fleet: AnyPath, surveys: AnyPath | Sequence[AnyPath] = (), *, progress: Progress[str] = silent
+    fleet: AnyPath,
+    surveys: AnyPath | Sequence[AnyPath] = (),
+    *,
+    name: str | None = None,
+    replace: bool = False,
+    progress: Progress[AddedSurvey] = silent,
 ) -> FleetTotals:
-    """Enter surveys into a fleet's catalogue; without any, all that lie in its folder ``surveys`` are looked at again.
+    """Enter surveys into a fleet's catalogue; without any, all that are in its folder ``surveys`` are looked at again.
 
-    A survey that lies elsewhere, on this machine or in a store, is first copied to ``surveys/NAME``, by its folder's
-    name. Raises UsageError where a name cannot be used or there is no fleet, SurveyError where one is no survey,
-    StoreError where a store cannot be read or written.
+    A survey that is elsewhere, on this machine or in a store, is first copied to ``surveys/NAME``: by its folder's name
+    or, for a single one, by ``name``. If the fleet contains a survey of that name, only files that are not there yet
+    are added. Files that differ are refused unless ``replace`` is given: their former versions are then kept in
+    ``replaced/NAME``. No file of a survey is removed. ``progress`` is called with what changed of each survey.
+
+    Raises UsageError if a name cannot be used, if the fleet contains another survey of that name or other versions of
+    files, and if there is no fleet; nothing is copied then. Raises SurveyError if one is not a survey, StoreError if a
+    store cannot be read or written.
     """
     fleet = Path(fleet)
     at = Fleet(fleet)
     known = {row["survey"]: row for row in at.catalogue().to_dicts()} if is_fleet(fleet) else {}
-    names = [_joined(fleet, survey) for survey in paths_of(surveys)] or _lying_in(fleet)
-    if not names:
-        raise UsageError(f"{shown(fleet)}: no survey lies in its folder {SURVEYS}; name one: fleet add STORE SURVEY")
+    given = [_whole(survey) for survey in paths_of(surveys)]
+    todo = _copies(fleet, given, name, replace) if given else [AddedSurvey(survey=each) for each in _present(fleet)]
+    if not todo:
+        raise UsageError(f"{shown(fleet)}: no survey is in its folder {SURVEYS}; name one: fleet add STORE SURVEY")
     rows = []
-    for name in names:
-        row, error = looked_at(fleet, name)
-        if surveys and error is not None:
+    for each in todo:
+        changes = each.carry_out() if isinstance(each, RawCopy) else each
+        row, error = looked_at(fleet, changes.survey)
+        if given and error is not None:
             raise error
-        rows.append(_with_what_was_made(row, known.get(name)))
-        progress(name, len(names))
+        rows.append(_with_what_was_made(row, known.get(changes.survey)))
+        progress(changes, len(todo))
     return at.change(rows)
 
 
@@ -107,27 +119,25 @@ def _with_what_was_made(row: dict[str, object], before: dict[str, object] | None
     return row | kept | {"state": before["state"] if unchanged else CHANGED}
 
 
-def _joined(fleet: Path, survey: Path) -> str:
-    """Copy a survey into the fleet unless it lies there; return its name."""
-    name = survey_name(_whole(survey).name)
-    source, target = (any_store_at(_whole(place)) for place in (survey, fleet / SURVEYS / name))
-    if source == target:
-        return name
-    files = [file for file in source.list() if is_safe_name(file.name)]
-    if not files:
-        raise SurveyError(f"{shown(survey)}: nothing is there; give the folder of a survey")
-    gone = {file.name for file in target.list()} - {file.name for file in files}
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        copy = Path(scratch) / "file"
-        for file in files:
-            source.fetch(file.name, copy)
-            target.put(file.name, copy)
-    target.delete(gone)
-    return name
+def _copies(fleet: Path, surveys: Sequence[Path], name: str | None, replace: bool) -> list[RawCopy | AddedSurvey]:
+    """What is to be copied of each survey, all compared before the first is copied; those in the fleet as they are."""
+    if name is not None and len(surveys) != 1:
+        raise UsageError("--name: is the name of one survey; give exactly one SURVEY with it")
+    names = [survey_name(survey.name if name is None else name) for survey in surveys]
+    (most, uses), *_ = Counter(names).most_common(1)
+    if uses > 1:
+        alike = " and ".join(shown(survey) for survey, own in zip(surveys, names, strict=True) if own == most)
+        raise UsageError(f"{alike}: would have the same name in the fleet; add each alone, with --name")
+    return [
+        AddedSurvey(survey=own)
+        if any_store_at(survey) == any_store_at(_whole(fleet / SURVEYS / own))
+        else planned_copy(fleet, survey, own, replace=replace)
+        for survey, own in zip(surveys, names, strict=True)
+    ]
 
 
-def _lying_in(fleet: Path) -> list[str]:
-    """Names of the surveys that lie in a fleet."""
+def _present(fleet: Path) -> list[str]:
+    """Names of the surveys that are in a fleet."""
     return [survey_name(name) for name in any_store_at(fleet / SURVEYS).folders()]
 
 

@@ -28,6 +28,7 @@ def survey_name(name: str) -> str:
     """The name of a survey in a fleet, which is part of addresses; raises UsageError where it cannot be."""
     if not _NAME.fullmatch(name):
         raise UsageError(
-            f"{name}: cannot be a survey's name in a fleet: letters, digits, '.', '_' and '-' only; rename its folder"
+            f"{name}: cannot be a survey's name in a fleet: letters, digits, '.', '_' and '-' only; rename its folder "
+            "or give another --name"
         )
     return name
