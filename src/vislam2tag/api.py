@@ -100,6 +100,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.fleet.catalogue import fleet_status as fleet_status
     from vislam2tag.pipeline.fleet.process import SessionOutcome as SessionOutcome
     from vislam2tag.pipeline.fleet.process import process_fleet as _process_fleet
+    from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey as AddedSurvey
     from vislam2tag.pipeline.fleet.reduction import SurveyOutcome as SurveyOutcome
     from vislam2tag.pipeline.fleet.report import write_fleet_report as _write_fleet_report
     from vislam2tag.pipeline.labels.attach import Attached as Attached
@@ -268,6 +269,7 @@ _NAMES = {
     "pipeline.fleet.add": "fleet_add=add_surveys",
     "pipeline.fleet.catalogue": "FleetTotals fleet_list fleet_status",
     "pipeline.fleet.process": "SessionOutcome fleet_process=process_fleet",
+    "pipeline.fleet.raw_copy": "AddedSurvey",
     "pipeline.fleet.reduction": "SurveyOutcome",
     "pipeline.fleet.report": "fleet_report=write_fleet_report",
     "pipeline.labels.attach": "Attached attach",

@@ -9,6 +9,7 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.pipeline.fleet.conftest import SmallFleet
+from tests.pipeline.fleet.trees import tree_of
 from tests.surveys import bytes_of
 from vislam2tag.pipeline.fleet.catalogue import Fleet
 from vislam2tag.pipeline.labels.process import process
@@ -33,7 +34,9 @@ def test_requests_are_bounded_for_each_session(fleet: SmallFleet) -> None:
             assert 10 < len(own) <= REQUESTS_A_SESSION, own
 
 
-def test_what_is_done_is_not_done_again(fleet: SmallFleet) -> None:
+def test_what_is_done_is_not_done_again(fleet: SmallFleet, tmp_path: Path) -> None:
+    tree = tree_of(Path(fleet.address), tmp_path / "before")
+    assert {"labels/ward/summary.json", "labels/ward/report.html"} <= tree.keys()
     fleet.s3.seen()
     before = Fleet(Path(fleet.address)).record()
     again = vislam2tag("fleet", "process", fleet.address, "--jobs", "1", "--config", fleet.config, "--json")
@@ -42,7 +45,9 @@ def test_what_is_done_is_not_done_again(fleet: SmallFleet) -> None:
     assert json.loads(again.stdout)["states"] == {"done": 2}
     put = {each.removeprefix(f"PUT /bucket/{fleet.name}/") for each in requests if each.startswith("PUT")}
     assert {name for name in put if "probe" not in name} == {"report/index.html"}
+    assert len(requests) < len(fleet.processed) / 2
     assert Fleet(Path(fleet.address)).record() == before
+    assert tree_of(Path(fleet.address), tmp_path / "after") == tree
 
 
 def test_a_bad_session_and_a_bad_survey_are_told_and_the_rest_goes_on(fleet: SmallFleet, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from vislam2tag.common.files.store import shown
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.fleet.catalogue import FleetTotals
+    from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey
     from vislam2tag.pipeline.run.workers import Executor
 
 HELP = """
@@ -28,14 +29,19 @@ STORE is a folder, or the address of one in object storage.
 ADD_HELP = """
 Enter surveys into a fleet's catalogue, which begins with the first.
 
-A SURVEY that lies elsewhere, a folder or an address, is first copied to STORE/surveys/NAME, by its folder's name.
-Without any, all surveys that lie in STORE/surveys are looked at again: what is new, and what has changed.
+A SURVEY that is elsewhere, a folder or an address, is first copied to STORE/surveys/NAME, by its folder's name or by
+--name. If STORE contains a survey of that name, new files are added to it and all others stay. Files that differ are
+refused without --replace, and so is a survey that has no session in common with the one in STORE. Raw files are never
+removed: former versions of replaced ones are kept in STORE/replaced/NAME.
 
-Exit code: 0 all right, 2 wrong usage, not a survey, or STORE cannot be read or written.
+Without any SURVEY, all surveys in STORE/surveys are looked at again: what is new, and what has changed.
+
+Exit code: 0 all right, 2 wrong usage, not a survey, another survey of that name, or STORE cannot be read or written.
 
 \b
 Examples:
   vislam2tag fleet add s3://walks/hospitals survey-of-ward-7
+  vislam2tag fleet add s3://walks/hospitals north/ward-7 --name ward-7-north
   vislam2tag fleet add s3://walks/hospitals
 """
 LIST_HELP = """
@@ -80,6 +86,8 @@ Exit code: 0 all right, 2 no fleet is there, or STORE cannot be written.
 Example:
   vislam2tag fleet report s3://walks/hospitals
 """
+_SOME = 5
+"""Files that are named in a line."""
 Store = Annotated[Path, typer.Argument(metavar="STORE", help="Folder of the fleet, or its address.")]
 
 
@@ -97,22 +105,55 @@ def register(app: typer.Typer) -> None:
 def _add(
     store: Store,
     surveys: Annotated[list[Path] | None, typer.Argument(metavar="[SURVEY]...", help="Folders or addresses.")] = None,
+    name: Annotated[str | None, typer.Option(help="The survey's name in the fleet, for a single SURVEY.")] = None,
+    replace: Annotated[
+        bool,
+        typer.Option("--replace", help="Replace files that differ; the former ones are kept in STORE/replaced/NAME."),
+    ] = False,
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.fleet.add import add_surveys
 
+    changes: list[AddedSurvey] = []
     with session_bar("surveys") as bar:
+
+        def advance(done: AddedSurvey, total: int) -> None:
+            changes.append(done)
+            bar.advance(total, None)
+
         totals = add_surveys(
             store,
             surveys or (),
+            name=name,
+            replace=replace,
             follow_links=follow_links,
-            progress=lambda _, total: bar.advance(total, None),
+            progress=advance,
             tell=print_warnings,
         )
+    if json:
+        say_json(totals.model_dump() | {"changes": changes if surveys else []})
+        return
+    for each in changes if surveys else ():
+        _print_changes(store, each)
     _print_totals(totals, json)
-    if not json:
-        next_step("fleet add", fleet=store)
+    next_step("fleet add", fleet=store)
+
+
+def _print_changes(store: Path, changes: AddedSurvey) -> None:
+    kinds = ("added", "unchanged", "replaced", "left_alone")
+    counts = (f"{len(getattr(changes, kind))} {kind.replace('_', ' ')}" for kind in kinds)
+    say(f"{changes.survey}: files: {', '.join(counts)}")
+    if changes.replaced:
+        kept = shown(store / "replaced" / changes.survey)
+        say(f"  replaced, the former versions are kept in {kept}: {_some(changes.replaced)}")
+    if changes.left_alone:
+        say(f"  left alone, only the fleet has them: {_some(changes.left_alone)}")
+
+
+def _some(names: tuple[str, ...]) -> str:
+    more = f" and {len(names) - _SOME} more" if len(names) > _SOME else ""
+    return f"{', '.join(names[:_SOME])}{more}"
 
 
 def _list(store: Store, json: AsJson = False) -> None:

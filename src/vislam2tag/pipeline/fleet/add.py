@@ -1,17 +1,16 @@
-"""Surveys join a fleet: copied into it where they lie elsewhere, looked at, and entered into its catalogue."""
+"""Surveys join a fleet: copied into it if they are elsewhere, looked at, and entered into its catalogue."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from datetime import date
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.store import address_of, shown
-from vislam2tag.common.files.stored_folder import is_safe_name
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, paths_of
@@ -27,6 +26,7 @@ from vislam2tag.pipeline.fleet.catalogue import (
     is_fleet,
 )
 from vislam2tag.pipeline.fleet.layout import SURVEYS, survey_name
+from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey, RawCopy, planned_copy
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.sessions.registry import open_survey, survey_files
 from vislam2tag.survey.links import CURE, left_out_files, links_in
@@ -42,30 +42,45 @@ def add_surveys(
     fleet: AnyPath,
     surveys: AnyPath | Sequence[AnyPath] = (),
     *,
+    name: str | None = None,
+    replace: bool = False,
     follow_links: bool = False,
-    progress: Progress[str] = silent,
+    progress: Progress[AddedSurvey] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> FleetTotals:
-    """Enter surveys into a fleet's catalogue; without any, all that lie in its folder ``surveys`` are looked at again.
+    """Enter surveys into a fleet's catalogue; without any, all that are in its folder ``surveys`` are looked at again.
 
-    A survey that lies elsewhere, on this machine or in a store, is first copied to ``surveys/NAME``, by its folder's
-    name. What links lead to outside it is not copied, of which ``tell`` hears, unless ``follow_links``
-    is given. Raises UsageError where a name cannot be used or there is no fleet, SurveyError where one is no survey,
-    StoreError where a store cannot be read or written.
+    A survey that is elsewhere, on this machine or in a store, is first copied to ``surveys/NAME``: by its folder's name
+    or, for a single one, by ``name``. If the fleet contains a survey of that name, only files that are not there yet
+    are added. Files that differ are refused unless ``replace`` is given: their former versions are then kept in
+    ``replaced/NAME``. No file of a survey is removed. Files that links lead to outside the survey are not copied, and
+    ``tell`` is called with them, unless ``follow_links`` is given. ``progress`` is called with what changed of each
+    survey.
+
+    Raises UsageError if a name cannot be used, if the fleet contains another survey of that name or other versions of
+    files, and if there is no fleet; nothing is copied then. Raises SurveyError if one is not a survey, StoreError if a
+    store cannot be read or written.
     """
     fleet = Path(fleet)
     at = Fleet(fleet)
     known = {row["survey"]: row for row in at.catalogue().to_dicts()} if is_fleet(fleet) else {}
-    names = [_joined(fleet, survey, follow_links, tell) for survey in paths_of(surveys)] or _lying_in(fleet)
-    if not names:
-        raise UsageError(f"{shown(fleet)}: no survey lies in its folder {SURVEYS}; name one: fleet add STORE SURVEY")
+    given = [_whole(survey) for survey in paths_of(surveys)]
+    todo: Sequence[RawCopy | AddedSurvey] = [AddedSurvey(survey=each) for each in _present(fleet)]
+    if given:
+        left_out = {survey: _outside_links(survey) for survey in given if not follow_links and not address_of(survey)}
+        todo = _copies(fleet, given, name, replace, left_out)
+        linked = [(survey, left_out_files(sorted(links))) for survey, links in left_out.items() if links]
+        tell([finding.model_copy(update={"file": str(survey)}) for survey, finding in linked])
+    if not todo:
+        raise UsageError(f"{shown(fleet)}: no survey is in its folder {SURVEYS}; name one: fleet add STORE SURVEY")
     rows = []
-    for name in names:
-        row, error = looked_at(fleet, name)
-        if surveys and error is not None:
+    for each in todo:
+        changes = each.carry_out() if isinstance(each, RawCopy) else each
+        row, error = looked_at(fleet, changes.survey)
+        if given and error is not None:
             raise error
-        rows.append(_with_what_was_made(row, known.get(name)))
-        progress(name, len(names))
+        rows.append(_with_what_was_made(row, known.get(changes.survey)))
+        progress(changes, len(todo))
     return at.change(rows)
 
 
@@ -116,31 +131,29 @@ def _with_what_was_made(row: dict[str, object], before: dict[str, object] | None
     return row | kept | {"state": before["state"] if unchanged else CHANGED}
 
 
-def _joined(fleet: Path, survey: Path, follow_links: bool, tell: Callable[[Sequence[Finding]], None]) -> str:
-    """Copy a survey into the fleet unless it lies there; return its name."""
-    name = survey_name(_whole(survey).name)
-    source, target = (any_store_at(_whole(place)) for place in (survey, fleet / SURVEYS / name))
-    if source == target:
-        return name
-    links = frozenset[str]() if follow_links or address_of(survey) else _outside_links(_whole(survey))
-    files = [file for file in source.list() if is_safe_name(file.name) and not _is_below(file.name, links)]
-    if links:
-        tell([left_out_files(sorted(links)).model_copy(update={"file": name})])
-    if not files:
-        raise SurveyError(f"{shown(survey)}: nothing is there; give the folder of a survey")
-    gone = {file.name for file in target.list()} - {file.name for file in files}
-    with scratch_folder() as scratch:
-        for file in files:
-            source.fetch(file.name, scratch, "file")
-            target.put(file.name, scratch / "file")
-    target.delete(gone)
-    return name
+def _copies(
+    fleet: Path, surveys: Sequence[Path], name: str | None, replace: bool, left_out: Mapping[Path, frozenset[str]]
+) -> list[RawCopy | AddedSurvey]:
+    """What is to be copied of each survey, all compared before the first is copied; those in the fleet as they are."""
+    if name is not None and len(surveys) != 1:
+        raise UsageError("--name: is the name of one survey; give exactly one SURVEY with it")
+    names = [survey_name(survey.name if name is None else name) for survey in surveys]
+    (most, uses), *_ = Counter(names).most_common(1)
+    if uses > 1:
+        alike = " and ".join(shown(survey) for survey, own in zip(surveys, names, strict=True) if own == most)
+        raise UsageError(f"{alike}: would have the same name in the fleet; add each alone, with --name")
+    return [
+        AddedSurvey(survey=own)
+        if any_store_at(survey) == any_store_at(_whole(fleet / SURVEYS / own))
+        else planned_copy(fleet, survey, own, replace=replace, left_out=left_out.get(survey, frozenset()))
+        for survey, own in zip(surveys, names, strict=True)
+    ]
 
 
 def _outside_links(root: Path) -> frozenset[str]:
     """Names of a survey's links that lead outside it, and of the sessions with such files, which are left out whole.
 
-    Raises SurveyError where no session remains.
+    Raises SurveyError if no session remains.
     """
     links = frozenset(link.name for link in links_in(root) if link.outside)
     sessions = survey_files(root, SurveySettings().landmark_sigma_m, walked=False).sessions
@@ -151,13 +164,8 @@ def _outside_links(root: Path) -> frozenset[str]:
     return links | {path.relative_to(root).as_posix() for path in folders}
 
 
-def _is_below(name: str, folders: frozenset[str]) -> bool:
-    """Whether a file is one of these, or in one of them."""
-    return any(str(part) in folders for part in (PurePosixPath(name), *PurePosixPath(name).parents))
-
-
-def _lying_in(fleet: Path) -> list[str]:
-    """Names of the surveys that lie in a fleet."""
+def _present(fleet: Path) -> list[str]:
+    """Names of the surveys that are in a fleet."""
     return [survey_name(name) for name in any_store_at(fleet / SURVEYS).folders()]
 
 

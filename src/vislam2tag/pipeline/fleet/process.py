@@ -13,6 +13,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError, Vislam2tagError
 from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.common.files.store import shown
@@ -26,12 +27,13 @@ from vislam2tag.pipeline.fleet.reduction import (
     SurveyJob,
     SurveyOutcome,
     failed_survey,
+    is_reduced,
     reduce_survey,
     reduction_code,
 )
 from vislam2tag.pipeline.fleet.report import write_fleet_report
 from vislam2tag.pipeline.labels.process import LabelRun, jobs_of, label_run
-from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up_session, session_steps
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.keys import key_of
@@ -39,7 +41,8 @@ from vislam2tag.pipeline.run.steps import InSteps, Steps
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.links import left_out_of
+from vislam2tag.survey.links import left_out_of, shared_survey
+from vislam2tag.survey.model import Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
 
 _COMMITS = 100
@@ -162,6 +165,8 @@ class _Open:
     """Its row in the catalogue, as far as it is known before the survey is reduced."""
     waiting: int
     """Sessions that have not ended."""
+    is_reduced: bool
+    """Whether summary, tables and pages are those of the labels as they were when the survey was opened."""
     repeated: bool = False
     """Whether any session was worked at."""
 
@@ -228,35 +233,35 @@ class FleetRun:
             if settings.together:
                 raise UsageError("together: a fleet maps each walk alone; run process on the survey, or leave it out")
             survey = open_survey(root, settings.survey.landmark_sigma_m)
+            row = described(survey) | {"inputs": inputs, "labels": self._labels_key(survey, settings, inputs)}
+            reduced = self._is_reduced(name, row["labels"])
             out = self.fleet.root / LABELS / name
+            corrections, follow_links = read_corrections(root), self.follow_links
             run = stack.enter_context(
-                label_run(survey, read_corrections(root), out, settings, follow_links=self.follow_links)
+                label_run(survey, corrections, out, settings, keep_summary=reduced, follow_links=follow_links)
             )
-            row = described(survey) | {"inputs": inputs, "labels": self._labels_key(run, inputs)}
-            self.open[name] = _Open(stack.pop_all(), run, row, len(run.tasks))
+            self.open[name] = _Open(stack.pop_all(), run, row, len(run.tasks), reduced and run.is_reduced)
         return self.open[name]
 
-    def _labels_key(self, run: LabelRun, inputs: str) -> str:
-        codes = sorted({job.code for job in jobs_of(run.tasks, run.settings, run.folder)})
-        left_out = [finding.message for finding in left_out_of(run.shown.findings)]
-        return key_of(inputs, codes, _reduction_code(), run.settings.of_labels(), *left_out)
+    def _labels_key(self, survey: Survey, settings: ProcessSettings, inputs: str) -> str:
+        """Key of all that a survey's labels, summary, tables and pages follow from."""
+        codes = sorted({code_of(name, settings) for name in {ref.format for ref in survey.sessions}})
+        shown = shared_survey(survey, follow_links=self.follow_links)
+        left_out = [finding.message for finding in left_out_of(shown.findings)]
+        return key_of(inputs, codes, _reduction_code(), settings.of_labels(), __version__, *left_out)
+
+    def _is_reduced(self, name: str, labels: str) -> bool:
+        before = self.rows[name]
+        return before["state"] == DONE and before["labels"] == labels and is_reduced(self.fleet.root, name, labels)
 
     def _after_the_last(self, name: str) -> list[FleetJob]:
         """What follows from a survey's last session: nothing where it is as it was when it was reduced last."""
-        opened, before = self.open[name], self.rows[name]
-        if not opened.repeated and before["labels"] == opened.row["labels"] and before["state"] in (DONE, FAILED):
+        opened = self.open[name]
+        if opened.is_reduced and not opened.repeated:
             self._end(name, {})
             return []
-        return [
-            SurveyJob(
-                self.fleet.root,
-                name,
-                opened.run.settings,
-                opened.run.folder,
-                _reduction_code(),
-                self.follow_links,
-            )
-        ]
+        run, code, labels = opened.run, _reduction_code(), opened.row["labels"]
+        return [SurveyJob(self.fleet.root, name, run.settings, run.folder, code, labels, self.follow_links)]
 
     def _end(self, name: str, row: dict[str, Any]) -> None:
         opened = self.open.pop(name, None)

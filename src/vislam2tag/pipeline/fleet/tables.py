@@ -6,6 +6,7 @@ labels that is what was heard, ``wifi`` and ``ble``; frames and sensors, most of
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -87,8 +88,9 @@ def _write_heard(fleet: Path, survey: str, table: str, slugs: Sequence[str]) -> 
 
 
 def _replace(to: AnyStore, table: str, parts: Iterable[tuple[int, pl.DataFrame | pl.LazyFrame]]) -> None:
-    """Put a file for each floor; others that are there go. The floor is in the file's address, not in it."""
-    before, now = {file.name for file in to.list()}, set()
+    """Put a file for each floor; those of other floors go. The floor is in the file's address, not in it."""
+    ours = re.compile(rf"floor=-?\d+/{table}\.parquet")
+    before, now = {file.name for file in to.list() if ours.fullmatch(file.name)}, set()
     for floor, part in parts:
         name = f"floor={floor}/{table}.parquet"
         part = part.drop("floor")

@@ -41,6 +41,7 @@ from vislam2tag.pipeline.labels.kept_passes import kept_walk
 from vislam2tag.pipeline.labels.kept_results import outdated_findings, removed_findings
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
+from vislam2tag.pipeline.run.output_store import REPORT_FILE
 from vislam2tag.pipeline.run.outputs import claimed, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import Executor, process_all
@@ -159,6 +160,11 @@ class LabelRun:
         self.folder.write_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
         return dataclasses.replace(self.with_findings(odd), conflicts=CONFLICTS_PAGE)
 
+    @property
+    def is_reduced(self) -> bool:
+        """Whether summary and report of an earlier run are there."""
+        return self.folder.has(SUMMARY_FILE) and self.folder.has(REPORT_FILE)
+
     def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
         """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one.
 
@@ -212,12 +218,15 @@ def label_run(
     selection: Selection | None = None,
     replace: bool = False,
     follow_links: bool = False,
+    keep_summary: bool = False,
 ) -> Iterator[LabelRun]:
     """Claim ``out`` for labels of a survey.
 
     Results of sessions that the survey no longer contains go, if the run has no selection. Results of sessions that a
-    selection leaves out stay. Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if
-    results that would stay are of other settings.
+    selection leaves out stay. Summary and report of an earlier run go, unless ``keep_summary`` says that nothing they
+    follow from has changed since; even then they go if the record of that run is another (:attr:`LabelRun.is_reduced`).
+    Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if results that would stay are of
+    other settings.
     """
     selection = selection or Selection()
     refs = selected(survey, corrections, selection)
@@ -228,7 +237,7 @@ def label_run(
     record = run_record(survey.root, landmarks, settings) | site_record(survey)
     slugs = {ref.slug for ref in refs}
     excluded = {ref.slug for ref in survey.sessions if selection.contains(ref)} - slugs
-    with claimed(out, record, slugs, replace) as folder:
+    with claimed(out, record, slugs, replace, keep_summary=keep_summary) as folder:
         folder.discard(CHANGE_FILE)  # it says that the labels were rebased
         gone = folder.drop(lambda slug: slug in slugs if selection.everything else slug not in excluded)
         run = _label_run(survey, corrections, selection, settings, folder, follow_links)

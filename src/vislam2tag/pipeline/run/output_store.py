@@ -76,6 +76,10 @@ class OutputStore:
         """Remove a file; none there is no fault."""
         self.store.delete([relative])
 
+    def has(self, relative: str) -> bool:
+        """Whether a file is there."""
+        return self.store.version(relative) is not None
+
     def results(self, slugs: Iterable[str]) -> Iterator[SessionResult]:
         """Read the results of sessions, in this order, but for those that are not there or cannot be read."""
         yield from (mark.result for mark, _ in at_once(self.mark, slugs) if mark is not None)
@@ -157,13 +161,19 @@ def short(version: Version) -> str:
 
 @contextmanager
 def claim_store(
-    store: Store, run: dict[str, object], own: OwnFiles | None = None, *, replace: bool = False
+    store: Store,
+    run: dict[str, object],
+    own: OwnFiles | None = None,
+    *,
+    replace: bool = False,
+    keep_summary: bool = False,
 ) -> Iterator[OutputStore]:
     """Open an output folder in a store for one run: new, empty or written by ``process``; raises OutputError otherwise.
 
     ``own`` names the files that the run may write besides those that every run writes; they are recorded as ours.
     Several programs may run at once as long as their ``run`` is the same. Raises StoreError where the store cannot be
-    written or has no conditional writes, OutputError where a run of other settings took the folder meanwhile.
+    written or has no conditional writes, OutputError where a run of other settings took the folder meanwhile. With
+    ``keep_summary`` the summary of an earlier run stays if that run's record was the same.
     """
     store.refuse_without_conditional_writes()
     folder = OutputStore(store)
@@ -175,13 +185,15 @@ def claim_store(
     taken = OutputError(
         f"{store.address}: a run of other settings is writing there; wait for it or choose another --out"
     )
-    if before is None or before.data != content:
+    is_recorded = before is not None and before.data == content
+    if not is_recorded:
         try:
             store.put_over(RUN_FILE, content, None if before is None else before.version)
         except StoreConflictError:
             if _content(store) != content:
                 raise taken from None
-    store.delete(stale)
+    if not (keep_summary and is_recorded):
+        store.delete(stale)
     with scratch_folder() as scratch:
         log = scratch / LOG_FILE
         try:

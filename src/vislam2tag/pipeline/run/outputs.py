@@ -30,15 +30,18 @@ def output_at(out: Path) -> OutputFolder | OutputStore:
 
 @contextmanager
 def claimed(
-    out: Path, record: dict[str, object], slugs: Iterable[str], replace: bool
+    out: Path, record: dict[str, object], slugs: Iterable[str], replace: bool, *, keep_summary: bool = False
 ) -> Iterator[OutputFolder | OutputStore]:
-    """Claim an output for labels of sessions, named by their slugs; raises OutputError and StoreError."""
+    """Claim an output for labels of sessions, named by their slugs; raises OutputError and StoreError.
+
+    The summary of an earlier run is removed. With ``keep_summary`` it stays if that run's record was the same.
+    """
     store, own = store_at(out), OwnFiles.of(_OF_RUN, (*SESSION_FOLDERS, LOGS), slugs)
     if store is None:
-        with claim(out, record, own=own, replace=replace) as folder:
+        with claim(out, record, own=own, replace=replace, keep_summary=keep_summary) as folder:
             yield folder
     else:
-        with claim_store(store, record, own, replace=replace) as stored:
+        with claim_store(store, record, own, replace=replace, keep_summary=keep_summary) as stored:
             yield stored
 
 

@@ -82,6 +82,10 @@ class OutputFolder:
                 "another --out"
             ) from error
 
+    def has(self, relative: str) -> bool:
+        """Whether a file is there."""
+        return (self.root / relative).is_file()
+
     def result(self, slug: str) -> SessionResult | None:
         """Read the result (and so the done-mark) of a session; None where there is none that can be read."""
         try:
@@ -170,11 +174,13 @@ def claim(
     own: OwnFiles | None = None,
     *,
     replace: bool | None = None,
+    keep_summary: bool = False,
 ) -> Iterator[OutputFolder]:
     """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
 
     ``own`` names the files that the run may write besides those that every run writes; they are recorded as ours. With
     ``replace`` what another command of ours wrote is removed first, by its own record; None: it is never replaced.
+    With ``keep_summary`` the summary of an earlier run stays if that run's record was the same.
     """
     folder = OutputFolder(root)
     try:
@@ -186,7 +192,7 @@ def claim(
     with only_one(folder.folder, LOCK, f"{root}: another run is writing there; wait for it or choose another --out"):
         if _refuse_foreign(root, program, replace):
             _empty(folder)
-        _prepare(folder, {"program": program} | run, own or OwnFiles())
+        _prepare(folder, {"program": program} | run, own or OwnFiles(), keep_summary)
         with logged_to(folder.folder):
             yield folder
 
@@ -228,14 +234,24 @@ def _empty(output: OutputFolder) -> None:
             output.folder.folder(folder.as_posix()).remove_if_empty()
 
 
-def _prepare(folder: OutputFolder, run: dict[str, object], own: OwnFiles) -> None:
+def _prepare(folder: OutputFolder, run: dict[str, object], own: OwnFiles, keep_summary: bool) -> None:
     """Record what is ours, remove what an earlier run summed up, and write what this one follows from."""
-    folder.discard(SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE)
+    content = json.dumps(run, indent=2, sort_keys=True) + "\n"
+    if not (keep_summary and _is_recorded(folder.root, content)):
+        folder.discard(SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE)
     before = folder.own() if (folder.root / RUN_FILE).is_file() else OwnFiles()  # else all that it names is gone
     own = own.with_those_of(OwnFiles.of([RUN_FILE, LOG_FILE])).with_those_of(before)
     if own != before:
         folder.set_own(own)
-    folder.write_text(RUN_FILE, json.dumps(run, indent=2, sort_keys=True) + "\n")
+    folder.write_text(RUN_FILE, content)
+
+
+def _is_recorded(root: Path, content: str) -> bool:
+    """Whether this is the record of the run that wrote a folder."""
+    try:
+        return read_bytes(root / RUN_FILE) == content.encode()
+    except FileNotFoundError:
+        return False
 
 
 def _cause(error: Exception) -> str:
