@@ -20,13 +20,26 @@ EXEMPT = {
 }
 """Files whose writes reach no name on a disk."""
 METHODS = {
-    *("write_text", "write_bytes", "mkdir", "touch", "unlink", "rmdir", "symlink_to", "hardlink_to", "truncate"),
+    *("write_text", "write_bytes", "mkdir", "touch", "unlink", "rmdir", "symlink_to", "hardlink_to"),
     *("chmod", "lchmod", "rmtree", "copyfile", "copytree", "copy2", "copystat", "mkdtemp", "mkstemp", "makedirs"),
     *("removedirs", "renames", "savefig", "write_ipc", "sink_parquet", "sink_csv", "sink_ndjson", "sink_ipc"),
     *("write_excel", "write_delta", "saveas", "write_image", "write_html", "tofile", "savetxt", "savez"),
 }
 """Names of methods and functions that write to a path, whatever they are called on."""
-OF_OS = {"open", "remove", "rename", "replace", "link", "symlink", "mkfifo", "mknod", "fdopen", "utime", "unlink"}
+OF_OS = {
+    "open",
+    "remove",
+    "rename",
+    "replace",
+    "link",
+    "symlink",
+    "mkfifo",
+    "mknod",
+    "fdopen",
+    "utime",
+    "unlink",
+    "truncate",
+}
 CLASSES = {
     *("TemporaryDirectory", "NamedTemporaryFile", "TemporaryFile", "SpooledTemporaryFile", "FileHandler"),
     *("RotatingFileHandler", "FileIO"),
@@ -85,7 +98,8 @@ def may_be_path(argument: ast.expr) -> bool:
 def given_by_folder(call: ast.Call) -> bool:
     """Whether what is written to is a buffer, or what the module gave."""
     target = call.args[0] if call.args else None
-    return isinstance(target, ast.Name) and target.id in IN_MEMORY
+    name = target.id if isinstance(target, ast.Name) else target.attr if isinstance(target, ast.Attribute) else ""
+    return name in IN_MEMORY
 
 
 def test_no_other_place_writes() -> None:

@@ -138,7 +138,12 @@ READERS_ATTACKED: tuple[Target, ...] = (
     ),
     _reader("scans", "small", ("scans/scans.csv", "scans/scans.jsonl"), _scans),
     _reader("track", "small", ("scans/track.csv",), lambda run: Tracks(run.base / "scans/track.csv")),
-    _reader("session zip", "small", ("zip/*",), lambda run: unpack(run.base / "zip/session.zip", run.out / "z", 10**7)),
+    _reader(
+        "session zip",
+        "small",
+        ("zip/*",),
+        lambda run: unpack(run.base / "zip/session.zip", Folder.at(run.out / "z"), 10**7),
+    ),
     _reader("labels", "labels", LABEL_FILES, _labelled),
     _reader("data set", "set", SET_FILES, _dataset),
     *(

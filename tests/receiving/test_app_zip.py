@@ -87,7 +87,7 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
     file_zip(survey, tmp_path / "walk-1.zip", PLENTY)
     (survey / "floor_2" / "iPhone" / "walk-1" / "ARposes.txt").write_text("other")
     (tmp_path / "walk-1.zip").write_bytes(walk)
-    with pytest.raises(RefusedZipError, match="another session lies at floor_2/iPhone/walk-1"):
+    with pytest.raises(RefusedZipError, match="another session is at floor_2/iPhone/walk-1"):
         file_zip(survey, tmp_path / "walk-1.zip", PLENTY)
     (survey / "floor_1").mkdir()
     assert "say it by --floor" in refused(walk)

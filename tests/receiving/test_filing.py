@@ -45,7 +45,7 @@ def test_another_session_of_that_name_is_refused_and_the_first_one_stays(survey:
     filed(survey, session_zip())
     before = bytes_of(survey)
     other = session_files() | {"ControlPoint.csv": HEADER + b"1,0,press\n"}
-    with pytest.raises(RefusedZipError, match=f"another session lies at {PLACE}"):
+    with pytest.raises(RefusedZipError, match=f"another session is at {PLACE}"):
         filed(survey, session_zip(other))
     assert bytes_of(survey) == before
 

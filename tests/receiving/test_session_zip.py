@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.receiving.zips import HEADER, SESSION, packed, record, session_files, session_zip, sums
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.receiving.session_zip import RefusedZipError, unpack
 
 PLENTY = 1_000_000
@@ -19,7 +20,7 @@ PLENTY = 1_000_000
 def unpacked(tmp_path: Path, data: bytes, most: int = PLENTY) -> Path:
     path = tmp_path / "session.zip"
     path.write_bytes(data)
-    return unpack(path, tmp_path / "out", most).folder
+    return unpack(path, Folder.at(tmp_path / "out"), most).folder
 
 
 def test_a_session_comes_out_as_it_went_in(tmp_path: Path) -> None:
@@ -221,7 +222,7 @@ def test_any_changed_byte_is_refused_or_harmless(tmp_path: Path, at: int, value:
     path.write_bytes(bytes(data))
     folder = tmp_path / f"{at}-{value}"
     try:
-        unpack(path, folder, PLENTY)
+        unpack(path, Folder.at(folder), PLENTY)
     except RefusedZipError:
         return
     files = session_files()

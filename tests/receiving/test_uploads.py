@@ -10,7 +10,7 @@ import pytest
 
 from tests.receiving.zips import SESSION, digest, session_files, session_zip
 from vislam2tag.common.errors import OutputError
-from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER
+from vislam2tag.receiving.filing import WORK_FOLDER
 from vislam2tag.receiving.session_zip import RefusedZipError
 from vislam2tag.receiving.uploads import (
     EXPIRY_S,
@@ -189,7 +189,7 @@ def test_only_one_program_holds_a_survey(uploads: Uploads, tmp_path: Path) -> No
 
 
 def test_what_a_killed_program_was_unpacking_goes(tmp_path: Path) -> None:
-    left = tmp_path / WORK_FOLDER / f"{UNPACKED}1"
+    left = tmp_path / WORK_FOLDER / ".vislam2tag-0123456789abcdef.part"
     left.mkdir(parents=True)
     with Uploads(tmp_path, PLENTY, PLENTY):
         assert not left.exists()
@@ -222,3 +222,38 @@ def test_an_upload_that_is_being_written_does_not_expire(tmp_path: Path) -> None
             brought(uploads, b"x", 10, "a" * 64)
             file.write(DATA[100:])
         assert uploads.finish(NAME).path == PLACE
+
+
+def test_a_work_folder_that_is_a_link_is_refused(tmp_path: Path) -> None:
+    survey = tmp_path / "home" / "survey"
+    survey.mkdir(parents=True)
+    for name in ("thesis.zip", "lock"):
+        (tmp_path / "home" / name).write_text("mine")
+    (tmp_path / "home" / "unpacked-photos").mkdir()
+    (survey / WORK_FOLDER).symlink_to("..")
+    with pytest.raises(OutputError, match="it is a link"), Uploads(survey, PLENTY, PLENTY):
+        pass
+    assert sorted(path.name for path in survey.parent.iterdir()) == ["lock", "survey", "thesis.zip", "unpacked-photos"]
+
+
+def test_files_of_the_user_in_the_work_folder_stay(tmp_path: Path) -> None:
+    (tmp_path / WORK_FOLDER / "unpacked-photos").mkdir(parents=True)
+    (tmp_path / WORK_FOLDER / "thesis.zip").write_text("mine")
+    with Uploads(tmp_path, PLENTY, PLENTY) as uploads:
+        brought(uploads, DATA)
+        assert uploads.finish(NAME).path == PLACE
+    assert (tmp_path / WORK_FOLDER / "unpacked-photos").is_dir()
+    assert (tmp_path / WORK_FOLDER / "thesis.zip").read_text() == "mine"
+
+
+def test_no_session_is_filed_through_a_link(tmp_path: Path) -> None:
+    survey, elsewhere = tmp_path / "survey", tmp_path / "elsewhere"
+    survey.mkdir()
+    elsewhere.mkdir()
+    (survey / PLACE.split("/", 1)[0]).symlink_to(elsewhere)
+    with Uploads(survey, PLENTY, PLENTY) as uploads:
+        brought(uploads, DATA)
+        with pytest.raises(OSError, match="it is a link"):
+            uploads.finish(NAME)
+        assert uploads.state(NAME).state == "partial", "it is kept until the link is gone"
+    assert list(elsewhere.iterdir()) == []

@@ -16,6 +16,7 @@ import numpy as np
 import polars as pl
 
 from tests.surveys import make_survey
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.status import counts_by_label
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.status_column import status_codes
@@ -65,10 +66,10 @@ def _write_labels(labels: Path, base: SessionResult, key: SessionKey, number: in
     table = pl.concat([once if part % 2 == 0 else once.reverse() for part in range(rounds)]).head(frames)
     time_ns = int(once["time_ns"][0]) + np.arange(frames, dtype=np.int64) * APART_NS
     table = table.with_columns(pl.Series("time_ns", time_ns), pl.col("x") + shift[0], pl.col("y") + shift[1], **names)
-    write_table(table, "trajectory", base.strategy, labels / "trajectory" / f"{slug}.parquet")
+    write_table(table, "trajectory", base.strategy, Folder.at(labels), f"trajectory/{slug}.parquet")
     for name in ("wifi", "sensors"):
         readings = pl.read_parquet(labels / name / f"{base.slug}.parquet").with_columns(**names)
-        write_table(readings, name, base.strategy, labels / name / f"{slug}.parquet")
+        write_table(readings, name, base.strategy, Folder.at(labels), f"{name}/{slug}.parquet")
     counts = counts_by_label(status_codes(table))
     result = base.model_copy(
         update={

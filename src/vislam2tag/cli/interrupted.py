@@ -52,10 +52,14 @@ def labels_there(out: Path) -> str:
 
 def contents_there(out: Path, parts: dict[str, str]) -> str:
     """Which parts a folder contains, named by their paths in it."""
-    found = [name for path, name in parts.items() if any(out.glob(path))]
+    found = [name for path, name in parts.items() if _has_content(out / path)]
     if not found:
         return f"nothing was written to {out}"
     return f"{out} contains {', '.join(found)}; run the same command again to go on"
+
+
+def _has_content(path: Path) -> bool:
+    return any(path.iterdir()) if path.is_dir() else path.exists()
 
 
 def _state(path: Path) -> object:

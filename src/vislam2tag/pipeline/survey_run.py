@@ -162,7 +162,7 @@ def _diagnose(
     folder: OutputFolder,
 ) -> Diagnosis:
     found = diagnose(survey, settings, landmarks=landmarks, jobs=jobs, progress=_named("diagnose", progress))
-    folder.write_text(DIAGNOSIS_FILE, found.model_dump_json(indent=1) + "\n")
+    folder.put_text(DIAGNOSIS_FILE, found.model_dump_json(indent=1) + "\n")
     return found
 
 
@@ -228,7 +228,7 @@ class _Steps:
             return there
         made = work()
         self._keys[step] = key
-        self._folder.write_text(_STEPS_FILE, json.dumps(self._keys, indent=1, sort_keys=True) + "\n")
+        self._folder.put_text(_STEPS_FILE, json.dumps(self._keys, indent=1, sort_keys=True) + "\n")
         return made
 
 

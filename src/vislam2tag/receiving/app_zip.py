@@ -9,6 +9,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.receiving.session_zip import RefusedZipError, is_device_name
 from vislam2tag.sessions.apps.format import AppFormat
@@ -62,7 +63,7 @@ def is_of_our_app(path: Path) -> bool:
     return not names or any(name.name.rpartition("\\")[2] == RECORD_FILE for name in names)
 
 
-def unpack_app(path: Path, folder: Path, max_bytes: int) -> AppRecording:
+def unpack_app(path: Path, folder: Folder, max_bytes: int) -> AppRecording:
     """Unpack a zip into ``folder``, at most ``max_bytes`` in all, and tell which app it is of.
 
     Raises RefusedZipError, one sentence, where it cannot be unpacked, or no app that is known wrote it.

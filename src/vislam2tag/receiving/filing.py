@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import errno
 import hashlib
-import os
-import shutil
-import uuid
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.receiving.app_zip import AppPlace, AppRecording, files_digest, holds_all_of, is_of_our_app, unpack_app
 from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, parse_checksums, unpack
@@ -20,9 +18,9 @@ from vislam2tag.survey.names import same_name
 
 WORK_FOLDER = ".receiving"
 """Hidden folder of a survey that holds what is not filed yet; surveys ignore it."""
-UNPACKED = "unpacked-"
-"""How the names of folders begin in which zips are unpacked."""
-_TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
+_SESSION = "session"
+"""What a session's folder is called until it is filed."""
+_TAKEN = (errno.EEXIST, errno.ENOTEMPTY)
 
 
 @dataclass(frozen=True)
@@ -38,41 +36,37 @@ class FiledSession:
 def file_zip(survey: Path, path: Path, max_bytes: int, place: AppPlace | None = None) -> FiledSession:
     """Check a session's zip and move the session into the survey; ``place`` is that of other apps' recordings.
 
-    The same session again changes nothing, but brings back files of it that lack. Raises RefusedZipError for a zip that
-    is no whole session (see :func:`~vislam2tag.receiving.session_zip.unpack`) nor another app's recording, or where
-    another session has its place; OSError where the survey cannot be written.
+    The same session again changes nothing, but brings back missing files of it. Raises RefusedZipError for a zip that
+    is neither a whole session (see :func:`~vislam2tag.receiving.session_zip.unpack`) nor another app's recording, or if
+    another session has its place; OSError if the survey cannot be written, or a link leads out of it.
     """
-    work = survey / WORK_FOLDER / f"{UNPACKED}{uuid.uuid4().hex}"
-    try:
+    root = Folder.at(survey)
+    with scratch_folder(root.folder(WORK_FOLDER)) as work:
         if not is_of_our_app(path):
-            return _file_app(survey, unpack_app(path, work, max_bytes), place or AppPlace())
-        session = unpack(path, work, max_bytes)
-        target = _place(survey, session)
+            return _file_app(root, work, unpack_app(path, work, max_bytes), place or AppPlace())
+        session = unpack(path, work.folder(_SESSION), max_bytes)
+        target = _place(root.path, session)
         sums = _digest(session.folder / SUMS_FILE) or ""
-        return FiledSession(target.relative_to(survey).as_posix(), _move(session.folder, target), sums)
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
+        return FiledSession(target, _move(work, root, target), sums)
 
 
-def _file_app(survey: Path, recording: AppRecording, place: AppPlace) -> FiledSession:
+def _file_app(root: Folder, work: Folder, recording: AppRecording, place: AppPlace) -> FiledSession:
     """Move another app's recording to ``floor_K/DEVICE/NAME``."""
-    floors = _floors(survey)
+    floors = _floors(root.path)
     if place.floor is None and len(floors) != 1:
-        raise RefusedZipError(f"a recording of {recording.format} does not tell its floor: say it by --floor")
+        raise RefusedZipError(f"a recording of {recording.format} does not name its floor: give it by --floor")
     number = place.floor if place.floor is not None else min(floors)
     device = place.device or recording.device
-    floor = floors.get(number, survey / f"floor_{number}")
-    target = _spelled(_spelled(floor, device), recording.name)
-    filed = FiledSession(target.relative_to(survey).as_posix(), target.exists(), files_digest(recording.folder))
+    floor = floors.get(number, root / f"floor_{number}")
+    target = _spelled(_spelled(floor, device), recording.name).relative_to(root.path).as_posix()
+    filed = FiledSession(target, (root / target).exists(), files_digest(recording.folder))
     if filed.already:
-        if not holds_all_of(target, recording.folder):
-            raise RefusedZipError(f"another session lies at {filed.path}; rename its folder and send this one again")
+        if not holds_all_of(root / target, recording.folder):
+            raise RefusedZipError(f"another session is at {filed.path}; rename its folder and send this one again")
         return filed
     for path in recording.folder.rglob("*"):
-        _to_storage(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    recording.folder.rename(target)
-    _to_storage(target.parent)
+        work.sync(path.relative_to(work.path).as_posix())
+    _filed(work, recording.folder.relative_to(work.path).as_posix(), root, target)
     return filed
 
 
@@ -83,11 +77,11 @@ def _floors(survey: Path) -> dict[int, Path]:
         return {}
 
 
-def _place(survey: Path, session: UnpackedSession) -> Path:
-    """The session's folder in the survey; a floor that has none yet gets one."""
+def _place(survey: Path, session: UnpackedSession) -> str:
+    """The session's folder, relative to the survey; a floor that has none yet gets one."""
     number = session.record.floor
     floor = _floors(survey).get(number, survey / f"floor_{number}")
-    return _spelled(floor, session.record.device) / session.name
+    return (_spelled(floor, session.record.device) / session.name).relative_to(survey).as_posix()
 
 
 def _spelled(folder: Path, name: str) -> Path:
@@ -97,37 +91,39 @@ def _spelled(folder: Path, name: str) -> Path:
     return folder / (name if name in same or not same else same[0])
 
 
-def _move(folder: Path, target: Path) -> bool:
-    """Move a session to its place; True where it was there already."""
-    for path in folder.iterdir():
-        _to_storage(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
+def _move(work: Folder, root: Folder, target: str) -> bool:
+    """Move a session to its place; True if it was there already."""
+    for name in work.folder(_SESSION).names():
+        work.sync(f"{_SESSION}/{name}")
     try:
-        if not target.exists():
-            folder.rename(target)
-            _to_storage(target.parent)
-            return False
+        _filed(work, _SESSION, root, target)
     except OSError as error:
         if error.errno not in _TAKEN:
             raise
-    return _completed(folder, target)
+        return _completed(work.folder(_SESSION), root, target)
+    return False
 
 
-def _completed(folder: Path, target: Path) -> bool:
-    """Bring back what lacks of a session at its place; True where nothing does.
+def _filed(work: Folder, name: str, root: Folder, target: str) -> None:
+    """Move a folder into the survey and have that put on the disk."""
+    work.move(name, root, target)
+    root.sync(PurePosixPath(target).parent.as_posix())
 
-    Raises RefusedZipError where something else lies there.
+
+def _completed(session: Folder, root: Folder, target: str) -> bool:
+    """Bring back missing files of a session at its place; True if none is missing.
+
+    Raises RefusedZipError if something else is there.
     """
-    files = sorted(folder.iterdir())
-    missing = [path for path in files if not (target / path.name).exists()]
-    same = {path.name for path in files if path not in missing and _digest(path) == _digest(target / path.name)}
-    known = {SUMS_FILE, RECORD_FILE} & same or (target.is_dir() and not any(target.iterdir()))
-    if not known or len(same) + len(missing) < len(files):
-        place = "/".join(target.parts[-3:])
-        raise RefusedZipError(f"another session lies at {place}; rename its folder and send this one again")
-    for path in missing:
-        path.rename(target / path.name)
-    _to_storage(target)
+    there, names = root / target, session.names()
+    missing = [name for name in names if not (there / name).exists()]
+    same = {name for name in names if name not in missing and _digest(session / name) == _digest(there / name)}
+    known = {SUMS_FILE, RECORD_FILE} & same or (there.is_dir() and not any(there.iterdir()))
+    if not known or len(same) + len(missing) < len(names):
+        raise RefusedZipError(f"another session is at {target}; rename its folder and send this one again")
+    for name in missing:
+        session.move(name, root, f"{target}/{name}")
+    root.sync(target)
     return not missing
 
 
@@ -153,13 +149,3 @@ def _digest(path: Path) -> str | None:
     except OSError:
         pass
     return None
-
-
-def _to_storage(path: Path) -> None:
-    if os.name == "nt" and path.is_dir():
-        return  # Windows opens no folder, and writes its entries itself
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import io
 import re
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import BinaryIO
+from pathlib import Path
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -152,7 +153,7 @@ class Receiver:
         except OSError as error:
             raise _storage_refusal(error) from error
 
-    async def _keep(self, request: Request, file: BinaryIO, name: str, offset: int, length: int) -> int:
+    async def _keep(self, request: Request, file: io.FileIO, name: str, offset: int, length: int) -> int:
         """Write the body as it comes; returns how many bytes of the upload there are then.
 
         What comes before a connection breaks stays: the SHA-256 of the whole zip, its name, is checked in the end.
@@ -255,7 +256,12 @@ def _write_all(write: Callable[[bytes], int | None], block: bytes) -> None:
 def _storage_refusal(error: OSError) -> RefusalError:
     if error.errno in _NO_SPACE:
         return RefusalError(507, "the computer's disk is full; make room, then go on")
-    return RefusalError(507, f"the computer cannot write the session ({error.strerror}); look there, then go on")
+    return RefusalError(507, f"the computer cannot write the session ({_reason(error)}); look there, then go on")
+
+
+def _reason(error: OSError) -> str:
+    """What the system says, and of which file or folder, by its name alone."""
+    return f"{Path(error.filename).name}: {error.strerror}" if error.filename else str(error.strerror)
 
 
 def _partial(received: int, length: int) -> UploadState:

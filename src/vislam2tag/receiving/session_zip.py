@@ -16,6 +16,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, first_line
 from vislam2tag.common.files.bounded_file import BoundedFile
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES
 from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
@@ -48,7 +49,7 @@ class UnpackedSession:
     folder: Path
 
 
-def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
+def unpack(path: Path, folder: Folder, max_bytes: int) -> UnpackedSession:
     """Unpack a session's zip into the new folder ``folder``, at most ``max_bytes`` in all, and check every file.
 
     Raises RefusedZipError, one sentence for the collector, for a file that is no zip, damaged or encrypted, for names
@@ -63,11 +64,11 @@ def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
         ):
             name, entries = _entries(archive, max_bytes, path.stat().st_size)
             reads.most = 2 * _BLOCK
-            folder.mkdir(parents=True)
+            folder.make_new()
             left = max_bytes
             sums = {}
             for file, info in entries.items():
-                sums[file], size = _extract(archive, info, folder / file, left)
+                sums[file], size = _extract(archive, info, folder, file, left)
                 left -= size
     except (
         zipfile.BadZipFile,
@@ -79,8 +80,8 @@ def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
         OverflowError,
     ) as error:
         raise RefusedZipError(f"the zip is damaged ({first_line(error)}); send it again") from error
-    _check_sums(folder, sums)
-    return UnpackedSession(name, _record(folder, name), folder)
+    _check_sums(folder.path, sums)
+    return UnpackedSession(name, _record(folder.path, name), folder.path)
 
 
 def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str, dict[str, zipfile.ZipInfo]]:
@@ -118,10 +119,10 @@ def _is_special(info: zipfile.ZipInfo) -> bool:
     return kind not in (0, stat.S_IFREG)
 
 
-def _extract(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path, left: int) -> tuple[str, int]:
+def _extract(archive: zipfile.ZipFile, info: zipfile.ZipInfo, folder: Folder, name: str, left: int) -> tuple[str, int]:
     """Unpack one file; returns its SHA-256 and size. Counts what really comes, whatever the zip says of it."""
     digest, size = hashlib.sha256(), 0
-    with archive.open(info) as source, target.open("xb") as file:
+    with archive.open(info) as source, folder.writing(name) as file:
         while block := source.read(_BLOCK):
             size += len(block)
             if size > left:

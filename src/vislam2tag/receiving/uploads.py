@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import re
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
 from vislam2tag.receiving.app_zip import AppPlace
-from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, FiledSession, file_zip, is_filed
+from vislam2tag.receiving.filing import WORK_FOLDER, FiledSession, file_zip, is_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
 
 UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
@@ -86,22 +86,18 @@ class Uploads:
         self.survey, self._max_unpacked, self._place = survey, max_unpacked_bytes, place
         self._clock = clock
         self.max_bytes = max_bytes
-        self._folder = survey / WORK_FOLDER
+        self._folder = Folder.at(survey).folder(WORK_FOLDER)
         self._busy: set[str] = set()
         self._held = ExitStack()
 
     def __enter__(self) -> Uploads:
         """Take hold; raises OutputError where another program has, or the survey cannot be written."""
         try:
-            self._folder.mkdir(exist_ok=True)
+            self._folder.make()
         except OSError as error:
             raise OutputError(f"{self.survey}: cannot be written: {error.strerror}") from error
         refusal = f"{self.survey}: another 'vislam2tag receive' is running there; end it first"
-        self._held.enter_context(only_one(self._folder / "lock", refusal))
-        for left in self._folder.glob(f"{UNPACKED}*"):
-            shutil.rmtree(left, ignore_errors=True)
-        for named in self._folder.glob("*.zip"):
-            named.unlink()
+        self._held.enter_context(only_one(self._folder, "lock", refusal))
         self._remove_expired()
         return self
 
@@ -126,7 +122,7 @@ class Uploads:
         return UploadState("partial", part[0].stat().st_size, part[1])
 
     @contextmanager
-    def writing(self, name: str, length: int, offset: int) -> Iterator[BinaryIO]:
+    def writing(self, name: str, length: int, offset: int) -> Iterator[io.FileIO]:
         """Open an upload of ``length`` bytes to go on at ``offset``; what is written stays, also after an exception.
 
         Raises BusyError while another request writes it, WrongLengthError where it began with another length,
@@ -142,15 +138,16 @@ class Uploads:
             raise WrongOffsetError
         if part is None:
             self._refuse_too_many(length)
-        path = self._folder / f"{name}.{length}.part"
+        part_name = f"{name}.{length}.part"
         self._busy.add(name)
         try:
-            with path.open("ab", buffering=0) as file:
+            with self._folder.appending(part_name) as file:
                 yield file
         finally:
             self._busy.discard(name)
+            path = self._folder / part_name
             if path.is_file() and not path.stat().st_size:
-                path.unlink()
+                self._folder.remove(part_name)
 
     def _refuse_too_many(self, length: int) -> None:
         begun = self._parts()
@@ -180,13 +177,15 @@ class Uploads:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
             if digest != name:
                 raise RefusedZipError("the zip arrived damaged: its SHA-256 is another; send it again")
-            with _called_zip(path, name) as named:
-                filed = file_zip(self.survey, named, self._max_unpacked, self._place)
+            with scratch_folder(self._folder) as scratch:
+                called = f"{name[:_SHORT]}.zip"  # who reads it looks at the name's end
+                scratch.link(path, called)
+                filed = file_zip(self.survey, scratch / called, self._max_unpacked, self._place)
         except RefusedZipError:
-            path.unlink(missing_ok=True)
+            self._folder.remove(path.name)
             raise
         self._remember(name, filed)
-        path.unlink(missing_ok=True)
+        self._folder.remove(path.name)
         return filed
 
     def _part(self, name: str) -> tuple[Path, int] | None:
@@ -194,13 +193,13 @@ class Uploads:
 
     def _parts(self) -> list[tuple[Path, str, int]]:
         """Files, names and lengths of all unfinished uploads."""
-        matches = ((path, _PART.fullmatch(path.name)) for path in sorted(self._folder.glob("*.part")))
+        matches = ((path, _PART.fullmatch(path.name)) for path in sorted(self._folder.path.glob("*.part")))
         return [(path, match.group(1), int(match.group(2))) for path, match in matches if match]
 
     def _remove_expired(self) -> None:
         for path, name, _ in self._parts():
             if name not in self._busy and self._clock() - path.stat().st_mtime > EXPIRY_S:
-                path.unlink()
+                self._folder.remove(path.name)
 
     def _filed(self, name: str) -> str | None:
         """Where an upload was filed, if all of it still lies there."""
@@ -211,23 +210,5 @@ class Uploads:
         return filed.session if is_filed(self.survey / filed.session, filed.sums_sha256) else None
 
     def _remember(self, name: str, filed: FiledSession) -> None:
-        path = self._folder / f"{name}.filed"
-        partial = path.with_suffix(".tmp")
         record = _FiledRecord(session=filed.path, sums_sha256=filed.sums_sha256)
-        partial.write_text(record.model_dump_json() + "\n", encoding="utf-8")
-        partial.replace(path)
-
-
-@contextmanager
-def _called_zip(path: Path, name: str) -> Iterator[Path]:
-    """Yield a second name of an upload, which says that it is a zip; its own where the file system has no links."""
-    named = path.with_name(f"{name[:_SHORT]}.zip")
-    try:
-        named.hardlink_to(path)
-    except OSError:
-        yield path
-        return
-    try:
-        yield named
-    finally:
-        named.unlink(missing_ok=True)
+        self._folder.write(f"{name}.filed", record.model_dump_json() + "\n")

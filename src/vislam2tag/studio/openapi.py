@@ -13,6 +13,7 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.studio.app import ALL_ENDPOINTS
 from vislam2tag.studio.endpoints import Endpoint
@@ -104,7 +105,7 @@ def _name(record: type[FiniteRecord]) -> str:
 
 def main() -> None:
     """Write the description into the file that the command names."""
-    Path(sys.argv[1]).write_text(json.dumps(openapi(), indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    write_file(Path(sys.argv[1]), json.dumps(openapi(), indent=1, sort_keys=True) + "\n")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from tests.stores import AZURE_SECRET, SECRET, Bucket, Fault
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
 from vislam2tag.common.files import store as module
 from vislam2tag.common.files import store_connection
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.store import Store, address_of, shown
 from vislam2tag.common.files.stored_folder import folder_at_hand
 
@@ -64,12 +65,12 @@ def test_objects_are_listed_fetched_and_removed(any_folder: Store, tmp_path: Pat
     folder.put("c", b"3")
     assert [(file.name, file.size) for file in sorted(folder.list())] == [("a/b", 2), ("c", 1)]
     assert [file.name for file in folder.list("a")] == ["a/b"]
-    assert folder.fetch("a/b", tmp_path / "b") == folder.version("a/b")
+    assert folder.fetch("a/b", Folder.at(tmp_path), "b") == folder.version("a/b")
     assert (tmp_path / "b").read_bytes() == b"12"
     with folder_at_hand(Path(folder.address)) as here:
         assert (here / "a/b").read_bytes() == b"12"
     folder.delete(["c", "never-there"])
-    assert folder.get("c") is None is folder.version("c") is folder.fetch("c", tmp_path / "c")
+    assert folder.get("c") is None is folder.version("c") is folder.fetch("c", Folder.at(tmp_path), "c")
     assert not (tmp_path / "c").exists()
 
 

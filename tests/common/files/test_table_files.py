@@ -97,7 +97,7 @@ def is_constant(node: ast.expr, fixed: frozenset[str] | set[str] = frozenset()) 
     return isinstance(node, ast.Constant)
 
 
-TO_BUFFERS = ("write_csv", "write_ipc", "write_ipc_stream")
+TO_BUFFERS = ("write_csv", "write_parquet", "write_ipc", "write_ipc_stream")
 """Methods that may write into memory elsewhere, too."""
 
 
@@ -111,8 +111,10 @@ def test_only_this_module_opens_tables() -> None:
             and method.value.id == "pl"
             and method.attr.startswith(("scan_", "read_"))
         )
-        or method.attr.startswith(("sink_", "write_parquet"))
-        or (method.attr in TO_BUFFERS and call.args and ast.unparse(call.args[0]) not in ("buffer", "self.file"))
+        or method.attr.startswith("sink_")
+        or (
+            method.attr in TO_BUFFERS and call.args and ast.unparse(call.args[0]) not in ("buffer", "file", "self.file")
+        )
     }
     assert not others
 

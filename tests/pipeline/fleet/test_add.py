@@ -177,7 +177,7 @@ def test_killed_and_run_again_it_leaves_what_one_whole_run_leaves(
             assert vislam2tag("fleet", "add", place, ward).returncode == 0
         return place
 
-    arguments = [other_ward, *options]
+    arguments: list[str | Path] = [other_ward, *options]
     whole = begun("whole")
     counted = struck(whole, Strike(0), "fleet", "add", whole, *arguments, main=COUNTING)
     step = math.ceil(int(counted.stdout.splitlines()[-1]) * moment / MOMENTS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.surveys import bytes_of
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SNAPSHOTS, SOURCES
 from vislam2tag.pipeline.run.output_store import LOGS
@@ -21,6 +22,5 @@ def tree_of(fleet: Path, scratch: Path) -> dict[str, str]:
     for file in store.list():
         first, name = file.name.split("/")[0], file.name.split("/")[-1]
         if first not in _DIFFERENT and not name.startswith(".") and f"/{LOGS}/" not in file.name:
-            (scratch / file.name).parent.mkdir(parents=True, exist_ok=True)
-            store.fetch(file.name, scratch / file.name)
+            store.fetch(file.name, Folder.at(scratch), file.name)
     return bytes_of(scratch)

@@ -14,7 +14,7 @@ from vislam2tag.pipeline.labels.dry_run import dry_run
 from vislam2tag.pipeline.labels.process import jobs_of, opened_run, process
 from vislam2tag.pipeline.labels.session import Reason
 from vislam2tag.pipeline.labels.stored_session import give_up_session
-from vislam2tag.pipeline.run.store import PARTIAL, OutputFolder
+from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")
@@ -60,7 +60,6 @@ def test_what_failed_before_and_what_lost_its_tables_is_told(tmp_path: Path) -> 
     survey, out = make_survey(tmp_path / "survey", devices=("LG",), sessions=2, seconds=20.0), tmp_path / "labels"
     process(survey, out, SETTINGS)
     run = opened_run(survey, SETTINGS, OutputFolder(out))
-    (out / PARTIAL).mkdir()
     give_up_session(jobs_of(run.tasks, SETTINGS, run.folder)[0], "3 workers died of it")
     max((out / "wifi").iterdir()).unlink()
     assert [one.reasons for one in dry_run(survey, out, SETTINGS)] == [(Reason.FAILED,), (Reason.LOST,)]

@@ -27,7 +27,7 @@ def names(folder: Path) -> set[str]:
 def test_a_new_folder_is_made_and_only_whole_files_stay(tmp_path: Path) -> None:
     out = tmp_path / "deep" / "out"
     with claim(out, {"settings": {}}) as folder:
-        folder.write_text("sessions/a.json", result("a"))
+        folder.put_text("sessions/a.json", result("a"))
         assert folder.result("a") is not None
         assert folder.result("b") is None
     assert names(out) == {"run.json", "sessions", "sessions/a.json"}
@@ -39,7 +39,7 @@ def test_a_failing_writer_leaves_the_old_file(tmp_path: Path) -> None:
         raise OSError(28, "No space left on device")
 
     with claim(tmp_path / "out", {}) as folder:
-        folder.write_text("sessions/a.json", "old")
+        folder.put_text("sessions/a.json", "old")
         with pytest.raises(OutputError, match=r"a\.json: cannot be written \(No space left on device\); free space"):
             folder.write("sessions/a.json", fail)
         assert not list((tmp_path / "out/.partial").iterdir())
@@ -177,8 +177,8 @@ def test_sessions_that_are_not_to_be_kept_go_by_the_record(tmp_path: Path) -> No
     own = OwnFiles.of(["wifi/floor_1.d.parquet"], ["sessions", "wifi"], ["floor_1.a", "floor_1.b", "floor_1.c"])
     with claim(out, {}, own=own) as folder:
         for slug in ("floor_1.a", "floor_1.b", "floor_1.d", "floor_1.mine"):
-            folder.write_text(f"sessions/{slug}.json", result(slug))
-            folder.write_text(f"wifi/{slug}.parquet", "")
+            folder.put_text(f"sessions/{slug}.json", result(slug))
+            folder.put_text(f"wifi/{slug}.parquet", "")
         (out / "backup").mkdir()
         (out / "backup" / "floor_1.b.parquet").write_text("mine")
         assert folder.drop(lambda slug: slug == "floor_1.a") == ["floor_1.b", "floor_1.d"]

@@ -110,10 +110,10 @@ def _label(
 
 
 def _write(table: pl.DataFrame, path: Path) -> None:
-    from vislam2tag.common.files.table_files import write_csv, write_parquet
-    from vislam2tag.common.files.whole_file import output_errors, place_of
+    from vislam2tag.common.files.whole_file import file_to_write
 
-    folder, name = place_of(path)
-    write = write_parquet if path.suffix.lower() == ".parquet" else write_csv
-    with output_errors(path):
-        write(table, folder, name)
+    with file_to_write(path) as file:
+        if path.suffix.lower() == ".parquet":
+            table.write_parquet(file)
+        else:
+            table.write_csv(file)

@@ -38,7 +38,7 @@ Examples:
 
 
 _PARTS = {
-    "labels/sessions/*.json": "labels",
+    "labels/sessions": "labels",
     "diagnosis.json": "a diagnosis",
     "check/check.json": "a check",
     "dataset/dataset.json": "a data set",

@@ -93,13 +93,13 @@ def coverage(
         readings = tables.readings.join(scans.select("scan_id", "building"), on="scan_id", how="left")
         labelled = scans.filter((pl.col("technology") == technology) & (pl.col("status") == Status.OK.label)).lazy()
         cells.count(labelled)
-        cells.touch(labelled, "x", "y")
+        cells.mark(labelled, "x", "y")
         for positions in (scans, readings):
-            cells.touch(_known_within(positions.lazy(), "sigma", settings.radius_m), "x", "y")
+            cells.mark(_known_within(positions.lazy(), "sigma", settings.radius_m), "x", "y")
     for name, x, y, sigma in _PATHS:
         if name in dataset.tables:
             table = dataset.tables[name].with_columns(pl.col("building").fill_null(""))
-            cells.touch(_known_within(table, sigma, settings.radius_m), x, y)
+            cells.mark(_known_within(table, sigma, settings.radius_m), x, y)
     counts, touched = cells.counts, cells.touched
     storeys = sorted({*(Storey(*row) for row in touched.select(_FLOOR).unique().iter_rows()), *walkable})
     return tuple(
@@ -135,7 +135,7 @@ class _CellCounts:
         if len(self._counts) == _PARTS:
             self._counts = [self.counts]
 
-    def touch(self, positions: pl.LazyFrame, x: str, y: str) -> None:
+    def mark(self, positions: pl.LazyFrame, x: str, y: str) -> None:
         """Note the cells in which positions lie."""
         self._touched.append(self._located(positions, x, y).select(*_CELL).unique().collect(engine="streaming"))
         if len(self._touched) == _PARTS:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.own_files import OwnFiles
+from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
@@ -60,9 +61,9 @@ def make_dataset_figures(
     run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
     own = OwnFiles.of((COVERAGE_FILE, *(f"{TABLE}.{suffix}" for suffix in texts)))
     with claim(out, run, PROGRAM, own) as folder:
-        folder.write_text(COVERAGE_FILE, record.model_dump_json(indent=1) + "\n")
+        folder.put_text(COVERAGE_FILE, record.model_dump_json(indent=1) + "\n")
         for suffix, text in texts.items():
-            folder.write_text(f"{TABLE}.{suffix}", text)
+            folder.put_text(f"{TABLE}.{suffix}", text)
         figures = dict(dataset_figures(statistics, floors))
         folder.add_own(*(f"{stem}.{kind}" for stem in figures for kind in KINDS))
         for stem, figure in figures.items():
@@ -86,4 +87,4 @@ def storey_text(storey: Storey) -> str:
 
 
 def _write(figure: Figure, kind: str, path: Path) -> None:
-    path.write_bytes(rendered(figure, kind))
+    write_file(path, rendered(figure, kind))

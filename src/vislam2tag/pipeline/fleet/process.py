@@ -234,7 +234,7 @@ class FleetRun:
                 raise UsageError("together: a fleet maps each walk alone; run process on the survey, or leave it out")
             survey = open_survey(root, settings.survey.landmark_sigma_m)
             row = described(survey) | {"inputs": inputs, "labels": self._labels_key(survey, settings, inputs)}
-            reduced = self._is_reduced(name, row["labels"])
+            reduced = self._is_reduced(name, str(row["labels"]))
             out = self.fleet.root / LABELS / name
             corrections, follow_links = read_corrections(root), self.follow_links
             run = stack.enter_context(

@@ -157,7 +157,7 @@ class LabelRun:
     def with_conflicts(self, found: References, odd: Sequence[Finding]) -> LabelRun:
         """Write how references fit one another, and tell of those that are odd."""
         self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.shown, found))
-        self.folder.write_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
+        self.folder.put_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
         return dataclasses.replace(self.with_findings(odd), conflicts=CONFLICTS_PAGE)
 
     @property
@@ -348,7 +348,7 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     summary = summary.model_copy(update=said)
     again = folder.results(slugs)
     folder.write("report.html", lambda path: write_report(path, survey, settings, again, summary, run.conflicts))
-    folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
+    folder.put_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary
 
 

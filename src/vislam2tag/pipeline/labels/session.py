@@ -112,7 +112,7 @@ def _process_at_hand(job: Job) -> Outcome:
 
 def _finish(job: Job, result: SessionResult) -> Outcome:
     """Write the done-mark."""
-    job.out.write_text(f"{RESULTS}/{job.slug}.json", result.model_dump_json(indent=1) + "\n")
+    job.out.put_text(f"{RESULTS}/{job.slug}.json", result.model_dump_json(indent=1) + "\n")
     return outcome_of(result, repeated=True)
 
 

@@ -44,7 +44,7 @@ from vislam2tag.pipeline.run.failures import LOG, recorded
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.output_store import LOGS, Mark, OutputStore, short, table_name
 from vislam2tag.pipeline.run.steps import InSteps, Steps
-from vislam2tag.pipeline.run.store import PARTIAL, OutputFolder
+from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
@@ -167,7 +167,7 @@ class _SentTables(OutputFolder):
         gone = asking().submit(self.to.store.delete, [table_name(name, slug) for name in sorted(others)])
         versions = {name: future.result() for name, future in self.sent.items()}
         gone.result()
-        logged = asking().submit(self.to.write_text, f"{LOGS}/{slug}.jsonl", log)
+        logged = asking().submit(self.to.put_text, f"{LOGS}/{slug}.jsonl", log)
         self.to.put_mark(slug, read_bytes(self.root / RESULTS / f"{slug}.json"), version, inputs, versions)
         logged.result()
 
@@ -175,7 +175,6 @@ class _SentTables(OutputFolder):
 @contextmanager
 def _scratch_job(stored: StoredJob) -> Iterator[Job]:
     with scratch_folder() as scratch:
-        scratch.folder(PARTIAL).make()
         yield Job(stored.task, stored.settings, OutputFolder(scratch.path), stored.code)
 
 
@@ -219,7 +218,7 @@ def _lay_out(job: Job, mark: Mark) -> None:
     """Let scratch space look as a folder in which the session was done: its tables are there, by name."""
     for name in mark.tables:
         Folder.at(job.out.root).create(table_name(name, job.slug))
-    job.out.write_text(f"{RESULTS}/{job.slug}.json", mark.result.model_dump_json())
+    job.out.put_text(f"{RESULTS}/{job.slug}.json", mark.result.model_dump_json())
 
 
 def _log(outcome: Outcome, records: list[LogRecord], started: datetime, seconds: float) -> Iterator[dict[str, object]]:

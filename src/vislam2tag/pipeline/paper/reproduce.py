@@ -90,7 +90,7 @@ def reproduce(
         tables = _tables(walks)
         for part in tables:
             _write_table(folder, part)
-        folder.write_text(WALKS_FILE, walks_csv([*walks.pressed, *walks.tracked]))
+        folder.put_text(WALKS_FILE, walks_csv([*walks.pressed, *walks.tracked]))
         collected = paper_collection(data, settings, _of_stage(progress, "fingerprints"), fingerprints)
         collection = _collection(folder, collected.statistics)
         positioning = paper_positioning(folder, fingerprints, model_seeds, progress)
@@ -128,7 +128,7 @@ def _write_table(folder: OutputFolder, part: TablePart) -> None:
     texts = {"csv": csv_text(part.table), "tex": latex_text(part.table, NAMES), "md": markdown_text(part.table, NAMES)}
     for suffix, text in texts.items():
         if not part.missing:
-            folder.write_text(f"{part.stem}.{suffix}", text)
+            folder.put_text(f"{part.stem}.{suffix}", text)
 
 
 def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> CollectionPart:
@@ -138,7 +138,7 @@ def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> C
     table = Table3.of(statistics.by_device, statistics.walks, beside_paper=True)
     texts = {"csv": table_3.csv_text(table), "tex": table_3.latex_text(table), "md": table_3.markdown_text(table)}
     for suffix, text in texts.items():
-        folder.write_text(f"{TABLE_3}.{suffix}", text)
+        folder.put_text(f"{TABLE_3}.{suffix}", text)
     wifi = statistics.technologies["wifi"]
     cost = wifi.labelled_per_person_hour
     rate = "" if cost is None else f", {cost:.0f} an hour of walking"

@@ -99,7 +99,7 @@ def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Pro
     runs = list(planned(plan.models, splits, plan.seeds))
     data = learning_data(dataset, plan.technology)
     with claim(out, _run_record(dataset, plan, splits), PROGRAM, OwnFiles.of((*_OF_RUN, PAGE_FILE))) as folder:
-        folder.discard(*_OF_RUN, f"{FIGURES}/*")  # what an earlier benchmark summed up; its runs stay
+        folder.discard(*_OF_RUN, folders=(FIGURES,))  # what an earlier benchmark summed up; its runs stay
         made: dict[str, tuple[RunRecord, RunTime]] = {}
         failed: list[FailedRun] = []
         for number, run in enumerate(runs):
@@ -166,12 +166,12 @@ def _made(
     outcome = execute(run, data, key, progress)
     table = predictions_table(outcome.ids, outcome.truth, outcome.found)
     folder.add_own(f"{TIMES}/{stem}.json", f"{RUNS}/{stem}.parquet", f"{RUNS}/{stem}.json")
-    folder.write_text(f"{TIMES}/{stem}.json", outcome.time.model_dump_json(indent=1) + "\n")
+    folder.put_text(f"{TIMES}/{stem}.json", outcome.time.model_dump_json(indent=1) + "\n")
     folder.write(
         f"{RUNS}/{stem}.parquet",
         lambda path: write_parquet(table, Folder.at(path.parent), path.name, compression="zstd"),
     )
-    folder.write_text(f"{RUNS}/{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
+    folder.put_text(f"{RUNS}/{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
     return stem, (outcome.record, outcome.time)
 
 
@@ -218,9 +218,9 @@ def _write(
     made: Mapping[str, tuple[RunRecord, RunTime]],
 ) -> None:
     """Write tables, figures, the page, and last the record, which is the mark that all is there."""
-    folder.write_text(SCORES_FILE, rows_csv(found.rows))
-    folder.write_text(LATEX_FILE, latex_text(found.rows))
-    folder.write_text(TIMES_FILE, times_csv(model_times(list(made.values()))))
+    folder.put_text(SCORES_FILE, rows_csv(found.rows))
+    folder.put_text(LATEX_FILE, latex_text(found.rows))
+    folder.put_text(TIMES_FILE, times_csv(model_times(list(made.values()))))
     table = table_4(found.rows) if plan.beside_paper else None
     if table is not None:
         write_table_4(folder, table)
@@ -232,13 +232,13 @@ def _write(
             folder.write(f"{FIGURES}/{figure.stem}.{kind}", partial(write_file, content=content))
         figures.append(figure)
     folder.write(PAGE_FILE, lambda path: write_benchmark_page(path, found, figures, table))
-    folder.write_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")
+    folder.put_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")
 
 
 def write_table_4(folder: OutputFolder, table: Table4) -> None:
     """Write the paper's Table IV as CSV, LaTeX and Markdown."""
     for kind, text in table.texts().items():
-        folder.write_text(f"{TABLE_4}.{kind}", text)
+        folder.put_text(f"{TABLE_4}.{kind}", text)
 
 
 def _fill(table: pl.DataFrame, path: Path) -> None:

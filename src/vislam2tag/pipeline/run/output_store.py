@@ -68,7 +68,7 @@ class OutputStore:
             fill(path)
             self.store.put(relative, path)
 
-    def write_text(self, relative: str, text: str) -> None:
+    def put_text(self, relative: str, text: str) -> None:
         """Put a UTF-8 text file."""
         self.store.put(relative, text.encode())
 

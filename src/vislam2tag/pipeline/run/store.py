@@ -68,7 +68,7 @@ class OutputFolder:
                 "then run the same command again"
             ) from error
 
-    def write_text(self, relative: str, text: str) -> None:
+    def put_text(self, relative: str, text: str) -> None:
         """Write a UTF-8 text file whole."""
         self.write(relative, lambda path: write_file(path, text))
 
@@ -122,7 +122,7 @@ class OutputFolder:
 
     def set_own(self, own: OwnFiles) -> None:
         """Write the record of the files that are ours."""
-        self.write_text(OWN_FILES, own.text())
+        self.put_text(OWN_FILES, own.text())
 
     def drop(self, keep: Callable[[str], bool]) -> list[str]:
         """Remove the files of recorded sessions that are not to be kept; return the slugs of those that had a result.
@@ -140,13 +140,13 @@ class OutputFolder:
             self.set_own(without_sessions(own, gone))
         return had_result
 
-    def discard(self, *patterns: str) -> None:
-        """Remove the files of ours that match a pattern relative to the folder."""
+    def discard(self, *names: str, folders: Iterable[str] = ()) -> None:
+        """Remove those of these files that are ours, and the files of ours right in these folders."""
         own = self.own()
-        for path in sorted(path for pattern in patterns for path in self.root.glob(pattern)):
-            relative = path.relative_to(self.root).as_posix()
-            if path.is_file() and own.owns(relative):
-                self.remove(relative)
+        inside = (f"{name}/{file}" for name in folders for file in self.folder.folder(name).names())
+        for name in (*names, *inside):
+            if own.owns(name):
+                self.remove(name)
 
 
 def recorded_sessions(own: OwnFiles) -> set[str]:
@@ -243,7 +243,7 @@ def _prepare(folder: OutputFolder, run: dict[str, object], own: OwnFiles, keep_s
     own = own.with_those_of(OwnFiles.of([RUN_FILE, LOG_FILE])).with_those_of(before)
     if own != before:
         folder.set_own(own)
-    folder.write_text(RUN_FILE, content)
+    folder.put_text(RUN_FILE, content)
 
 
 def _is_recorded(root: Path, content: str) -> bool:

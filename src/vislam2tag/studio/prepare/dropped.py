@@ -6,11 +6,12 @@ import io
 import re
 import threading
 import time
+from contextlib import ExitStack
 from itertools import count
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.pipeline.site.init import NewFloor, add_floor
 from vislam2tag.pipeline.site.plan_scale import settled_source
 from vislam2tag.studio.prepare.messages import AddedFloor, DroppedFile, FloorRequest, PlanLookView
@@ -33,14 +34,15 @@ class DroppedFiles:
 
     def __init__(self) -> None:
         """Keep nothing yet."""
-        self._scratch = TemporaryDirectory(prefix="vislam2tag-dropped-")
+        self._held = ExitStack()
+        self._scratch = self._held.enter_context(scratch_folder())
         self._lock = threading.Lock()
         self._files: dict[int, Path] = {}
         self._numbers = count(time.time_ns() // 1_000_000)  # a page's draft must not find a file of a later run
 
     def close(self) -> None:
         """Forget all files."""
-        self._scratch.cleanup()
+        self._held.close()
 
     def keep(self, name: str, content: bytes) -> DroppedFile:
         """Keep a file; raises UsageError for an empty one, or a name that cannot be a file's."""
@@ -51,12 +53,11 @@ class DroppedFiles:
             raise UsageError(f"{plain}: is empty; choose another file")
         with self._lock:
             number = next(self._numbers)
-            path = Path(self._scratch.name) / str(number) / plain
-            path.parent.mkdir()
-            path.write_bytes(content)
-            self._files[number] = path
+            self._scratch.write(f"{number}/{plain}", content)
+            self._files[number] = self._scratch / f"{number}/{plain}"
             for old in list(self._files)[:-KEPT]:
-                self._files.pop(old).unlink()
+                self._files.pop(old)
+                self._scratch.remove_tree(str(old))
         return DroppedFile(id=number, name=plain)
 
     def path(self, number: int) -> Path:

@@ -100,7 +100,7 @@ def _table(file: Path, columns: tuple[str, ...]) -> pl.DataFrame:
 def _technologies(rssi: pl.DataFrame, aps: pl.DataFrame) -> pl.DataFrame:
     """The technology of each sample: that of what was heard."""
     ours = {theirs: name for name, theirs in TECHNOLOGIES.items()}
-    named = aps.select("ap_id", pl.col("technology").replace(ours).str.to_lowercase())
+    named = aps.select("ap_id", pl.col("technology").replace(old=ours).str.to_lowercase())
     joined = rssi.select("sample_id", "ap_id").join(named, on="ap_id", how="left")
     return joined.group_by("sample_id").agg(pl.col("technology").drop_nulls().min())
 

@@ -100,7 +100,7 @@ def _transmitter_rows(transmitters: pl.DataFrame) -> pl.DataFrame:
     nowhere = pl.lit(None, pl.Float64)
     return transmitters.select(
         pl.col("bssid").alias("ap_id"),
-        pl.col("technology").replace(TECHNOLOGIES),
+        pl.col("technology").replace(old=TECHNOLOGIES),
         nowhere.alias("x"),
         nowhere.alias("y"),
         nowhere.alias("z"),

@@ -24,13 +24,13 @@ def hdf5_file(folder: Folder, name: str) -> Iterator[h5py.File]:
     """Open a new HDF5 file for writing, whole or not at all; raises OSError if the disk took less than all of it."""
     h5py = import_extra("h5py")
     with folder.writing(name) as file:
-        patient = _PatientFile(cast("io.FileIO", cast("io.BufferedRandom", file).raw))
+        buffer = _PatientFile(cast("io.FileIO", cast("io.BufferedRandom", file).raw))
         try:
-            with h5py.File(patient, "w", track_order=True) as opened:
+            with h5py.File(buffer, "w", track_order=True) as opened:
                 yield opened
         finally:
-            if patient.failure:
-                raise patient.failure
+            if buffer.failure:
+                raise buffer.failure
 
 
 class _PatientFile(io.RawIOBase):

@@ -99,7 +99,7 @@ def evaluate(
     }
     own = OwnFiles.of((*_OF_RUN, PAGE_FILE), (TRAJECTORIES,), (ref.slug for ref in refs))
     with claim(out, run, PROGRAM, own) as folder:
-        folder.discard(*_OF_RUN, f"{TRAJECTORIES}/*")  # so that nothing of an earlier run is taken for this one's
+        folder.discard(*_OF_RUN, folders=(TRAJECTORIES,))  # so that nothing of an earlier run is taken for this one's
         gone = sorted({*folder.own().stems} - {*own.stems})
         folder.set_own(without_sessions(folder.own(), set(gone)))
         tell(removed_findings(gone))
@@ -170,10 +170,10 @@ def _mean(values: Sequence[float | None]) -> float | None:
 
 def _write(folder: OutputFolder, evaluation: SurveyEvaluation, title: str) -> None:
     """Write the tables, the page, and last the record, which is the mark that all is there."""
-    folder.write_text(ERRORS_FILE, rows_csv(evaluation.rows))
-    folder.write_text(LATEX_FILE, latex_text(evaluation.rows))
-    folder.write_text(SESSIONS_FILE, sessions_csv(evaluation.sessions))
+    folder.put_text(ERRORS_FILE, rows_csv(evaluation.rows))
+    folder.put_text(LATEX_FILE, latex_text(evaluation.rows))
+    folder.put_text(SESSIONS_FILE, sessions_csv(evaluation.sessions))
     if evaluation.dense:
-        folder.write_text(DENSE_FILE, dense_csv(evaluation.dense))
+        folder.put_text(DENSE_FILE, dense_csv(evaluation.dense))
     folder.write(PAGE_FILE, lambda path: write_evaluation_page(path, title, evaluation))
-    folder.write_text(RECORD_FILE, json.dumps(evaluation.model_dump(mode="json"), indent=1) + "\n")
+    folder.put_text(RECORD_FILE, json.dumps(evaluation.model_dump(mode="json"), indent=1) + "\n")

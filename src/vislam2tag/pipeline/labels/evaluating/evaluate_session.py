@@ -211,7 +211,7 @@ def _mapping_error(job: EvaluationJob, labelled: dict[str, BoolArray]) -> str | 
 
 
 def _write(job: EvaluationJob, name: str, text: str) -> None:
-    job.out.write_text(f"{TRAJECTORIES}/{job.ref.slug}.{name}.tum", text)
+    job.out.put_text(f"{TRAJECTORIES}/{job.ref.slug}.{name}.tum", text)
 
 
 def rounded(value: float) -> float | None:
