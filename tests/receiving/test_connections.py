@@ -28,7 +28,7 @@ Connect = Callable[[str], Awaitable[Stream]]
 
 
 PLENTY = 100
-SHORT_S = 0.05
+SHORT_S, LONG_S = 0.05, 600.0
 
 
 async def hello(request: Request) -> Response:
@@ -44,7 +44,7 @@ async def endless(_request: Request) -> Response:
     return StreamingResponse(content())
 
 
-def with_server(limits: Limits, visit: Callable[[Connect], Awaitable[None]]) -> None:
+def with_server(limits: Limits, visit: Callable[[Connect], Awaitable[None]], state: ServerState | None = None) -> None:
     """Run a server of limited connections, and what visits it: it connects from an address of its choice."""
 
     async def run() -> None:
@@ -55,9 +55,9 @@ def with_server(limits: Limits, visit: Callable[[Connect], Awaitable[None]]) -> 
                 Route("/endless", endless),
             ]
         )
-        config, state = LimitedConfig(app, limits), ServerState()
+        config, known = LimitedConfig(app, limits), state or ServerState()
         loop = asyncio.get_running_loop()
-        server = await loop.create_server(lambda: LimitedConnection(config, state, {}), "127.0.0.1", 0)
+        server = await loop.create_server(lambda: LimitedConnection(config, known, {}), "127.0.0.1", 0)
         port = server.sockets[0].getsockname()[1]
         opened: list[asyncio.StreamWriter] = []
 
@@ -104,15 +104,26 @@ def test_a_header_must_be_complete_in_time(sent: bytes) -> None:
     with_server(Limits(PLENTY, PLENTY, SHORT_S), visit)
 
 
+def shorten(state: ServerState) -> None:
+    """Let the server's connections wait for a short time only, from the next time on."""
+    for connection in state.connections:
+        assert isinstance(connection, LimitedConnection)
+        connection.limits = Limits(PLENTY, PLENTY, SHORT_S)
+
+
 @pytest.mark.parametrize("path", ["/", "/stranger"])
 def test_the_header_of_a_later_request_must_be_complete_in_time(path: str) -> None:
+    state = ServerState()
+
     async def visit(connect: Connect) -> None:
         stream = await connect("127.0.0.1")
-        stream[1].write(f"GET {path} HTTP/1.1\r\nHost: x\r\n\r\nGET / HTTP/1.1\r\nX-Never: ".encode())
-        content = await asyncio.wait_for(stream[0].read(), timeout=30)
-        assert content.endswith(b"hello"), "all of the first answer, then the end"
+        assert await asked(stream, path, closing=False) == b"hello"
+        shorten(state)
+        assert await asked(stream, path, closing=False) == b"hello"
+        stream[1].write(b"GET / HTTP/1.1\r\nX-Never: ")
+        assert await is_closed(stream)
 
-    with_server(Limits(PLENTY, PLENTY, SHORT_S), visit)
+    with_server(Limits(PLENTY, PLENTY, LONG_S), visit, state)
 
 
 def test_a_body_that_the_server_does_not_want_does_not_keep_a_connection() -> None:
@@ -120,21 +131,25 @@ def test_a_body_that_the_server_does_not_want_does_not_keep_a_connection() -> No
         reader, writer = await connect("127.0.0.1")
         writer.write(b"GET / HTTP/1.1\r\nHost: x\r\nContent-Length: 9999\r\n\r\n")
         with suppress(ConnectionError):
-            while await asyncio.wait_for(reader.read(1000), timeout=30):
+            while await reader.read(1000):
                 writer.write(b"x")
 
     with_server(Limits(PLENTY, PLENTY, SHORT_S), visit)
 
 
 def test_an_answer_that_is_not_taken_off_ends_its_connection() -> None:
+    state = ServerState()
+
     async def visit(connect: Connect) -> None:
-        reader, writer = await connect("127.0.0.1")
+        reader, writer = stream = await connect("127.0.0.1")
+        assert await asked(stream, closing=False) == b"hello"
+        shorten(state)
         writer.write(b"GET /endless HTTP/1.1\r\nHost: x\r\n\r\n")
         await reader.readuntil(b"\r\n\r\n")
         lost = asyncio.get_running_loop().create_future()
         writer.transport.pause_reading()  # type: ignore[attr-defined]
         keep_asking(writer, lost)
-        await asyncio.wait_for(lost, timeout=30)
+        await lost
 
     def keep_asking(writer: asyncio.StreamWriter, lost: asyncio.Future[None]) -> None:
         """Write until the other side has ended the connection."""
@@ -144,7 +159,7 @@ def test_an_answer_that_is_not_taken_off_ends_its_connection() -> None:
         writer.write(b"x")
         asyncio.get_running_loop().call_later(SHORT_S, keep_asking, writer, lost)
 
-    with_server(Limits(PLENTY, PLENTY, SHORT_S), visit)
+    with_server(Limits(PLENTY, PLENTY, LONG_S), visit, state)
 
 
 def test_half_sent_headers_of_one_sender_do_not_shut_out_another_behind_its_address() -> None:
@@ -156,7 +171,7 @@ def test_half_sent_headers_of_one_sender_do_not_shut_out_another_behind_its_addr
         assert await asked(await connect("127.0.0.3")) == b"hello"
         assert await asked(half_open[-1]) == b"hello"
 
-    with_server(Limits(waiting=5, admitted=PLENTY), visit)
+    with_server(Limits(waiting=5, admitted=PLENTY, idle_s=LONG_S), visit)
 
 
 def test_one_too_many_ends_the_oldest_of_the_network_that_has_most() -> None:
@@ -166,7 +181,7 @@ def test_one_too_many_ends_the_oldest_of_the_network_that_has_most() -> None:
         assert await is_closed(crowd[0])
         assert [await asked(stream) for stream in (quiet, *crowd[1:])] == [b"hello"] * 3
 
-    with_server(Limits(waiting=3, admitted=PLENTY), visit)
+    with_server(Limits(waiting=3, admitted=PLENTY, idle_s=LONG_S), visit)
 
 
 def test_admitted_connections_have_room_of_their_own() -> None:
@@ -178,7 +193,7 @@ def test_admitted_connections_have_room_of_their_own() -> None:
         assert [await asked(stream) for stream in known] == [b"hello"] * 2, "none of them was ended"
         assert await asked(strangers[-1]) == b"hello"
 
-    with_server(Limits(waiting=2, admitted=2), visit)
+    with_server(Limits(waiting=2, admitted=2, idle_s=LONG_S), visit)
 
 
 def test_only_so_many_are_admitted_and_others_get_an_answer() -> None:
@@ -190,7 +205,7 @@ def test_only_so_many_are_admitted_and_others_get_an_answer() -> None:
         assert await is_closed(known)
         assert await asked(await connect("127.0.0.2")) == b"hello"
 
-    with_server(Limits(waiting=2, admitted=1), visit)
+    with_server(Limits(waiting=2, admitted=1, idle_s=LONG_S), visit)
 
 
 def test_connections_leave_files_for_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
