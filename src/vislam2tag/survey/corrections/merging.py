@@ -145,9 +145,9 @@ def _conflict(block: _Block, current: Sequence[_Block], known: set[int]) -> Conf
     )
 
 
-def _differences(one: Sequence[_Block], other: Sequence[_Block]) -> list[tuple[str, int, int, int, int]]:
-    keys = [[block.key for block in blocks] for blocks in (one, other)]
-    return SequenceMatcher(None, *keys, autojunk=False).get_opcodes()
+def _differences(one: Sequence[_Block], other: Sequence[_Block]) -> Sequence[tuple[str, int, int, int, int]]:
+    one_keys, other_keys = ([block.key for block in blocks] for blocks in (one, other))
+    return SequenceMatcher(None, one_keys, other_keys, autojunk=False).get_opcodes()
 
 
 def _blocks(text: str) -> list[_Block]:
