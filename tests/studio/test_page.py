@@ -462,7 +462,8 @@ def fills_in_every_kind(page: Page) -> None:
     page.set_viewport_size({"width": 1400, "height": 900})
     page.get_by_role("tab", name="Walks").click()
     page.get_by_role("tab", name="Corrections").click()
-    page.get_by_text("Add a correction").click()
+    expect(form.get_by_label("Kind")).to_have_value(kind)  # a draft, which is open
+    form.get_by_role("button", name="Discard").click()
     form.get_by_label("device", exact=True).fill("nobody's")
     form.get_by_role("button", name="Show the change").click()
     page.get_by_role("button", name="Save and map again").click()
