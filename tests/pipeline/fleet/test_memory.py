@@ -58,8 +58,9 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int, int],
         counting, held = Counting(sessions), {"now": 0, "most": 0}
         monkeypatch.setattr(module, "label_run", counting.label_run)
         monkeypatch.setattr(module, "jobs_of", counting.jobs_of)
-        for name in ("open_survey", "read_corrections", "inputs_of"):
+        for name in ("read_corrections", "inputs_of"):
             monkeypatch.setattr(module, name, lambda *_: "inputs")
+        monkeypatch.setattr(module, "open_survey", lambda *_: SimpleNamespace(sessions=()))
         monkeypatch.setattr(module, "described", lambda _: {})
 
         def executor(work: object, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
