@@ -230,7 +230,7 @@ def test_links_to_special_files_end_no_command(survey: Path, tmp_path: Path) -> 
     names = {path.name for path in (tmp_path / "out").rglob("*")}
     assert names.isdisjoint(("a", "b", "c", "loop"))
     record = json.loads((tmp_path / "out" / "export.json").read_text())
-    assert sum(one["count"] for one in record["findings"] if one["kind"] == "from_outside") == 3
+    assert sum(one["count"] for one in record["findings"] if one["kind"] == "from_outside") == 2
 
 
 def test_the_cure_is_named_in_one_line(survey: Path, tmp_path: Path) -> None:
