@@ -110,10 +110,7 @@ def _label(
 
 
 def _write(table: pl.DataFrame, path: Path) -> None:
-    from vislam2tag.common.files.table_files import write_csv, write_parquet
-    from vislam2tag.common.files.whole_file import output_errors, place_of
+    from vislam2tag.common.files.table_files import parquet_bytes
+    from vislam2tag.common.files.whole_file import write_file
 
-    folder, name = place_of(path)
-    write = write_parquet if path.suffix.lower() == ".parquet" else write_csv
-    with output_errors(path):
-        write(table, folder, name)
+    write_file(path, parquet_bytes(table) if path.suffix.lower() == ".parquet" else table.write_csv())
