@@ -14,6 +14,7 @@ import pytest
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.whole_folder import exclusive_writer
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
 from vislam2tag.dataset.model import Split
@@ -53,7 +54,7 @@ def test_the_split_is_saved_and_nothing_else_changes(tmp_path: Path) -> None:
     assert list(found.info.splits) == sorted([*info.splits, "blocks"])
     after = bytes_of(folder)
     assert set(after) - set(before) == {"splits/blocks.json", "splits/blocks.parquet"}
-    assert [name for name in before if before[name] != after[name]] == ["dataset.json"]
+    assert [name for name in before if before[name] != after[name]] == [OWN_FILES, "dataset.json"]
 
 
 def test_the_card_lists_it_and_checksums_hold(tmp_path: Path) -> None:
@@ -154,7 +155,7 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path, monkeypatch: py
     write_dataset(SMALL, folder)
     before = bytes_of(folder)
 
-    def full(*_: object) -> None:
+    def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)

@@ -106,11 +106,13 @@ def test_files_that_the_page_names_exist(written: Path, index: RadioMapIndex) ->
 
 
 @pytest.mark.usefixtures("undrawn_figures")
-def test_the_same_set_gives_the_same_bytes_and_replaces_what_is_there(source: Path, written: Path) -> None:
+def test_the_same_set_gives_the_same_bytes_and_files_of_the_user_s_stay(source: Path, written: Path) -> None:
     before = bytes_of(written)
     copy = Path(shutil.copytree(written, written.with_name("again")))
-    (copy / "stray.txt").write_text("x")
+    (copy / "notes.txt").write_text("x")
     write_radio_maps(source, copy, SETTINGS)
+    assert (copy / "notes.txt").read_text() == "x"
+    (copy / "notes.txt").unlink()
     assert bytes_of(copy) == before
 
 

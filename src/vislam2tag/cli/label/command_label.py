@@ -110,10 +110,7 @@ def _label(
 
 
 def _write(table: pl.DataFrame, path: Path) -> None:
-    from vislam2tag.common.files.whole_file import file_to_write
+    from vislam2tag.common.files.table_files import parquet_bytes
+    from vislam2tag.common.files.whole_file import write_file
 
-    with file_to_write(path) as file:
-        if path.suffix.lower() == ".parquet":
-            table.write_parquet(file)
-        else:
-            table.write_csv(file)
+    write_file(path, parquet_bytes(table) if path.suffix.lower() == ".parquet" else table.write_csv())
