@@ -16,6 +16,7 @@ from tests.survey.site import write_survey
 from tests.surveys import bytes_of
 from vislam2tag.cli.prepare.command_register import register
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.survey.discover import read_site
 
 PLACES = {"10": 1.5 + 2.5j, "7": 30 + 4j, "11": 20 + 20j, "12": 50 + 25j}
@@ -64,6 +65,7 @@ def test_a_folder_has_all_and_the_site_stays(site: Path, tmp_path: Path) -> None
     assert (done.returncode, done.stderr) == (0, "")
     assert "4 landmarks and 0 control points registered, 0 without a position, 0 contradictions" in done.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        OWN_FILES,
         "marker_dict.csv",
         "registration.json",
         "residuals.png",

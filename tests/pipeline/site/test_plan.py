@@ -11,6 +11,7 @@ from PIL import Image
 
 from tests.planning.floors import write_ring_site
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.planning.records import PlanSummary
 from vislam2tag.planning.settings import PlanSettings
@@ -37,7 +38,13 @@ def digests(folder: Path) -> dict[str, str]:
 
 
 def test_a_plan_is_drawings_lists_a_summary_and_a_page(planned: Path) -> None:
-    assert sorted(path.name for path in planned.iterdir()) == [*FILES, "index.html", "landmarks.csv", "plan.json"]
+    assert sorted(path.name for path in planned.iterdir()) == [
+        OWN_FILES,
+        *FILES,
+        "index.html",
+        "landmarks.csv",
+        "plan.json",
+    ]
     summary = PlanSummary.model_validate_json((planned / "plan.json").read_text())
     (floor,) = summary.floors
     assert floor.number == floor.bound == len(floor.landmarks) == 6

@@ -9,6 +9,7 @@ from PIL import Image
 
 from tests.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.site.walkable import RECORD, write_walkable
 from vislam2tag.walkable.settings import GraphSettings, WalkableSettings
 
@@ -31,7 +32,11 @@ def test_files_of_every_floor(site: Path, tmp_path: Path) -> None:
     found = write_walkable(site, tmp_path / "out", (), SETTINGS, None)
     assert [one.floor.number for one in found] == [0, 1]
     files = {path.name for path in (tmp_path / "out").iterdir()}
-    assert files == {RECORD, *(f"floor_{n}{end}" for n in (0, 1) for end in (".png", ".mask.png", ".geojson"))}
+    assert files == {
+        OWN_FILES,
+        RECORD,
+        *(f"floor_{n}{end}" for n in (0, 1) for end in (".png", ".mask.png", ".geojson")),
+    }
     record = json.loads((tmp_path / "out" / RECORD).read_text())
     assert record["floors"][0]["nodes"]["door"] == 3
     assert record["settings"]["walkable"]["passage_m"] == SETTINGS.passage_m

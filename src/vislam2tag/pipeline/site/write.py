@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_paths import AnyPath
@@ -24,7 +25,7 @@ from vislam2tag.survey.plans.images import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
 
 _WRITTEN = re.compile(
-    rf"{re.escape(CHANGE_FILE)}|{re.escape(FLOOR_FILE)}"
+    rf"{re.escape(CHANGE_FILE)}|{re.escape(FLOOR_FILE)}|{re.escape(OWN_FILES)}"
     rf"|floor_-?\d+(/({re.escape(LANDMARK_FILE)}|{re.escape(CONTROL_POINT_FILE)}|floorplan\.\w+))?"
 )
 """What these functions write: a folder that holds anything else, such as sessions, is never replaced."""
