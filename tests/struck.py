@@ -15,36 +15,30 @@ from tempfile import TemporaryFile
 
 import psutil
 
+ROOT = str(Path(__file__).parents[1])
 HUNG_S = 300.0
 """What has not ended after so long never will."""
 WATCHED = """
 import os, signal, sys
+from pathlib import Path
+from tests.watched import watched
 folder, text, step, sent = sys.argv[1:5]
 sys.argv[:5] = ["vislam2tag"]
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job starts deaf to it
-seen = 0
 
-def watch(event, arguments):
-    global seen
-    if event == "open" and (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR) or event in ("os.mkdir", "os.remove"):
-        path = arguments[0]
-    elif event == "os.rename":
-        path = arguments[1]
-    else:
-        return
-    if isinstance(path, (str, os.PathLike)) and os.fspath(path).startswith(folder) and text in os.fspath(path):
-        seen += 1
-        if seen == int(step):
-            os.killpg(0, signal.SIGINT) if int(sent) == signal.SIGINT else os.kill(os.getpid(), int(sent))
+def strike(seen):
+    if seen == int(step):
+        os.killpg(0, signal.SIGINT) if int(sent) == signal.SIGINT else os.kill(os.getpid(), int(sent))
 
-sys.addaudithook(watch)
+watching = watched(Path(folder), text, strike)  # kept, else it ends
+watch = watching.__enter__()
 """
 MAIN = "from vislam2tag.cli import main\nmain()\n"
 
 
 @dataclass(frozen=True)
 class Strike:
-    """A signal that comes just before the ``step``-th file is opened for writing, made, renamed or removed.
+    """A signal that comes just before the ``step``-th file is opened for writing, made, renamed, linked or removed.
 
     Counted are those that the main process touches below the output folder, with ``text`` in their path. As a terminal
     does, SIGINT reaches all processes of the command; any other only the main one.
@@ -60,7 +54,13 @@ def struck(out: Path, strike: Strike, *arguments: str | Path, main: str = MAIN) 
     watched = [str(out), strike.text, str(strike.step), str(int(strike.sent))]
     command = [sys.executable, "-c", WATCHED + main, *watched, *map(str, arguments)]
     with TemporaryFile("w+") as stdout, TemporaryFile("w+") as stderr:
-        with subprocess.Popen(command, stdout=stdout, stderr=stderr, start_new_session=True) as process:
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([ROOT, *filter(None, [os.environ.get("PYTHONPATH")])]),
+        }
+        with subprocess.Popen(
+            command, stdout=stdout, stderr=stderr, start_new_session=True, env=environment
+        ) as process:
             code = process.wait(HUNG_S)
         _, alive = psutil.wait_procs(list(_of_session(process.pid)), timeout=HUNG_S)
         assert not alive, "worker processes outlived the main process"

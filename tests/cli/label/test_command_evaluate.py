@@ -32,7 +32,7 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
     assert f"page: {out / 'report.html'}\nnext: vislam2tag dataset" in done.stdout
     written = {path.name for path in out.iterdir()}
     tables = {"errors.csv", "errors.tex", "sessions.csv", "dense.csv"}
-    assert written == tables | {"evaluation.json", "report.html", "run.json", "trajectories"}
+    assert written == tables | {"evaluation.json", "report.html", ".vislam2tag-files", "run.json", "trajectories"}
 
 
 def test_a_session_that_cannot_be_read_is_exit_code_1(survey: Path, tmp_path: Path) -> None:

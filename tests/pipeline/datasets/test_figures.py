@@ -41,7 +41,7 @@ def test_figures_table_and_walk_are_written_the_same_bytes_each_time(folder: Pat
     stems = {"fingerprints", "coverage", "access_points", "rssi", "sigma", "over_time"}
     assert set(drawn) == {(stem, len(stems)) for stem in stems}
     expected = {f"{stem}.{kind}" for stem in stems for kind in ("svg", "pdf")}
-    expected |= {"table_3.csv", "table_3.md", "table_3.tex", "coverage.json", "run.json"}
+    expected |= {"table_3.csv", "table_3.md", "table_3.tex", "coverage.json", "run.json", ".vislam2tag-files"}
     assert {path.name for path in out.iterdir()} == expected
     before = bytes_of(out)
     make_dataset_figures(folder, out)

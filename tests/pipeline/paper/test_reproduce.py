@@ -49,7 +49,7 @@ def test_every_table_and_figure_is_made(made: ReproducedPaper, out: Path) -> Non
     assert {f"figure_{number}" for number in range(1, 10)} < {figure.stem for figure in made.figures}
     expected = {f"{figure.stem}.{kind}" for figure in made.figures for kind in ("svg", "pdf")}
     expected |= {f"table_{number}.{kind}" for number in (1, 2, 3) for kind in ("csv", "tex", "md")}
-    assert {path.name for path in out.iterdir()} == expected | {PAGE_FILE, WALKS_FILE, "run.json"}
+    assert {path.name for path in out.iterdir()} == expected | {PAGE_FILE, WALKS_FILE, "run.json", ".vislam2tag-files"}
 
 
 def test_page_holds_all_of_it_and_asks_for_nothing(made: ReproducedPaper, out: Path) -> None:

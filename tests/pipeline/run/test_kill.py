@@ -14,7 +14,7 @@ from tests.struck import MAIN, Strike, struck
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.pipeline.labels.process import process
 
-COUNTING = f"import atexit\natexit.register(lambda: print(seen))\n{MAIN}"
+COUNTING = f"import atexit\natexit.register(lambda: print(watch.seen))\n{MAIN}"
 MOMENTS = 10
 QUICK = (1, MOMENTS // 2, MOMENTS)
 
