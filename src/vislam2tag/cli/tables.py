@@ -117,4 +117,4 @@ def print_warnings(findings: Iterable[Finding]) -> None:
 
 def _finding_line(finding: Finding) -> str:
     place = ":".join((finding.file, *map(str, finding.lines[:1])))
-    return f"{finding.severity}: {place}: {finding.message}"
+    return ": ".join(filter(None, (finding.severity, place, finding.message)))

@@ -12,9 +12,9 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.links import site_name
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.load import plan_picture
-from vislam2tag.survey.site_file import has_site_file, read_site_file
 
 PLAN_SIDE_PX = 2000
 """Longer side of a plan's picture: more a phone's screen does not show."""
@@ -41,9 +41,12 @@ class SurveyFacts(FiniteRecord):
 
 
 def survey_facts(root: Path) -> SurveyFacts:
-    """Read a survey's site; one without floors has none. The name is that of ``site.toml``, else the folder's."""
+    """Read a survey's site; one without floors has none. The name is that of ``site.toml``, else the folder's.
+
+    What links lead to outside the survey is left out.
+    """
     try:
-        name = read_site_file(root).name if has_site_file(root) else ""
+        name = site_name(root)
         site, _ = read_site(root)
     except SurveyError:
         return SurveyFacts(name=root.resolve().name, floors=())

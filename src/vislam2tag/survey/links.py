@@ -19,7 +19,7 @@ from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.common.records import Record
 from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.model import ControlPoints, Floor, Site, Survey
-from vislam2tag.survey.site_file import SITE_FILE
+from vislam2tag.survey.site_file import SITE_FILE, read_site_file
 
 CURE = "give --follow-links to include them"
 _MAX_LINKS = 40
@@ -195,6 +195,13 @@ def refuse_outside_plan(root: Path, floor: Floor) -> None:
     """Raise SurveyError for a floor whose plan comes from outside the survey, where all that is made would show it."""
     if floor.plan is not None and outside_link(root, floor.plan) is not None:
         raise SurveyError(f"{floor.plan}: a link leads to this plan outside the survey; give --follow-links to use it")
+
+
+def site_name(root: Path, *, follow_links: bool = False) -> str:
+    """What ``site.toml`` calls the building; empty where there is none, or where it comes from outside."""
+    path = root / SITE_FILE
+    own = path.is_file() and (follow_links or outside_link(root, path) is None)
+    return read_site_file(root).name if own else ""
 
 
 def left_out_of(findings: Iterable[Finding]) -> list[Finding]:

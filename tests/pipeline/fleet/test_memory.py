@@ -37,7 +37,8 @@ class Counting:
     def label_run(self, *_: Any, **__: Any) -> Any:
         self.open += 1
         self.most = max(self.most, self.open)
-        yield SimpleNamespace(tasks=list(range(self.sessions)), settings=Settings(), folder=None)
+        shown = SimpleNamespace(findings=())
+        yield SimpleNamespace(tasks=list(range(self.sessions)), settings=Settings(), folder=None, shown=shown)
         self.open -= 1
 
     def jobs_of(self, tasks: list[int], *_: object) -> list[Any]:

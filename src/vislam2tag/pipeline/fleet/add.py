@@ -29,10 +29,9 @@ from vislam2tag.pipeline.fleet.layout import SURVEYS, survey_name
 from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey, RawCopy, planned_copy
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.sessions.registry import open_survey, survey_files
-from vislam2tag.survey.links import CURE, left_out_files, links_in
+from vislam2tag.survey.links import CURE, left_out_files, links_in, site_name
 from vislam2tag.survey.model import Survey
 from vislam2tag.survey.settings import SurveySettings
-from vislam2tag.survey.site_file import has_site_file, read_site_file
 from vislam2tag.survey.stored_survey import survey_at_hand
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
@@ -102,9 +101,8 @@ def looked_at(fleet: Path, name: str) -> tuple[dict[str, object], SurveyError | 
 def described(survey: Survey) -> dict[str, object]:
     """What the catalogue says of a survey as it is found."""
     dates = sorted(found for ref in survey.sessions if (found := _date(ref.key.session)) is not None)
-    title = read_site_file(survey.root).name if has_site_file(survey.root) else ""
     return {
-        "site": title or survey.root.resolve().name,
+        "site": site_name(survey.root) or survey.root.resolve().name,
         "floors": [floor.number for floor in survey.site.floors],
         "devices": sorted({ref.key.device for ref in survey.sessions}),
         "first_date": dates[0] if dates else None,

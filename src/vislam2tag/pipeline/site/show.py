@@ -14,10 +14,9 @@ from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.page import data_uri, write_page
 from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.links import outside_link
+from vislam2tag.survey.links import site_name
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 
 KINDS = ("png", "pdf", "svg", "html")
 
@@ -78,9 +77,7 @@ def _pixel(root: Path, floor: Floor) -> tuple[float | None, list[Finding]]:
 
 def title_of(root: Path, *, follow_links: bool = False) -> str:
     """What the building is called, else the folder."""
-    own = has_site_file(root) and (follow_links or outside_link(root, root / SITE_FILE) is None)
-    named = read_site_file(root).name if own else ""
-    return named or root.resolve().name
+    return site_name(root, follow_links=follow_links) or root.resolve().name
 
 
 def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
