@@ -87,7 +87,7 @@ def simulated_walks() -> Iterator[pl.DataFrame]:
     """Sensors of generated walks, a survey of two for each seed."""
     for seed in range(SEEDS):
         with scratch_folder() as scratch:
-            survey = Path(scratch) / "survey"
+            survey = scratch / "survey"
             simulate(regular_survey(seed, "none", (0,), ("LG", "OnePlus"), 1, WALK_S), survey, WritingOptions())
             for ref in open_survey(survey).sessions:
                 yield read_session(ref).tables["sensors"]

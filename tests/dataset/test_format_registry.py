@@ -9,6 +9,7 @@ import pytest
 from tests.dataset.factory import small_dataset
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset import format_registry as registry
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat
@@ -19,11 +20,11 @@ def read(path: Path, context: ImportContext) -> Dataset:
     return small_dataset()
 
 
-def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     return ()
 
 
-def write_labels(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write_labels(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     return ()
 
 

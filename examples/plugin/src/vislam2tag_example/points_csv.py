@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.model import Dataset
@@ -11,11 +10,12 @@ from vislam2tag.dataset.model import Dataset
 COLUMNS = ("building", "floor", "x", "y")
 
 
-def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``points.csv``; fingerprints without a position are left out, as a finding says."""
     points = dataset.fingerprints.select(COLUMNS).collect()
     placed = points.drop_nulls(["x", "y"])
-    placed.write_csv(folder / "points.csv")
+    with folder.writing("points.csv") as file:
+        placed.write_csv(file)
     context.progress("points.csv", 1)
     left_out = len(points) - len(placed)
     if not left_out:
