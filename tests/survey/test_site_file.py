@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pyproj import Transformer
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.survey.georeference import georeference_of, to_wgs84
 from vislam2tag.survey.plans.source import Extent, PlanSource, ScaleDistance, ScalePoint
 from vislam2tag.survey.site_file import (
@@ -28,7 +29,8 @@ lengths = st.floats(0.01, 1e5)
 places = st.tuples(metres, metres)
 two_points = st.tuples(places, places).filter(lambda ends: ends[0] != ends[1])
 names = st.text(max_size=12)
-extents = st.builds(Extent, width_m=lengths, height_m=lengths, lower_left_m=places)
+sides = st.floats(0.01, MAX_FLOOR_M)
+extents = st.builds(Extent, width_m=sides, height_m=sides, lower_left_m=places)
 distances = st.builds(
     lambda ends, metres, corner: ScaleDistance.model_validate(
         {"from": ends[0], "to": ends[1], "metres": metres, "lower_left_m": corner}

@@ -116,7 +116,7 @@ def owned_files(names: Iterable[str], record_at: Callable[[str], OwnFiles | None
     return owned
 
 
-_CURE = "choose another --out, or remove the folder after moving away what you want to keep"
+_CURE = "remove the folder after moving away what you want to keep, or choose another --out"
 
 
 def without_record(place: str) -> OutputError:
