@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import pytest
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.corrections.lines import (
     ChangedMeanwhileError,
@@ -63,3 +64,19 @@ def test_a_text_is_saved_only_where_the_file_is_what_it_was_made_from(tmp_path: 
         save_text(tmp_path, "[[swap]]\n", corrections_text(tmp_path)[1])
     assert save_text(tmp_path, "", corrections_text(tmp_path)[1]) == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_planted_links_are_not_written_through(tmp_path: Path) -> None:
+    survey, victim = tmp_path / "survey", tmp_path / "authorized_keys"
+    survey.mkdir()
+    victim.write_text("precious\n")
+    (survey / "corrections.toml.part").symlink_to(victim)
+    version = save_text(survey, LINES, "")
+    add_entries(survey, LINES.replace("1", "3"))
+    assert remove_added(survey) == 1
+    assert corrections_text(survey) == (LINES, version)
+    (survey / "corrections.toml").unlink()
+    (survey / "corrections.toml").symlink_to(victim)
+    with pytest.raises(OutputError, match="it is a link"):
+        save_text(survey, LINES, hashlib.sha256(b"precious\n").hexdigest())
+    assert victim.read_text() == "precious\n"
