@@ -61,7 +61,9 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int, int],
         monkeypatch.setattr(module, "jobs_of", counting.jobs_of)
         for name in ("read_corrections", "inputs_of"):
             monkeypatch.setattr(module, name, lambda *_: "inputs")
-        monkeypatch.setattr(module, "open_survey", lambda *_: SimpleNamespace(sessions=()))
+        survey = SimpleNamespace(sessions=(), findings=())
+        monkeypatch.setattr(module, "open_survey", lambda *_: survey)
+        monkeypatch.setattr(module, "shared_survey", lambda found, **_: found)
         monkeypatch.setattr(module, "described", lambda _: {})
 
         def executor(work: object, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:

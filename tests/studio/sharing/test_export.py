@@ -15,6 +15,7 @@ from tests.cli.command import vislam2tag
 from tests.report.browser import running_browser
 from tests.studio.sharing.file_servers import LATEST_MS, barriers, plain_server, range_server, shown
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
@@ -47,7 +48,7 @@ def page_folder(surveyed: Path) -> Path:
     survey, out = surveyed / "survey", surveyed / "page"
     done = vislam2tag("studio", survey, "--export", out, "--hash-bssid", surveyed / "key", "--json")
     record = json.loads(done.stdout)
-    files = [file for file in (surveyed / "page").rglob("*") if file.is_file()]
+    files = [file for file in (surveyed / "page").rglob("*") if file.is_file() and file.name != OWN_FILES]
     assert (record["surveys"], record["sessions"], record["files"]) == (1, 2, len(files) - 1)
     return surveyed / "page"
 
