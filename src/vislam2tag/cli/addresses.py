@@ -42,13 +42,13 @@ def _labels_or_survey(folder: Path) -> AbstractContextManager[Path]:
 
 
 _as_it_is: _Opener = nullcontext
-_whole, _filled, _added_to = folder_at_hand, folder_to_fill, folder_to_add_to
+_whole, _filled = folder_at_hand, folder_to_fill
 
 _FOLDERS: Mapping[str, Mapping[str, _Opener]] = {
     "inspect": {"survey": _survey},
     "process": {"survey": _survey, "out": _as_it_is},
     "diagnose": {"survey": _survey_to_correct},
-    "check": {"survey": _survey, "out": _added_to},
+    "check": {"survey": _survey, "out": partial(folder_to_add_to, at_hand=("check.json",))},
     "evaluate": {"survey": _whole, "truth": _whole, "out": _filled},
     "run": {"survey": _survey, "out": partial(folder_to_fill, unfinished=True)},
     "label": {"table": _whole, "labels": _whole, "survey": _whole},
