@@ -140,10 +140,8 @@ class Case:
     catalogue counts the runs."""
     slow: bool = False
     """Whether only the campaign runs it."""
-    at_fault: str = ""
-    """Why files that the user adds do not survive yet; removed with the fault."""
-    unlike: str = ""
-    """Why a second run does not leave what the first made; removed with the fault."""
+    counted: tuple[str, ...] = ()
+    """How the paths begin of files that are others after each run, or follow from what the user adds."""
 
     def __str__(self) -> str:
         return self.command.replace(" ", "-") + ("" if self.output == "out" else f"-{self.output}")
@@ -160,8 +158,6 @@ class Case:
             out.parent.mkdir(parents=True, exist_ok=True)
 
 
-_WHOLE = "the folder is replaced as a whole"
-_FLEET = "surveys of an unchanged fleet are not summed up again"
 FLOORS = (("--floor", "0"), ("--floor", "1"))
 ONE = ("--jobs", "1")
 
@@ -187,7 +183,7 @@ CASES = (
         stored=True,
         slow=True,
     ),
-    Case("run", lambda inputs, out: (inputs.one_floor, "--out", out, *ONE), stored=True, slow=True, at_fault=_WHOLE),
+    Case("run", lambda inputs, out: (inputs.one_floor, "--out", out, *ONE), stored=True, slow=True),
     Case(
         "diagnose",
         lambda inputs, out: (inputs.one_floor, "--conflicts", out, *ONE),
@@ -198,25 +194,20 @@ CASES = (
         "dataset",
         lambda inputs, out: (inputs.one_floor, "--out", out, "--labels", out.parent / "labels", *ONE),
         writes=("out", "labels"),
-        at_fault=_WHOLE,
         slow=True,
     ),
-    Case(
-        "dataset", lambda inputs, out: (inputs.labels, "--out", out, *ONE), output="set", stored=True, at_fault=_WHOLE
-    ),
-    Case("split", lambda _, out: (out, "--by", "trajectory"), copied="dataset", writes=("dataset",), at_fault=_WHOLE),
-    Case("import", lambda inputs, out: (inputs.exported, "--out", out), at_fault=_WHOLE),
+    Case("dataset", lambda inputs, out: (inputs.labels, "--out", out, *ONE), output="set", stored=True),
+    Case("split", lambda _, out: (out, "--by", "trajectory"), copied="dataset", writes=("dataset",)),
+    Case("import", lambda inputs, out: (inputs.exported, "--out", out)),
     Case(
         "export",
         lambda inputs, out: (inputs.dataset, "--format", "uji", "--out", out, *ONE),
         stored=True,
-        at_fault=_WHOLE,
     ),
     Case(
         "join",
         lambda inputs, out: (inputs.dataset, inputs.later, "--out", out),
         stored=True,
-        at_fault=_WHOLE,
         slow=True,
     ),
     Case("figures", lambda inputs, out: (inputs.dataset, "--out", out), stored=True, slow=True),
@@ -224,7 +215,6 @@ CASES = (
         "radio-maps",
         lambda inputs, out: (inputs.dataset, "--out", out, "--cell", "5m", "--most", "1"),
         stored=True,
-        at_fault=_WHOLE,
         slow=True,
     ),
     Case("train", lambda inputs, out: (inputs.dataset, "--model", "knn", "--out", out), output="model.v2t"),
@@ -242,41 +232,38 @@ CASES = (
         lambda inputs, out: (inputs.one_floor, "--labels", inputs.labels, "--export", out, *ONE),
         writes=("export",),
         slow=True,
-        at_fault=_WHOLE,
     ),
     Case("site show", lambda inputs, out: (inputs.one_floor, "--out", out), output="site.svg"),
-    Case("site write", lambda inputs, out: (inputs.one_floor, "--out", out), at_fault=_WHOLE),
+    Case("site write", lambda inputs, out: (inputs.one_floor, "--out", out)),
     Case(
         "site rebase",
         lambda inputs, out: (inputs.labels, "--from", inputs.one_floor, "--to", inputs.one_floor, "--out", out),
-        at_fault=_WHOLE,
     ),
-    Case("site walkable", lambda inputs, out: (inputs.one_floor, "--out", out), at_fault=_WHOLE, slow=True),
+    Case("site walkable", lambda inputs, out: (inputs.one_floor, "--out", out), slow=True),
     Case(
         "site init",
         lambda inputs, out: (out, "--plan", inputs.plan, "--floor", "0", "--width-m", "20"),
         writes=("site",),
         again=2,
     ),
-    Case("plan", lambda inputs, out: (inputs.one_floor, "--out", out), slow=True, at_fault=_WHOLE),
-    Case("sheets", lambda _, out: ("--ids", "1-2", "--seed", "7", "--out", out), at_fault=_WHOLE),
+    Case("plan", lambda inputs, out: (inputs.one_floor, "--out", out), slow=True),
+    Case("sheets", lambda _, out: ("--ids", "1-2", "--seed", "7", "--out", out)),
     Case(
         "register",
         lambda inputs, out: (
             *(inputs.one_floor, "--tape", inputs.tape[0], "--targets", inputs.tape[1], "--floor", "0"),
             *("--out", out),
         ),
-        at_fault=_WHOLE,
     ),
     Case("simulate", lambda _, out: (out, *SMALL), writes=("out",), again=2, killed=False),
-    Case("demo", lambda _, out: (out,), writes=("out",), slow=True, at_fault=_WHOLE),
+    Case("demo", lambda _, out: (out,), writes=("out",), slow=True),
     Case(
         "fleet process",
         lambda _, out: (out, *ONE),
         copied="fleet",
         writes=("store",),
         killed=False,
-        unlike=_FLEET,
+        counted=("fleet.json", "catalogue/", "reduced/", ".lock"),
     ),
 )
 EXEMPT = {

@@ -72,6 +72,7 @@ class Place:
             name: hashlib.sha256(_without_times(name, content)).hexdigest()
             for name, content in self.files().items()
             if Path(name).name not in NOT_COMPARED and not Path(name).name.startswith(PROBE)
+            if not name.removeprefix("out/").startswith(self.case.counted)
         }
 
     def add_notes(self) -> Tree:
@@ -170,8 +171,8 @@ def stores(bench: Bench, s3: Bucket) -> Iterator[Bench]:
     bench.bucket = None
 
 
-def _param(case: Case, *more: object, slow: bool, fault: str = "") -> Any:
-    marks = [pytest.mark.campaign] * slow + [pytest.mark.xfail(strict=True, reason=fault)] * bool(fault)
+def _param(case: Case, *more: object, slow: bool) -> Any:
+    marks = [pytest.mark.campaign] * slow
     return pytest.param(case, *more, marks=marks, id="-".join(map(str, (case, *more))))
 
 
@@ -194,28 +195,14 @@ def test_every_command_that_writes_is_covered_or_exempt() -> None:
     assert not unknown, "say whether they name what is read or what is written"
 
 
-@pytest.mark.parametrize(
-    "case", [_param(case, slow=case.slow, fault=case.unlike) for case in CASES if case.at_fault or case.unlike]
-)
-def test_a_second_run_leaves_the_same(bench: Bench, case: Case) -> None:
-    """Of the other commands, the next test shows it, too."""
-    place = bench.place_after_a_run(case)
-    bench.run(place, code=case.again)
-    assert place.tree() == bench.whole(case).tree
-
-
-@pytest.mark.parametrize("case", [_param(case, slow=case.slow, fault=case.at_fault or case.unlike) for case in CASES])
+@pytest.mark.parametrize("case", [_param(case, slow=case.slow) for case in CASES])
 def test_a_second_run_leaves_the_same_and_what_the_user_added(bench: Bench, case: Case) -> None:
     second_run(bench, case, stored=False)
 
 
 @pytest.mark.parametrize(
     "case",
-    [
-        _param(case, slow=case.slow or case.command not in STORED_IN_CI, fault=case.at_fault or case.unlike)
-        for case in CASES
-        if case.stored
-    ],
+    [_param(case, slow=case.slow or case.command not in STORED_IN_CI) for case in CASES if case.stored],
 )
 def test_a_second_run_into_a_store_leaves_the_same_and_what_the_user_added(stores: Bench, case: Case) -> None:
     second_run(stores, case, stored=True)
@@ -271,7 +258,7 @@ def test_killed_before_any_write_the_next_run_leaves_the_same(
     if stored:
         bench = request.getfixturevalue("stores")
     whole, steps = bench.whole(case, stored), bench.whole(case, stored).steps
-    second = bool(number % 2) and not case.unlike
+    second = bool(number % 2)
     if second:
         steps = bench.run(bench.place_after_a_run(case, stored), code=case.again)
     place = bench.place_after_a_run(case, stored) if second else bench.place(case, stored)
@@ -282,6 +269,6 @@ def test_killed_before_any_write_the_next_run_leaves_the_same(
     assert done.returncode == -signal.SIGKILL, (done.stdout, done.stderr)
     # A folder without a record belongs to no command yet and is refused if it contains files of the user.
     recorded = "." in case.output or any(Path(name).name == OWN_FILES for name in place.files())
-    notes = place.add_notes() if recorded and not case.at_fault else {}
+    notes = place.add_notes() if recorded else {}
     bench.run(place, code=case.again if second else None)
     assert place.tree() == whole.tree | notes

@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, first_line
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.files.plain_files import plain, read_bytes, read_json
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.files.whole_folder import restore, whole_folder
@@ -205,9 +206,14 @@ def split_files(name: str) -> tuple[str, str]:
 
 
 def listed_files(folder: Path) -> list[str]:
-    """Paths of the files below a folder that a list of its content names, sorted: all but hidden ones."""
+    """Paths of the files below a folder that a list of its content names, sorted.
+
+    These are all but hidden ones and, if the folder has a record of its own files, but those that the user added.
+    """
+    own = OwnFiles.read(folder)
     found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
-    return sorted(path.as_posix() for path in found if not any(part.startswith(".") for part in path.parts))
+    names = sorted(path.as_posix() for path in found if not any(part.startswith(".") for part in path.parts))
+    return [name for name in names if own is None or own.owns(name)]
 
 
 def sha256_of(path: Path) -> str:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_paths import AnyPath
@@ -23,12 +21,6 @@ from vislam2tag.survey.links import CURE, left_out_of, outside_link
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.images import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
-
-_WRITTEN = re.compile(
-    rf"{re.escape(CHANGE_FILE)}|{re.escape(FLOOR_FILE)}|{re.escape(OWN_FILES)}"
-    rf"|floor_-?\d+(/({re.escape(LANDMARK_FILE)}|{re.escape(CONTROL_POINT_FILE)}|floorplan\.\w+))?"
-)
-"""What these functions write: a folder that holds anything else, such as sessions, is never replaced."""
 
 
 def write_published(
@@ -73,9 +65,8 @@ def write_changed_site(root: Path, out: Path, changes: FrameChanges, *, follow_l
 
 
 def _ours(folder: Path) -> bool:
-    """Whether a folder holds what these functions wrote and nothing else."""
-    names = [path.relative_to(folder).as_posix() for path in folder.rglob("*")]
-    return CHANGE_FILE in names and all(_WRITTEN.fullmatch(name) for name in names)
+    """Whether these functions wrote a folder, and nobody has made a survey of it: one with sessions is not replaced."""
+    return (folder / CHANGE_FILE).is_file() and not any(folder.glob("floor_*/*/"))
 
 
 def _dimensions(floors: Iterable[Floor]) -> str:
