@@ -9,17 +9,20 @@ from __future__ import annotations
 import hashlib
 import json
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import Listed, Store, Version, store_at
+
+if TYPE_CHECKING:  # loads pydantic, which `vislam2tag --help` does without
+    from vislam2tag.common.files.own_files import OwnFiles
 
 MARK = ".vislam2tag.json"
 """In a folder that was put into a store as a whole: the SHA-256 of each of its files, once all of them stand there."""
@@ -89,19 +92,16 @@ def folder_to_fill(folder: Path, *, unfinished: bool = False) -> Iterator[Path]:
 
 
 @contextmanager
-def folder_to_add_to(folder: Path, *, at_hand: Sequence[str] = ()) -> Iterator[Path]:
+def folder_to_add_to(folder: Path) -> Iterator[Path]:
     """Yield an empty folder for one by address; the files that the block makes in it are stored when it ends.
 
-    Only the files ``at_hand`` of what is stored are in it. After an exception none is stored. What else is stored there
-    stays. Raises StoreError where it cannot be written.
+    After an exception none is. What else is stored there stays. Raises StoreError where it cannot be written.
     """
     store = store_at(folder)
     if store is None:
         yield folder
         return
     with place_for(store) as here:
-        for name in at_hand:
-            store.fetch(name, Folder(here), name)
         yield here
         for path in sorted(path for path in here.rglob("*") if path.is_file()):
             store.put(path.relative_to(here).as_posix(), path)
@@ -170,6 +170,8 @@ def is_safe_name(name: str) -> bool:
 
     Only the record of own files is hidden and goes with its folder.
     """
+    from vislam2tag.common.files.own_files import OWN_FILES
+
     path = PurePosixPath(name)
     parts = path.parent.parts if path.name == OWN_FILES else path.parts
     return bool(name) and not any(part == "/" or part.startswith(".") for part in parts)
@@ -192,6 +194,7 @@ def _fetch_file(address: str, here: Path) -> bool:
 
 def _owned(store: Store) -> set[str]:
     """Names of what is stored and owned by the record there (:mod:`vislam2tag.common.files.own_files`)."""
+    from vislam2tag.common.files.own_files import OwnFiles, owned_files
 
     def record_at(name: str) -> OwnFiles | None:
         found = store.get(name)
@@ -213,6 +216,8 @@ def _put_whole(
     Of what is stored and not here, only files of ``before`` and ``stale`` ones go: others may be the user's. Records of
     own files come first, so that a crash leaves none that no record names.
     """
+    from vislam2tag.common.files.own_files import OWN_FILES
+
     try:
         new = [name for name, sha256 in after.items() if before.get(name) != sha256]
         gone = (before.keys() | stale) - after.keys()

@@ -39,11 +39,11 @@ class _FolderLog(logging.FileHandler):
     """Logs to a file of a folder, which is made when there is something to log."""
 
     def __init__(self, folder: Folder, name: str) -> None:
-        self._folder, self._name = folder, name
+        self._folder, self._log_file = folder, name
         super().__init__(folder / name, encoding="utf-8", delay=True)
 
     def _open(self) -> io.TextIOWrapper:
-        return io.TextIOWrapper(io.BufferedWriter(self._folder.appending(self._name)), encoding="utf-8")
+        return io.TextIOWrapper(io.BufferedWriter(self._folder.appending(self._log_file)), encoding="utf-8")
 
 
 @contextmanager
