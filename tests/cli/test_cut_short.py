@@ -50,7 +50,7 @@ def test_an_interrupt_is_130_with_one_line_and_the_next_run_goes_on(
     survey: Path, whole: dict[str, str], tmp_path: Path, jobs: int, sessions: int, sent: signal.Signals
 ) -> None:
     out = tmp_path / "out"
-    strike = Strike(2 * sessions + 2, "/sessions/", sent)  # each removes an old result, then writes its own
+    strike = Strike(3 * sessions + 2, "/sessions/", sent)  # each removes an old result, writes its own and renames it
     done = struck(out, strike, "process", survey, "--out", out, "--jobs", str(jobs))
     message = the_error(done, 130) + "\n"
     assert not (out / ".partial").exists()

@@ -90,7 +90,7 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
     with pytest.raises(RefusedZipError, match="another session is at floor_2/iPhone/walk-1"):
         file_zip(survey, tmp_path / "walk-1.zip", PLENTY)
     (survey / "floor_1").mkdir()
-    assert "say it by --floor" in refused(walk)
+    assert "give it by --floor" in refused(walk)
 
 
 def test_wrong_places_are_told(survey: Path, tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from vislam2tag.pipeline.fleet.raw_copy import planned_copy
 SESSION = "floor_0/LG/2021-12-20T09:14:00"
 LATER = "floor_0/LG/2021-12-24T10:00:00"
 POSES = f"{SESSION}/poses.csv"
-COUNTING = f"import atexit\natexit.register(lambda: print(seen))\n{MAIN}"
+COUNTING = f"import atexit\natexit.register(lambda: print(watch.seen))\n{MAIN}"
 MOMENTS = 5
 
 

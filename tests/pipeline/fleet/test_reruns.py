@@ -20,7 +20,7 @@ from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.pipeline.fleet.catalogue import fleet_list
 
 SUMMARY, REPORT = "labels/ward/summary.json", "labels/ward/report.html"
-COUNTING = f"import atexit\natexit.register(lambda: print(seen))\n{MAIN}"
+COUNTING = f"import atexit\natexit.register(lambda: print(watch.seen))\n{MAIN}"
 KILLING = """
 import os, signal
 from vislam2tag.common.files.store import Store

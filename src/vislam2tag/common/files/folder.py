@@ -29,8 +29,10 @@ from typing import BinaryIO
 
 from vislam2tag.common.files.plain_files import plain
 
-if sys.platform != "win32":
+try:
     import fcntl
+except ImportError:  # on Windows
+    fcntl = None  # type: ignore[assignment]
 
 _HAS_HANDLES = os.open in os.supports_dir_fd
 """Whether the system opens files relative to a directory; on Windows each step of a path is looked at instead."""
@@ -378,7 +380,7 @@ class _SweptError(Exception):
 @contextmanager
 def _locked(at: _Directory, name: str, *, wait: bool) -> Iterator[int]:
     """Hold the lock of what is unfinished, which tells others that somebody is at it; yields a handle of its own."""
-    if at.handle is None or sys.platform == "win32":
+    if at.handle is None or fcntl is None:
         yield -1
         return
     try:

@@ -82,7 +82,9 @@ class OwnFiles(Record):
     def owns(self, relative: str) -> bool:
         """Whether a file, named by its path relative to the folder, is ours."""
         folder, _, name = relative.partition("/")
-        of_session = folder in self.folders and any(stem in self._stems for stem in _stems_of(name))
+        # The tables of a companion named B are in folders such as sensors_B.
+        is_ours = folder in self.folders or (name.endswith(".parquet") and folder.partition("_")[0] in self.folders)
+        of_session = is_ours and any(stem in self._stems for stem in _stems_of(name))
         return of_session or relative in self._files or relative == OWN_FILES
 
     @cached_property

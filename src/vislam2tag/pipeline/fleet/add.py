@@ -66,8 +66,9 @@ def add_surveys(
     given = [_whole(survey) for survey in paths_of(surveys)]
     todo: Sequence[RawCopy | AddedSurvey] = [AddedSurvey(survey=each) for each in _present(fleet)]
     if given:
+        names = _names(given, name)
         left_out = {survey: _outside_links(survey) for survey in given if not follow_links and not address_of(survey)}
-        todo = _copies(fleet, given, name, replace, left_out)
+        todo = _copies(fleet, given, names, replace, left_out)
         linked = [(survey, left_out_files(sorted(links))) for survey, links in left_out.items() if links]
         tell([finding.model_copy(update={"file": str(survey)}) for survey, finding in linked])
     if not todo:
@@ -129,10 +130,8 @@ def _with_what_was_made(row: dict[str, object], before: dict[str, object] | None
     return row | kept | {"state": before["state"] if unchanged else CHANGED}
 
 
-def _copies(
-    fleet: Path, surveys: Sequence[Path], name: str | None, replace: bool, left_out: Mapping[Path, frozenset[str]]
-) -> list[RawCopy | AddedSurvey]:
-    """What is to be copied of each survey, all compared before the first is copied; those in the fleet as they are."""
+def _names(surveys: Sequence[Path], name: str | None) -> list[str]:
+    """What surveys are to be called in the fleet; raises UsageError if two would have one name."""
     if name is not None and len(surveys) != 1:
         raise UsageError("--name: is the name of one survey; give exactly one SURVEY with it")
     names = [survey_name(survey.name if name is None else name) for survey in surveys]
@@ -140,6 +139,17 @@ def _copies(
     if uses > 1:
         alike = " and ".join(shown(survey) for survey, own in zip(surveys, names, strict=True) if own == most)
         raise UsageError(f"{alike}: would have the same name in the fleet; add each alone, with --name")
+    return names
+
+
+def _copies(
+    fleet: Path,
+    surveys: Sequence[Path],
+    names: Sequence[str],
+    replace: bool,
+    left_out: Mapping[Path, frozenset[str]],
+) -> list[RawCopy | AddedSurvey]:
+    """What is to be copied of each survey, all compared before the first is copied; those in the fleet as they are."""
     return [
         AddedSurvey(survey=own)
         if any_store_at(survey) == any_store_at(_whole(fleet / SURVEYS / own))

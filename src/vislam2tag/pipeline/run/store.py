@@ -18,7 +18,6 @@ from vislam2tag.common.files.folder import UNFINISHED, Folder
 from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files, without_record
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.files.whole_folder import files_below
 from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
 from vislam2tag.labeling.results import (
@@ -59,18 +58,23 @@ class OutputFolder:
 
         Raises OutputError, and leaves no half file, where either cannot be done.
         """
+        with self._written(relative), self.folder.filling(relative) as path:
+            fill(path)
+
+    def put_text(self, relative: str, text: str) -> None:
+        """Write a UTF-8 text file whole; raises as :meth:`write`."""
+        with self._written(relative):
+            self.folder.write(relative, text)
+
+    @contextmanager
+    def _written(self, relative: str) -> Iterator[None]:
         try:
-            with self.folder.filling(relative) as path:
-                fill(path)
+            yield
         except (OSError, pl.exceptions.PolarsError, OutputError) as error:
             raise OutputError(
                 f"{self.root / relative}: cannot be written ({_cause(error)}); free space or choose another --out, "
                 "then run the same command again"
             ) from error
-
-    def put_text(self, relative: str, text: str) -> None:
-        """Write a UTF-8 text file whole."""
-        self.write(relative, lambda path: write_file(path, text))
 
     def remove(self, relative: str) -> None:
         """Remove a file; none there is no fault."""
@@ -103,8 +107,13 @@ class OutputFolder:
         Tables that not every session has go, too: the session may have none now.
         """
         self.remove(f"{RESULTS}/{slug}.json")
-        for name in OPTIONAL:
-            self.remove(f"{name}/{slug}.parquet")
+        for relative in (*(f"{name}/{slug}.parquet" for name in OPTIONAL), *self._of_companions(slug)):
+            self.remove(relative)
+
+    def _of_companions(self, slug: str) -> list[str]:
+        """Tables of a session's companions: of one named B in folders such as ``sensors_B``."""
+        folders = (name for name in self.folder.names() if "_" in name and name.partition("_")[0] in SCHEMAS)
+        return [relative for name in folders if (self.root / (relative := f"{name}/{slug}.parquet")).is_file()]
 
     def finished(self) -> set[str]:
         """Slugs of the sessions that have a result."""
@@ -133,7 +142,7 @@ class OutputFolder:
         gone = {slug for slug in recorded_sessions(own) if not keep(slug)}
         had_result = sorted(gone & self.finished())
         for slug in sorted(gone):
-            for relative in session_files(slug):
+            for relative in (*session_files(slug), *self._of_companions(slug)):
                 if own.owns(relative):
                     self.remove(relative)
         if gone:
