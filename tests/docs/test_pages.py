@@ -68,10 +68,6 @@ def test_versions_that_are_cited_are_that_of_the_program() -> None:
     assert f"version = {{{vislam2tag.__version__}}}" in (DOCS / "project" / "citing.md").read_text(encoding="utf-8")
 
 
-def test_the_readme_is_short() -> None:
-    assert len((DOCS.parent / "README.md").read_text(encoding="utf-8").splitlines()) < 150
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TUTORIALS)
 def test_tutorials_run_and_say_what_their_pages_say(name: str, tmp_path: Path) -> None:
