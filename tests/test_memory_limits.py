@@ -20,7 +20,6 @@ from tests.survey.plans import drawn_floor
 from tests.surveys import make_survey
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core import limits
-from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.limits import MAX_CELLS, MAX_CONTROL_POINTS, MAX_FLOOR_M, MAX_JOINT_LANDMARKS, MAX_PAIRS
 from vislam2tag.diagnosis.alignment import _some_pairs
@@ -189,7 +188,7 @@ def test_landmarks_passed_once_go_before_what_ties_the_walk(monkeypatch: pytest.
     ).observations()
     assert observations.within_limits(()) is observations
     often = np.flatnonzero(np.bincount(observations.passes.landmark, minlength=10) > 1)
-    count: IntArray = np.isin(observations.passes.landmark, often)
+    count = np.isin(observations.passes.landmark, often)
     monkeypatch.setattr("vislam2tag.smoother.observations.MAX_SOLVER_BLOCKS", count.sum() * len(often) ** 2)
     less = observations.within_limits(())
     assert less.ids == tuple(observations.ids[i] for i in often)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -92,16 +92,19 @@ def folder_to_fill(folder: Path, *, unfinished: bool = False) -> Iterator[Path]:
 
 
 @contextmanager
-def folder_to_add_to(folder: Path) -> Iterator[Path]:
+def folder_to_add_to(folder: Path, *, at_hand: Sequence[str] = ()) -> Iterator[Path]:
     """Yield an empty folder for one by address; the files that the block makes in it are stored when it ends.
 
-    After an exception none is. What else is stored there stays. Raises StoreError where it cannot be written.
+    Only the files ``at_hand`` of what is stored are in it. After an exception none is stored. What else is stored there
+    stays. Raises StoreError where it cannot be written.
     """
     store = store_at(folder)
     if store is None:
         yield folder
         return
     with place_for(store) as here:
+        for name in at_hand:
+            store.fetch(name, Folder(here), name)
         yield here
         for path in sorted(path for path in here.rglob("*") if path.is_file()):
             store.put(path.relative_to(here).as_posix(), path)
