@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import io
 import re
+import secrets
 import threading
-import time
 from contextlib import ExitStack
 from itertools import count
 from pathlib import Path
@@ -25,6 +25,8 @@ MOST_FILE = 200_000_000
 """Bytes of a file: no plan may have more."""
 KEPT = 20
 """Files kept; the oldest goes."""
+_FIRST_BELOW = 900_000_000
+"""Where files' numbers begin at most: a number in a path has up to nine digits."""
 _SIDE_PX = 2400
 _UNSAFE = re.compile(r"[^\w. ()+-]")
 
@@ -38,7 +40,7 @@ class DroppedFiles:
         self._scratch = self._held.enter_context(scratch_folder())
         self._lock = threading.Lock()
         self._files: dict[int, Path] = {}
-        self._numbers = count(time.time_ns() // 1_000_000)  # a page's draft must not find a file of a later run
+        self._numbers = count(secrets.randbelow(_FIRST_BELOW))  # a page's draft must not find a file of a later run
 
     def close(self) -> None:
         """Forget all files."""
