@@ -4,7 +4,7 @@ Folders may come from others, with links planted in them. The path that the user
 resolved once; below it nothing is written, renamed or deleted through a link: each step of the way is opened as a
 directory, relative to the one before (POSIX *openat* with ``O_NOFOLLOW``). A file gets a random name, made exclusively,
 until it is whole; :data:`UNFINISHED` matches these names. What a killed program left under such a name is removed by
-the next one that writes to the same folder: nobody holds its lock any more.
+the next one that writes to the same folder: its lock is free then.
 
 Libraries that want a path get one in a private folder (:meth:`Folder.filling`, :func:`scratch_folder`).
 """
@@ -132,7 +132,7 @@ class Folder:
             return io.FileIO(os.open(at.spelled(last), os.O_WRONLY | _MORE, 0o666, dir_fd=at.handle), "ab")
 
     def create(self, name: str, content: bytes = b"") -> None:
-        """Write a file of a folder that nobody else reads yet; FileExistsError if it is there."""
+        """Write a file of a folder that no one else reads yet; FileExistsError if it is there."""
         *before, last = _parts(name)
         with self._opened(before, make=True) as at:
             handle = os.open(at.spelled(last), os.O_WRONLY | _NEW, 0o666, dir_fd=at.handle)
@@ -379,7 +379,7 @@ class _SweptError(Exception):
 
 @contextmanager
 def _locked(at: _Directory, name: str, *, wait: bool) -> Iterator[int]:
-    """Hold the lock of what is unfinished, which tells others that somebody is at it; yields a handle of its own."""
+    """Hold the lock of what is unfinished, so that no sweep removes it; yields a handle of its own."""
     if at.handle is None or fcntl is None:
         yield -1
         return
