@@ -9,11 +9,10 @@ import pytest
 
 from tests.dataset.described import FULL
 from tests.dataset.factory import small_dataset
-from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.card.write import write_card
 from vislam2tag.dataset.description import read_description, with_description
-from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.dataset.folder import dataset_folder
 from vislam2tag.dataset.model import Dataset, DatasetSource, Fold, Split, SplitInfo
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 
@@ -21,8 +20,12 @@ FINDING = Finding(kind="cached_readings", file="a.csv", count=3, message="Given 
 
 
 def _written(target: Path, dataset: Dataset) -> Path:
-    opened = write_dataset(dataset, target)
-    write_card(opened, dataset_statistics(opened), Folder.at(target))
+    """Written as commands do: all files are there before the folder's record names them."""
+    with dataset_folder(target) as folder:
+        folder.add_tables(dataset.tables)
+        folder.add_splits(dataset.splits)
+        opened = folder.opened(dataset.info)
+        write_card(opened, dataset_statistics(opened), folder.out)
     return target
 
 

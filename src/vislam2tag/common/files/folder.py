@@ -49,8 +49,11 @@ _EXCHANGE = 2
 _CANNOT_EXCHANGE = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP}
 """What systems and file systems answer that cannot."""
 _AT_ONCE = 1 << 20
-_swept: set[tuple[int, int]] = set()
-"""Directories, by device and inode, that this process has looked through for what killed programs left."""
+_swept: set[tuple[Path, int, int]] = set()
+"""Directories that this process has looked through for what killed programs left, by path, device and inode.
+
+The path is there because file systems give the inode of a deleted directory to a new one.
+"""
 
 
 @dataclass(frozen=True)
@@ -297,9 +300,10 @@ class _Directory:
         if self.handle is None:
             return
         found = os.fstat(self.handle)
-        if (found.st_dev, found.st_ino) in _swept:
+        here = (self.path, found.st_dev, found.st_ino)
+        if here in _swept:
             return
-        _swept.add((found.st_dev, found.st_ino))
+        _swept.add(here)
         try:
             names = self.names()
         except PermissionError:  # it may be written, but not listed
