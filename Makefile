@@ -9,17 +9,21 @@ export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all azurite campaign lint types examples benchmark studio android docs docs-pages docs-serve lock clean
+# More options of pytest, such as TESTS=tests/cli or TESTS="--passed FILE" (tests/campaign.py).
+TESTS ?=
+
+.PHONY: demo test test-all azurite campaign lint types examples benchmark studio check-page android docs docs-pages docs-serve
+.PHONY: dist release lock clean
 
 demo: $(VENV)/.base
 	$(BIN)/vislam2tag demo demo-out
 
 test: $(VENV)/.torch
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(BIN)/python -m pytest -n 2 --dist worksteal $(TESTS)
 
 # With the tests that take long on any machine.
 test-all: $(VENV)/.torch azurite
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not campaign"
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not campaign" $(TESTS)
 
 # Azure's server of blobs for tests of az://, an npm package, once a machine; without npm those tests are skipped.
 azurite:
@@ -27,7 +31,7 @@ azurite:
 
 # Hundreds of runs, outside CI: goes on where it was stopped. docs/results/campaign.md and docs/results/hostile_input.md hold results with date and commit.
 campaign: $(VENV)/.torch
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --campaign campaign.jsonl
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --passed campaign.jsonl
 	$(BIN)/python benchmarks/fuzz_campaign.py
 
 lint: $(VENV)/.installed
@@ -49,6 +53,11 @@ studio:
 	cd studio && npm install --no-save --ignore-scripts --no-audit --no-fund --loglevel error
 	cd studio && npm run --silent openapi && npm run --silent build && npm run --silent lint && npm run --silent types && npm run --silent test
 
+# Builds the page, and fails if the commit has another one.
+check-page: studio
+	@different=$$(git status --porcelain -- src/vislam2tag/studio/page studio/src/api studio/package-lock.json); \
+	[ -z "$$different" ] || { echo "the page in git is not what studio/ builds; run make studio and commit: $$different"; exit 1; }
+
 # The documentation as a site in site/ (zensical.toml); a warning, such as a link that leads nowhere, is an error.
 docs: $(VENV)/.installed
 	$(BIN)/zensical build --clean --strict
@@ -64,6 +73,39 @@ docs-serve: $(VENV)/.installed
 android:
 	android/fetch.sh
 	android/build.sh
+	touch $(APP_IS_BUILT)
+
+# The app again, if what it is made of is newer.
+APP_IS_BUILT := android/out/.built
+$(APP_IS_BUILT): $(shell git ls-files android 2>/dev/null)
+	$(MAKE) android
+
+# Wheel and source distribution.
+dist: $(VENV)/.installed
+	rm -rf dist
+	$(BIN)/python -m build --quiet --no-isolation --outdir dist .
+
+# Each installs in an empty environment, and runs the demonstration from an empty folder.
+INSTALLS := install-wheel install-wheel-with-extras install-sdist
+.PHONY: $(INSTALLS)
+install-wheel: FILE = dist/*.whl
+install-wheel-with-extras: FILE = dist/*.whl
+install-wheel-with-extras: EXTRAS = [all]
+install-sdist: FILE = dist/*.tar.gz
+$(INSTALLS): dist
+	@set -e; file="$$PWD/$$(echo $(FILE))$(EXTRAS)"; empty=$$(mktemp -d); trap 'rm -rf "$$empty"' EXIT; cd "$$empty"; \
+	$(PYTHON) -m venv venv; venv/bin/pip install --quiet --disable-pip-version-check "$$file"; \
+	venv/bin/vislam2tag demo demo-out >demo.txt; test -s demo-out/smoother/report.html; \
+	echo "$$(basename "$$file") installs and runs: $$(venv/bin/vislam2tag --version)"
+
+# All that a release has, in dist/ with SHA256SUMS: wheel, source distribution, this site, and the app, signed with this
+# machine's debug key, if the machine has its tools (`make android` installs them on Debian 12, as root).
+release: dist docs $(INSTALLS)
+	@set -e; version=$$($(BIN)/python -m hatchling version); cd site; \
+	$(PYTHON) -m zipfile -c "../dist/vislam2tag-$$version-docs.zip" .
+	@if [ -z "$$(android/fetch.sh missing)" ]; then $(MAKE) $(APP_IS_BUILT) && cp android/out/vislam2tag-debug.apk dist/; \
+	else echo "dist/ has no app: this machine does not have the tools that make android needs"; fi
+	cd dist && sha256sum *.* >SHA256SUMS && cat SHA256SUMS
 
 $(VENV)/.base: pyproject.toml requirements-base.lock
 	$(PYTHON) -m venv $(VENV)
@@ -86,4 +128,4 @@ lock:
 	$(LOCK) --constraint requirements.lock pyproject.toml requirements-build.in --output-file requirements-base.lock
 
 clean:
-	rm -rf $(VENV) demo-out site .cache
+	rm -rf $(VENV) demo-out site .cache dist

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Brings what the script build needs into android/sdk: Android's sources, D8 and aapt2, ARCore. Everything is pinned
 # by SHA-256 (pins.sha256); what is there already is kept. docs/how-to/android.md tells where each comes from and its licence.
+# `fetch.sh missing` prints the Debian packages that this machine does not have, and fetches nothing.
 set -euo pipefail
 cd "$(dirname "$0")"
 android=$PWD
@@ -99,6 +100,10 @@ fetch_arcore() {
     done
 }
 
+if [ "${1:-}" = missing ]; then
+    missing
+    exit
+fi
 if [ -n "$(missing)" ]; then install; fi
 mkdir -p "$sdk"
 work=$(mktemp -d)

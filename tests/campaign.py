@@ -1,7 +1,7 @@
-"""Tests marked ``campaign``: hundreds of runs each, so what one has found is kept and not found again.
+"""``--passed FILE``: no test runs twice at one commit, for campaigns of hundreds of runs and for CI's two users.
 
-``--campaign FILE`` leaves out those that passed at the checked-out commit according to the file, and adds a line of
-JSON for each that passes: what it is, how long it took, and what it measured (``record_property``).
+It leaves out tests that passed at the checked-out commit according to the file, and adds a line of JSON for each that
+passes: what it is, how long it took, and what it measured (``record_property``).
 """
 
 from __future__ import annotations
@@ -15,17 +15,19 @@ import pytest
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--campaign", type=Path, metavar="FILE", help="go on where FILE ends, and add to it")
+    parser.addoption(
+        "--passed", type=Path, metavar="FILE", help="leave out tests that passed according to FILE; add to it"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    file = config.getoption("--campaign")
+    file = config.getoption("--passed")
     if file and not hasattr(config, "workerinput"):
         config.pluginmanager.register(_Log(file))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    file = config.getoption("--campaign")
+    file = config.getoption("--passed")
     if file and file.exists():
         lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
         here = _commit()
@@ -36,12 +38,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 class _Log:
     def __init__(self, file: Path) -> None:
-        self._file = file
+        self._file, self._commit = file, _commit()
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.when == "call" and report.passed:
             line = {
-                "commit": _commit(),
+                "commit": self._commit,
                 "date": datetime.now(UTC).date().isoformat(),
                 "test": report.nodeid,
                 "seconds": round(report.duration, 1),
@@ -52,6 +54,6 @@ class _Log:
 
 
 def _commit() -> str:
-    """Short name of the commit; with a plus where files differ from it."""
-    command = ["git", "describe", "--always", "--dirty=+", "--exclude=*"]
+    """Name of the commit, as short in each clone; with a plus where files differ from it."""
+    command = ["git", "describe", "--always", "--dirty=+", "--exclude=*", "--abbrev=12"]
     return subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parent).stdout.strip()

@@ -1,4 +1,4 @@
-"""Hosts of their own for tests: network namespaces on one bridge, each with a name and files of its own below /tmp."""
+"""Hosts of their own for tests: network namespaces on one bridge, each with its own name and temporary folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.stores import wait_for
 
 SSH_PORT = 22
 SSH_SERVER = Path("/usr/sbin/sshd")
-_OWN_FILES = 'hostname "$0" && mount -t tmpfs none /tmp && mkdir -p /run/sshd && cd /tmp && exec "$@"'
+_OWN_FILES = 'hostname "$0" && mount -t tmpfs none "$TMPDIR" && mkdir -p /run/sshd && cd "$TMPDIR" && exec "$@"'
 
 
 @dataclass(frozen=True)
@@ -27,23 +27,29 @@ class Host:
     name: str
     namespace: str
     address: str
+    temporary: Path
     started: list[subprocess.Popen[bytes]]
 
     def start(self, *command: str | Path, **environment: str) -> subprocess.Popen[bytes]:
         """Start a program there; it ends with the hosts."""
         inside = ("ip", "netns", "exec", self.namespace, "unshare", "--mount", "--uts", "sh", "-c", _OWN_FILES)
-        process = subprocess.Popen([*inside, self.name, *command], env={**os.environ, "TMPDIR": "/tmp", **environment})
+        process = subprocess.Popen(
+            [*inside, self.name, *command], env={**os.environ, "TMPDIR": str(self.temporary), **environment}
+        )
         self.started.append(process)
         return process
 
 
 @contextmanager
-def network_hosts(*names: str) -> Iterator[tuple[str, list[Host]]]:
-    """Make hosts that reach each other and, at the address that comes first, this process; skips without the right."""
+def network_hosts(hidden: Path, *names: str) -> Iterator[tuple[str, list[Host]]]:
+    """Make hosts that reach each other and, at the address that comes first, this process; skips without the right.
+
+    No host sees what others have in the folder ``hidden``: there, each has a temporary folder of its own.
+    """
     number = os.getpid()
     bridge, net = f"v2t{number}", f"198.18.{number // 32 % 256}"
     first = number % 32 * 8
-    hosts = [Host(name, f"{bridge}{name}", f"{net}.{first + 2 + i}", []) for i, name in enumerate(names)]
+    hosts = [Host(name, f"{bridge}{name}", f"{net}.{first + 2 + i}", hidden, []) for i, name in enumerate(names)]
     try:
         _make(bridge, f"{net}.{first + 1}", hosts)
         yield f"{net}.{first + 1}", hosts
@@ -92,6 +98,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 @contextmanager
 def ssh_servers(hosts: Sequence[Host], environment: dict[str, str]) -> Iterator[dict[str, str]]:
     """Start an SSH server on each host that gives its sessions the environment; yield options for a client."""
+    environment = {**environment, "TMPDIR": str(hosts[0].temporary)}
     with tempfile.TemporaryDirectory(dir="/var/tmp") as place:  # all hosts see it, as keys that each was given
         keys = Path(place)
         for name in ("host", "client"):

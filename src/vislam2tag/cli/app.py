@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 import typer
@@ -17,6 +18,7 @@ import vislam2tag
 from vislam2tag.cli.addresses import take_addresses
 from vislam2tag.cli.native_output import native_output_last
 from vislam2tag.cli.terminal import hide_progress, say
+from vislam2tag.common.commit import commit_of_package
 from vislam2tag.common.errors import Vislam2tagError, first_line
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.garbage import search_seldom
@@ -213,14 +215,15 @@ app = typer.Typer(
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        say(vislam2tag.__version__)
+        commit = commit_of_package(Path(vislam2tag.__file__).parent)
+        say(f"{vislam2tag.__version__} (commit {commit})" if commit else vislam2tag.__version__)
         raise typer.Exit
 
 
 @app.callback()
 def _options(
     version: bool = typer.Option(
-        False, "--version", "-V", callback=_print_version, is_eager=True, help="Print the version."
+        False, "--version", "-V", callback=_print_version, is_eager=True, help="Print the version and the commit."
     ),
     verbose: Verbose = False,
     quiet: Quiet = False,

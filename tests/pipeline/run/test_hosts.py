@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -42,7 +43,10 @@ class Hosts(NamedTuple):
 @pytest.fixture(scope="module")
 def hosts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hosts]:
     folder = tmp_path_factory.mktemp("hosts")
-    with network_hosts("scheduler", "worker", "client") as (here, made), bucket(here) as s3:
+    with (
+        network_hosts(tmp_path_factory.getbasetemp(), "scheduler", "worker", "client") as (here, made),
+        bucket(here) as s3,
+    ):
         local = make_survey(folder / "walks", devices=("LG",), seconds=60.0)
         process(local, folder / "labels", Settings(strategy="local-corrected"))
         s3.upload(local, "hosts/walks")
@@ -50,7 +54,12 @@ def hosts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hosts]:
         yield Hosts(s3, scheduler, worker, client, bytes_of(folder / "labels"))
 
 
-@pytest.mark.skipif(SSH_SERVER.exists(), reason="the cluster by SSH is of the same processes")
+def test_hosts_see_the_checkout_wherever_it_is_and_no_files_of_tests(hosts: Hosts, tmp_path: Path) -> None:
+    seen = "import os, sys; sys.exit([os.path.exists(path) for path in sys.argv[1:]] != [True, False])"
+    with tempfile.TemporaryDirectory() as checkout:
+        assert hosts.worker.start(sys.executable, "-c", seen, checkout, tmp_path).wait(timeout=60) == 0
+
+
 def test_processes_of_dask(hosts: Hosts, tmp_path: Path) -> None:
     address = f"tcp://{hosts.scheduler.address}:{PORT}"
     dask = (sys.executable, "-m")
@@ -63,7 +72,7 @@ def test_processes_of_dask(hosts: Hosts, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not SSH_SERVER.exists(), reason="sshd is not installed: apt-get install openssh-server")
 def test_a_cluster_by_ssh(hosts: Hosts, tmp_path: Path) -> None:
-    own = {name: value for name, value in os.environ.items() if name.startswith("AWS_")}
+    own = {name: value for name, value in os.environ.items() if name.startswith(("AWS_", "PYTHONPATH"))}
     with ssh_servers((hosts.scheduler, hosts.worker), own) as connect:
         file = Path(connect["known_hosts"]).with_name("cluster.toml")
         options = ", ".join(f"{name} = {toml_value(value)}" for name, value in connect.items())
