@@ -35,6 +35,7 @@ def others_loaded(code: str) -> set[str]:
     report = (
         f"import sys; before = set(sys.modules)\n{code}\n"
         "new = {name.split('.')[0] for name in set(sys.modules) - before} - set(sys.stdlib_module_names)\n"
+        "new = {name for name in new if not name.startswith('_sysconfigdata_')}\n"
         "print(*(new - {'vislam2tag', '__mp_main__'}), file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True)
