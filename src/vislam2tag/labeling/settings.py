@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import Field, field_serializer
 
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.mapping.registry import WITHOUT_TRACKER
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.survey.settings import SurveySettings
@@ -78,6 +79,11 @@ class ProcessSettings(FiniteRecord):
     mapping: MappingSettings = MappingSettings()
     labels: LabelSettings = LabelSettings()
     truth: TruthSettings = USUAL_TRUTH
+
+    @property
+    def inertial(self) -> bool:
+        """Whether the strategy maps walks by their inertial sensors alone."""
+        return self.strategy == WITHOUT_TRACKER
 
     def of_labels(self) -> dict[str, Any]:
         """As JSON holds them, without those that a class made of this one adds: kept with results."""

@@ -27,13 +27,16 @@ from vislam2tag.sessions.session_landmarks import (
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
-from vislam2tag.sessions.without_poses import inertial_log, with_presses_as_fixes
+from vislam2tag.sessions.without_poses import FILES_OF_POSES, inertial_log, with_presses_as_fixes
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections.file import Corrections, SetTap
 from vislam2tag.survey.corrections.landmarks import corrected_landmarks, named_by_floor
 from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.survey.model import Floor, SessionRef, Site
 from vislam2tag.survey.settings import SurveySettings
+
+_REFUSED = ("pose_convention", "far_landmarks", "not_level")
+"""Kinds of findings that, as errors, keep a session from being mapped."""
 
 
 @dataclass(frozen=True)
@@ -119,10 +122,36 @@ class PreparedSession:
         longest.refuse_without_frames()
         return longest
 
+    def refuse_unfit(self, *, inertial: bool) -> None:
+        """Raise SessionError if the poses cannot be mapped, by their findings or because their file has no usable one.
+
+        ``inertial``: the user chose to map walks by inertial sensors. Otherwise a damaged file of poses is an error: it
+        is not the same as a phone without tracker.
+        """
+        session = self.session
+        refused = [each for each in session.findings if each.kind in _REFUSED and each.severity == Severity.ERROR]
+        if refused:
+            raise SessionError(f"{session.key}: {refused[0].file or 'its landmarks'}: {refused[0].message}")
+        damaged = _damaged_poses(session)
+        if damaged and not inertial:
+            raise SessionError(
+                f"{session.key}: {damaged}; copy the file from the phone again, or map the session by its inertial "
+                "sensors with --strategy dead-reckoning"
+            )
+
     def refuse_without_frames(self) -> None:
         """Raise SessionError where the session has too few usable frames to be mapped at all."""
         if self.session.camera.usable.sum() < FEWEST_FRAMES:
             raise SessionError(f"{self.session.key}: no usable camera frames; vislam2tag inspect says why")
+
+
+def mappable_session(task: SessionTask, *, inertial: bool = False) -> PreparedSession:
+    """The session, for mapping; raises SessionError as :func:`prepared_session` and
+    :meth:`PreparedSession.refuse_unfit`.
+    """
+    prepared = prepared_session(task)
+    prepared.refuse_unfit(inertial=inertial)
+    return prepared
 
 
 def prepared_session(task: SessionTask) -> PreparedSession:
@@ -131,8 +160,10 @@ def prepared_session(task: SessionTask) -> PreparedSession:
 
 
 def prepared_track(task: SessionTask) -> PreparedSession:
-    """The same with no more than a map of landmarks follows from: readings may be missing; there are no findings."""
-    return _prepared(task, _read(task, read_track))
+    """The same with no more than a map of landmarks needs: readings may be missing, and the session must be fit."""
+    prepared = _prepared(task, _read(task, read_track))
+    prepared.refuse_unfit(inertial=False)
+    return prepared
 
 
 def _prepared(task: SessionTask, read: Session) -> PreparedSession:
@@ -192,6 +223,17 @@ def _with_readings(session: Session) -> Session:
     ):
         return session
     return replace(session, camera=replace(session.camera, inertial=inertial_log(session.tables["sensors"])))
+
+
+def _damaged_poses(session: Session) -> str:
+    """What is wrong with a file of poses that is there and has no usable pose, a clause; empty if nothing is."""
+    if not session.camera.without_poses:
+        return ""
+    for record in session.files:
+        if record.role == "poses":
+            return f"{record.name} has {record.lines} lines and no usable pose"
+    closed = [each.file for each in session.findings if each.kind == "unreadable_file" and each.file in FILES_OF_POSES]
+    return f"{closed[0]} cannot be opened" if closed else ""
 
 
 def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:

@@ -23,7 +23,8 @@ FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""
 _FIX_SCHEMA = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
 _OF_TRACKERS = ("poses", "landmarks", "anchors")
-_FILES_OF_TRACKERS = ("poses.csv", "CameraPose.csv", "initPoses.csv", "LandmarkPose.csv", "AnchorPose.csv")
+FILES_OF_POSES = ("poses.csv", "CameraPose.csv")
+_FILES_OF_TRACKERS = (*FILES_OF_POSES, "initPoses.csv", "LandmarkPose.csv", "AnchorPose.csv")
 _ABSENCE = frozenset({"missing_file", "empty_file", "no_frames"})
 FRAME_NS = 200_000_000
 """Frames without poses are this far apart: a walk is straight for so long."""

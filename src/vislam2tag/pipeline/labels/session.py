@@ -32,7 +32,7 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.drawn_floor import drawing_mark
-from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 from vislam2tag.sessions.told_floors import floors_told
@@ -123,7 +123,7 @@ def outcome_of(result: SessionResult, *, repeated: bool) -> Outcome:
 
 
 def _process(job: Job) -> SessionResult:
-    prepared = prepared_session(job.task)
+    prepared = mappable_session(job.task, inertial=job.settings.inertial)
     session, settings = prepared.session, job.settings
     strategy = strategy_named(settings.strategy, settings.mapping)
     mapped = strategy.map(session.camera, session.landmarks, prepared.landmarks)

@@ -15,7 +15,6 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.orientation import multiply, rotated
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.apps.pictures import Pictures
-from vislam2tag.sessions.apps.plausible import pose_findings
 from vislam2tag.sessions.apps.units import tilt_findings
 from vislam2tag.sessions.clock import pose_lag_of
 from vislam2tag.sessions.model import Session
@@ -68,7 +67,7 @@ class AppFormat(ABC):
         file = self.files["poses"][0]
         camera, found = camera_track(self.poses(reading), file, settings)
         readings, odd = sensor_table(self.sensors(reading), self.files.get("sensors", ("",))[0])
-        reading.findings += [*found, *odd, *tilt_findings(camera, readings, file), *pose_findings(camera, file)]
+        reading.findings += [*found, *odd, *tilt_findings(camera, readings, file)]
         landmarks = _landmarks(reading, camera)
         no_scans = mark_repeated(parse_wifi(b"\n", "").rows)
         return Session(

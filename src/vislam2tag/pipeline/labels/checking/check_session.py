@@ -24,7 +24,7 @@ from vislam2tag.self_check.gain_map import SessionGains, session_gains
 from vislam2tag.self_check.landmark_gain import gains, positions_each_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.self_check.record import LeftOutMark, SessionCheck
-from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.settings import SmootherSettings
@@ -51,7 +51,7 @@ def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSessio
 
 
 def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
-    whole = prepared_session(task)
+    whole = mappable_session(task, inertial=settings.inertial)
     if whole.session.camera.without_poses:
         return CheckedSession(_record(task, **checked_by_fixes(whole, settings)))
     prepared = whole.longest_section()

@@ -25,7 +25,7 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.record import DoubtfulFix
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session, read_corrected
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
 from vislam2tag.sessions.told_floors import floors_told
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
@@ -86,7 +86,7 @@ def _observed_or_told(settings: ProcessSettings, task: SessionTask) -> Diagnosed
 
 
 def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
-    whole = prepared_session(task)
+    whole = mappable_session(task, inertial=settings.inertial)
     if whole.session.camera.without_poses:
         walk = reckoned(whole, settings)
         doubtful = doubtful_fixes(walk, LeftOut.of(walk))

@@ -37,7 +37,7 @@ from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.survey.model import SessionRef
 
 IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
@@ -111,7 +111,7 @@ def map_with(
 
 
 def _evaluate(job: EvaluationJob) -> SessionEvaluation:
-    prepared = prepared_session(job.task)
+    prepared = mappable_session(job.task, inertial=job.settings.inertial)
     prepared.refuse_without_frames()
     session, landmarks = prepared.session, prepared.landmarks
     needed = ("local", "local-corrected", REFERENCE)

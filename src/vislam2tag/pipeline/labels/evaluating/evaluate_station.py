@@ -38,7 +38,7 @@ from vislam2tag.pipeline.labels.evaluating.evaluate_session import (
 )
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.prepared import prepared_session
+from vislam2tag.sessions.prepared import mappable_session
 
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
 """What labels are compared with: where the prism was, or where the camera was by the prism's offset from it."""
@@ -129,7 +129,7 @@ def _track_file(job: EvaluationJob) -> Path:
 def _walk(job: EvaluationJob, found: TruthComparisons) -> _Walk | None:
     """Read and map a session; None where that cannot be, which the session's own record tells."""
     try:
-        prepared = prepared_session(job.task)
+        prepared = mappable_session(job.task, inertial=job.settings.inertial)
         prepared.refuse_without_frames()
         track = read_station_track(_track_file(job))
     except SurveyError as error:

@@ -20,7 +20,7 @@ from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.positioning.scans.held_out import calibration_rows
 from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of_walk
-from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.walk_ties.felt_ways import FeltField, FeltWay
@@ -47,7 +47,7 @@ def heard_walk(strategy: str, settings: MappingSettings, task: SessionTask) -> H
     """Read and map a session for what it tells others; what ends it stands in its error."""
     key = task.ref.key
     try:
-        prepared = prepared_session(task)
+        prepared = mappable_session(task)
         camera, log, tables = prepared.session.camera, prepared.session.landmarks, prepared.session.tables
         if camera.without_poses or not {"wifi", "sensors"} & tables.keys():
             return HeardWalk(key)

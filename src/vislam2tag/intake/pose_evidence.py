@@ -1,0 +1,186 @@
+"""What a log of poses says of itself: how fast, how level, in which direction the camera looks, and what the IMU adds.
+
+A pose is the rotation ``R`` (camera to ACS) and the position ``p`` of the camera in the ACS, whose y axis points up.
+The figures are computed for the poses as they are and for each convention that they may have by mistake
+(:mod:`vislam2tag.intake.pose_conventions`), so they use arrays of matrices that may also be reflections.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.context import InertialLog
+
+FRAME_S = 0.1
+"""Frames are thinned out to this distance in time: walks need no closer look."""
+MAX_STEP_S = 2.0
+"""Frames farther apart are not neighbours."""
+MIN_WAY_M = 5.0
+"""Shorter walks are not judged."""
+FAST_M_S = 4.0
+"""Walkers stay below; trackers that correct themselves exceed it for moments only."""
+_FORCE_S = 0.5
+"""Half the time over which accelerations are averaged: about one step."""
+_SAME_TURN_RAD_S = 0.5
+"""Turn rates of poses and gyroscope differ by less in magnitude, whatever the convention, except at tracker resets."""
+_MIN_PAIRS = 100
+_MIN_TURN_RAD_S = 0.05
+"""Where poses and gyroscope turn less (root mean square), they cannot be compared."""
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Thinned-out poses: ``time_s`` (n,) increasing, ``position`` (n, 3) metres, ``rotation`` (n, 3, 3)."""
+
+    time_s: FloatArray
+    position: FloatArray
+    rotation: FloatArray
+
+    @classmethod
+    def of(cls, time_ns: IntArray, position: FloatArray, orientation: FloatArray) -> Poses:
+        """Thin out poses with increasing times (n,), ns, and unit quaternions (n, 4), x, y, z, w."""
+        time_s = (time_ns - time_ns[:1]) * 1e-9
+        _, kept = np.unique(np.floor(time_s / FRAME_S), return_index=True)
+        return cls(time_s[kept], position[kept], matrices(orientation[kept]))
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """What the IMU measured between neighbouring poses: ``pair`` (k,) index of the first of the two, ``turn_rad_s`` and
+    ``up`` (k, 3) mean turn rate and upward direction in the axes of the phone.
+    """
+
+    pair: IntArray
+    turn_rad_s: FloatArray
+    up: FloatArray
+
+    @classmethod
+    def of(cls, log: InertialLog | None, poses: Poses, start_ns: int, lag_s: float) -> Inertial | None:
+        """Readings on the clock of poses that begin at ``start_ns`` and are stamped ``lag_s`` late.
+
+        None if the two cannot be compared: no common time, no turns, or turn rates of different magnitude.
+        """
+        if log is None or len(poses.time_s) < _MIN_PAIRS:
+            return None
+        first, last = poses.time_s[:-1] - lag_s, poses.time_s[1:] - lag_s
+        rate_s, force_s = (log.rate_ns - start_ns) * 1e-9, (log.force_ns - start_ns) * 1e-9
+        inside = (first > max(rate_s[0], force_s[0] + _FORCE_S)) & (last < min(rate_s[-1], force_s[-1] - _FORCE_S))
+        pair = np.flatnonzero(inside & (last - first < MAX_STEP_S))
+        turn = _mean(rate_s, log.rate, first[pair], last[pair])
+        middle = (first[pair] + last[pair]) / 2
+        up = _mean(force_s, log.force, middle - _FORCE_S, middle + _FORCE_S)
+        length = np.linalg.norm(up, axis=1)
+        own = np.linalg.norm(turn_rates(poses)[pair], axis=1)
+        alike = (np.abs(np.linalg.norm(turn, axis=1) - own) < _SAME_TURN_RAD_S) & (length > 0)
+        if alike.sum() < max(_MIN_PAIRS, len(pair) / 2) or np.sqrt(np.mean(own[alike] ** 2)) < _MIN_TURN_RAD_S:
+            return None
+        return cls(pair[alike], turn[alike], up[alike] / length[alike, None])
+
+
+@dataclass(frozen=True)
+class InertialMatch:
+    """How well one fixed rotation between camera and phone explains what the IMU measured."""
+
+    explained: float
+    """Share of the turn rates' sum of squares that the gyroscope explains; 1 is perfect."""
+    explained_mirrored: float
+    """The same for a reflection: greater if one of the two is left-handed."""
+    tilt_deg: float
+    """Median angle between the upward directions of accelerometer and poses."""
+
+
+@dataclass(frozen=True)
+class PoseEvidence:
+    """What speaks for and against one reading of the poses."""
+
+    speed_m_s: float
+    """Median over the steps that moved."""
+    fast_share: float
+    """Share of the time faster than :data:`FAST_M_S`."""
+    level: float
+    """Length of the mean upward direction in the axes of the camera: 1 for a phone that is never tilted."""
+    heave: float
+    """Vertical part of the way."""
+    ahead: float
+    """Mean cosine between the horizontal directions in which the camera looks and moves; NaN if it never does."""
+    inertial: InertialMatch | None
+    """None if the IMU cannot be compared."""
+
+    @classmethod
+    def of(cls, poses: Poses, inertial: Inertial | None) -> PoseEvidence:
+        """Judge poses; ``inertial`` was measured between them."""
+        step_s = np.diff(poses.time_s)
+        near = (step_s > 0) & (step_s <= MAX_STEP_S)
+        step, step_s = np.diff(poses.position, axis=0)[near], step_s[near]
+        length = np.linalg.norm(step, axis=1)
+        slow = (length > 0) & (length < FAST_M_S * step_s)
+        up = poses.rotation[:, 1, :]
+        return cls(
+            speed_m_s=float(np.median(length[length > 0] / step_s[length > 0])) if length.any() else 0.0,
+            fast_share=float(step_s[length > FAST_M_S * step_s].sum() / step_s.sum()) if len(step_s) else 0.0,
+            level=float(np.linalg.norm(up.mean(axis=0))),
+            heave=float(np.abs(step[slow, 1]).sum() / length[slow].sum()) if slow.any() else 0.0,
+            ahead=_ahead(-poses.rotation[:-1][near][slow][:, :, 2], step[slow]),
+            inertial=None if inertial is None else _match(poses, inertial),
+        )
+
+
+def matrices(orientation: FloatArray) -> FloatArray:
+    """Rotation matrices (n, 3, 3) of unit quaternions (n, 4), x, y, z, w."""
+    x, y, z, w = orientation.T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def turn_rates(poses: Poses) -> FloatArray:
+    """Turn rates (n - 1, 3) of the camera in its own axes, rad/s."""
+    between = poses.rotation[:-1].transpose(0, 2, 1) @ poses.rotation[1:]
+    skew = between - between.transpose(0, 2, 1)
+    axis = np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=1) / 2  # its length is the angle's sine
+    sine = np.linalg.norm(axis, axis=1)
+    angle = np.arctan2(sine, (np.trace(between, axis1=1, axis2=2) - 1) / 2)
+    scale = np.divide(angle, sine, out=np.ones_like(sine), where=sine > 1e-9)
+    return np.asarray(axis * (scale / np.diff(poses.time_s))[:, None])
+
+
+def _mean(time_s: FloatArray, values: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
+    """Mean (k, 3) of readings (m, 3) from ``first`` (k,) to ``last`` (k,), seconds."""
+    area = (values[1:] + values[:-1]) / 2 * np.diff(time_s)[:, None]
+    total = np.vstack((np.zeros((1, 3)), np.cumsum(area, axis=0)))
+    columns = [np.interp(last, time_s, column) - np.interp(first, time_s, column) for column in total.T]
+    return np.column_stack(columns) / (last - first)[:, None]
+
+
+def _ahead(look: FloatArray, step: FloatArray) -> float:
+    """Mean cosine between the horizontal parts of directions (k, 3), each step weighted by its length."""
+    look, step = look[:, (0, 2)], step[:, (0, 2)]
+    weight = np.linalg.norm(step, axis=1)
+    size = np.linalg.norm(look, axis=1) * weight
+    known = size > 0
+    if not known.any():
+        return float("nan")
+    return float(np.average(np.sum(look * step, axis=1)[known] / size[known], weights=weight[known]))
+
+
+def _match(poses: Poses, inertial: Inertial) -> InertialMatch:
+    """Fit the rotation between phone and camera to turn rates and upward directions (Wahba's problem, by SVD)."""
+    turn, up = turn_rates(poses)[inertial.pair], poses.rotation[inertial.pair][:, 1, :]
+    usual = np.sqrt(np.mean(np.sum(turn**2, axis=1)))
+    left, _, right = np.linalg.svd(turn.T @ inertial.turn_rad_s / usual**2 + up.T @ inertial.up)
+    handed = np.sign(np.linalg.det(left @ right))
+
+    def explained(sign: float) -> tuple[float, FloatArray]:
+        camera_from_phone = left @ np.diag((1.0, 1.0, sign)) @ right
+        rest = turn - inertial.turn_rad_s @ camera_from_phone.T
+        return float(1 - np.mean(np.sum(rest**2, axis=1)) / usual**2), camera_from_phone
+
+    share, camera_from_phone = explained(handed)
+    cosine = np.sum(up * (inertial.up @ camera_from_phone.T), axis=1)
+    return InertialMatch(share, explained(-handed)[0], float(np.degrees(np.median(np.arccos(cosine.clip(-1, 1))))))
