@@ -49,6 +49,10 @@ def _of_length(metres: float) -> Callable[[Poses], Poses]:
     return lambda poses: replace(poses, position=poses.position * metres)
 
 
+def _of_time(seconds: float) -> Callable[[Poses], Poses]:
+    return lambda poses: replace(poses, time_s=poses.time_s * seconds)
+
+
 def _real_part_first(poses: Poses) -> Poses:
     """Rotations of quaternions whose four numbers were read in the order x, y, z, w."""
     return replace(poses, rotation=matrices(_quaternions(poses.rotation)[:, (1, 2, 3, 0)]))
@@ -99,6 +103,8 @@ CONVENTIONS = (
         lambda poses: replace(poses, rotation=poses.rotation @ np.diag((1.0, -1.0, -1.0))),
         True,
     ),
+    Convention("times are in milliseconds", "Divide them by 1000: seconds are expected.", _of_time(1e-3)),
+    Convention("times are in microseconds", "Divide them by 1,000,000: seconds are expected.", _of_time(1e-6)),
     Convention("lengths are in millimetres", "Divide them by 1000: metres are expected.", _of_length(1e-3)),
     Convention("lengths are in centimetres", "Divide them by 100: metres are expected.", _of_length(1e-2)),
     Convention("lengths are in feet", "Multiply them by 0.3048: metres are expected.", _of_length(0.3048)),

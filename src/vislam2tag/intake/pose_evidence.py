@@ -26,6 +26,8 @@ _FORCE_S = 0.5
 """Half the time over which accelerations are averaged: about one step."""
 _SAME_TURN_RAD_S = 0.5
 """Turn rates of poses and gyroscope differ by less in magnitude, whatever the convention, except at tracker resets."""
+_UNTURNED = 0.99
+"""A camera whose mean direction is almost as long as a single one never turns: it says nothing of where it looks."""
 _MIN_PAIRS = 100
 _MIN_TURN_RAD_S = 0.05
 """Where poses and gyroscope turn less (root mean square), they cannot be compared."""
@@ -105,7 +107,7 @@ class PoseEvidence:
     heave: float
     """Vertical part of the way."""
     ahead: float
-    """Mean cosine between the horizontal directions in which the camera looks and moves; NaN if it never does."""
+    """Mean cosine between the horizontal directions in which the camera looks and moves; NaN if it never turns."""
     inertial: InertialMatch | None
     """None if the IMU cannot be compared."""
 
@@ -114,12 +116,14 @@ class PoseEvidence:
         """Judge poses; ``inertial`` was measured between them."""
         step_s = np.diff(poses.time_s)
         near = (step_s > 0) & (step_s <= MAX_STEP_S)
-        step, step_s = np.diff(poses.position, axis=0)[near], step_s[near]
-        length = np.linalg.norm(step, axis=1)
+        length = np.linalg.norm(np.diff(poses.position, axis=0), axis=1)
+        moved = (length > 0) & (step_s > 0)
+        speed_m_s = float(np.median(length[moved] / step_s[moved])) if moved.any() else 0.0
+        step, step_s, length = np.diff(poses.position, axis=0)[near], step_s[near], length[near]
         slow = (length > 0) & (length < FAST_M_S * step_s)
         up = poses.rotation[:, 1, :]
         return cls(
-            speed_m_s=float(np.median(length[length > 0] / step_s[length > 0])) if length.any() else 0.0,
+            speed_m_s=speed_m_s,
             fast_share=float(step_s[length > FAST_M_S * step_s].sum() / step_s.sum()) if len(step_s) else 0.0,
             level=float(np.linalg.norm(up.mean(axis=0))),
             heave=float(np.abs(step[slow, 1]).sum() / length[slow].sum()) if slow.any() else 0.0,
@@ -158,13 +162,17 @@ def _mean(time_s: FloatArray, values: FloatArray, first: FloatArray, last: Float
     return np.column_stack(columns) / (last - first)[:, None]
 
 
+def _length(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(vectors, axis=-1))
+
+
 def _ahead(look: FloatArray, step: FloatArray) -> float:
     """Mean cosine between the horizontal parts of directions (k, 3), each step weighted by its length."""
     look, step = look[:, (0, 2)], step[:, (0, 2)]
     weight = np.linalg.norm(step, axis=1)
     size = np.linalg.norm(look, axis=1) * weight
     known = size > 0
-    if not known.any():
+    if not known.any() or _length(look[known].mean(axis=0)) > _UNTURNED * _length(look[known]).max():
         return float("nan")
     return float(np.average(np.sum(look * step, axis=1)[known] / size[known], weights=weight[known]))
 

@@ -19,7 +19,7 @@ MIN_SPEED_M_S = 0.05
 MIN_LEVEL = 0.75
 """Hand-held phones have 0.9 and more; a frame with another axis up has 0.6 and less."""
 MAX_HEAVE = 0.4
-"""Walks on floors have about 0.15, staircases up to 0.55, where no other convention makes the camera look ahead more."""
+"""Walks on floors have about 0.15, staircases up to 0.55, and no other convention makes them look ahead more."""
 MIN_AHEAD = -0.5
 """Nobody walks backwards all the way."""
 SAME_AHEAD = 0.02

@@ -295,6 +295,7 @@ def test_generated_sessions_of_the_published_program_are_read_whole(agreement: P
     assert [ref.slug for ref in survey.sessions][:2] == ["floor_0.LG.2022-01-10T100000", "floor_0.LG.2022-01-11T100000"]
     for ref in survey.sessions:
         session = read_session(ref)
-        assert {finding.kind for finding in session.findings} <= {"tracking_lost", "missing_file"}
+        # Some of these cameras look back all the way: their orientations do not follow the walk.
+        assert {finding.kind for finding in session.findings} <= {"tracking_lost", "missing_file", "pose_convention"}
         assert all(record.lines == record.rows for record in session.files)
         assert session.camera.usable.all()

@@ -46,6 +46,12 @@ from vislam2tag.sessions.tables.camera import poses_of
 from vislam2tag.sessions.tables.landmark_log import frames_of, landmark_log
 from vislam2tag.sessions.tables.radio_text import without_absurd_levels
 from vislam2tag.sessions.tables.raw_table import RawTable
+from vislam2tag.sessions.tables.recognised_times import (
+    with_frame_times,
+    with_landmark_times,
+    with_reading_times,
+    with_scan_times,
+)
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
@@ -166,15 +172,17 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
 
 def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
     file, data, table = _table(reading, "poses", CAMERA)
-    camera, findings = phone_camera(reading.account("poses", data, table), file, settings)
-    reading.findings += findings
+    rows, unit = with_frame_times(reading.account("poses", data, table), file)
+    camera, findings = phone_camera(rows, file, settings)
+    reading.findings += [*unit, *findings]
     return camera
 
 
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     """Rows that the tracker stands for; one that it does not track, or in a lost frame, counts as lost."""
     file, data, table = _table(reading, "landmarks", LANDMARKS)
-    rows = unit_poses(reading.account("landmarks", data, table))
+    rows, unit = with_landmark_times(unit_poses(reading.account("landmarks", data, table)), file, camera)
+    reading.findings += unit
     # A row that is not tracked may have no pose: it says no more than that.
     logged = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
     log, findings = landmark_log(logged, file, camera)
@@ -210,9 +218,9 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
 
 def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
     file, data, table = _table(reading, "wifi", WIFI)
-    rows = reading.account("wifi", data, table).with_columns(
-        pl.col("ssid").fill_null(""), pl.col("bssid").str.to_lowercase()
-    )
+    rows, unit = with_scan_times(reading.account("wifi", data, table), file, camera)
+    reading.findings += unit
+    rows = rows.with_columns(pl.col("ssid").fill_null(""), pl.col("bssid").str.to_lowercase())
     rows = mark_repeated(rows)
     reading.findings += wifi_findings(rows, file, settings)
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
@@ -221,9 +229,9 @@ def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings)
 
 def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     file, data, table = _table(reading, "sensors", SENSORS)
-    rows = reading.account("sensors", data, table).with_columns(pl.col(SENSOR_VALUES).fill_null(0.0))
-    sensors, findings = sensor_table(rows, file)
-    reading.findings += findings
+    rows, unit = with_reading_times(reading.account("sensors", data, table), file, camera)
+    sensors, findings = sensor_table(rows.with_columns(pl.col(SENSOR_VALUES).fill_null(0.0)), file)
+    reading.findings += [*unit, *findings]
     reading.findings += clock_mismatch(sensors["time_ns"].to_numpy(), file, camera)
     return sensors
 

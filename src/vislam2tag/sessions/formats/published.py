@@ -20,6 +20,13 @@ from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_
 from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
 from vislam2tag.sessions.tables.raw_table import parse_table
+from vislam2tag.sessions.tables.recognised_times import (
+    with_frame_times,
+    with_landmark_times,
+    with_reading_times,
+    with_scan_times,
+    with_times_of,
+)
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
@@ -85,40 +92,45 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
 
 def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
     file, data = reading.load("poses")
-    rows = reading.account("poses", data, parse_table(data, file, CAMERA_SCHEMA))
+    rows, unit = with_frame_times(reading.account("poses", data, parse_table(data, file, CAMERA_SCHEMA)), file)
     camera, findings = camera_track(rows, file, settings)
-    reading.findings += findings
+    reading.findings += [*unit, *findings]
     return camera
 
 
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     file, data = reading.load("landmarks")
     rows = reading.account("landmarks", data, parse_table(data, file, LANDMARK_SCHEMA))
+    rows, unit = with_landmark_times(rows, file, camera)
     log, findings = landmark_log(rows, file, camera)
-    reading.findings += findings
+    reading.findings += [*unit, *findings]
     return log
 
 
 def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
     file, data = reading.load("wifi")
-    rows = mark_repeated(reading.account("wifi", data, parse_wifi(data, file)))
-    reading.findings += wifi_findings(rows, file, settings)
+    rows, unit = with_scan_times(reading.account("wifi", data, parse_wifi(data, file)), file, camera, "microseconds")
+    rows = mark_repeated(rows)
+    reading.findings += [*unit, *wifi_findings(rows, file, settings)]
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 
 
 def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     file, data = reading.load("sensors")
-    rows, findings = sensor_table(reading.account("sensors", data, parse_table(data, file, SENSOR_SCHEMA)), file)
-    reading.findings += findings
+    readings = reading.account("sensors", data, parse_table(data, file, SENSOR_SCHEMA))
+    readings, unit = with_reading_times(readings, file, camera)
+    rows, findings = sensor_table(readings, file)
+    reading.findings += [*unit, *findings]
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 
 
 def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     file, data = reading.load("ble")
-    rows = mark_repeated_ble(reading.account("ble", data, parse_ble(data, file)))
-    reading.findings += ble_findings(rows, file)
+    rows, unit = with_times_of(reading.account("ble", data, parse_ble(data, file)), file, camera)
+    rows = mark_repeated_ble(rows)
+    reading.findings += [*unit, *ble_findings(rows, file)]
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 
@@ -126,7 +138,8 @@ def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
 def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
     """Times (k,) of the presses, ns."""
     file, data = reading.load("presses")
-    rows = reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA))
+    rows, unit = with_times_of(reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA)), file, camera)
+    reading.findings += unit
     presses_ns = rows["time_ns"].to_numpy().astype(np.int64)
     reading.findings += clock_mismatch(presses_ns, file, camera)
     return presses_ns
