@@ -288,6 +288,8 @@ class Trajectory(Drawable):
     """Landmarks that contradict the rest, greatest first."""
     passes_left_out: int = 0
     """Passes of landmarks beyond those that can be solved for."""
+    fix_contradiction_m: float = 0.0
+    """How far the known positions of a walk without a tracker contradict each other, median, metres; 0: they agree."""
     not_converged: tuple[str, ...] = ()
     """What of it (``path``, ``heights``) was still moving when re-weighting ended."""
 

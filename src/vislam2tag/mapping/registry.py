@@ -97,6 +97,7 @@ def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
         contradictions=tuple(
             sorted((found for section in mapped for found in section.contradictions), key=lambda found: -found.size_m)
         ),
+        fix_contradiction_m=max(section.fix_contradiction_m for section in mapped),
         passes_left_out=sum(section.passes_left_out for section in mapped),
         not_converged=tuple(dict.fromkeys(what for section in mapped for what in section.not_converged)),
     )

@@ -12,6 +12,7 @@ from vislam2tag.core.context import FixLog
 from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.dead_reckoning.contradictions import contradictions_m
 from vislam2tag.dead_reckoning.events import happenings
 from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
@@ -46,6 +47,9 @@ class DeadReckoning:
         frame = np.flatnonzero(camera.usable)
         time_s = _seconds(camera.time_ns[frame], walk)
         position, spread = walk.at(time_s)
+        contradiction_m = contradictions_m(walk)
+        doubt_m = np.interp(time_s, walk.nodes.time_s[walk.ties.node], contradiction_m)
+        spread = spread + doubt_m[:, None, None] ** 2 / 2 * np.eye(2)
         builder.position_bcs[frame] = np.column_stack((position, height.z_m[frame]))
         builder.status[frame] = Status.OK
         covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
@@ -56,6 +60,7 @@ class DeadReckoning:
             floor=height.floor,
             events=_events(camera, walk, frame, time_s, self.settings),
             not_converged=() if walk.path.converged else ("path",),
+            fix_contradiction_m=float(np.median(contradiction_m)),
         )
 
     def reckoned(self, camera: CameraTrack, landmarks: Landmarks) -> ReckonedWalk | None:

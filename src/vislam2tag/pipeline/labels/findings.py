@@ -23,6 +23,7 @@ def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m
     return [
         *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, radius_m, needs),
         *(_contradiction(found, landmarks) for found in trajectory.contradictions),
+        *_contradicting_fixes(trajectory, prepared),
         *_not_converged(trajectory),
         *_passes_left_out(trajectory, len(session.landmarks.ids)),
     ]
@@ -84,6 +85,19 @@ def _contradiction(found: Contradiction, landmarks: Landmarks) -> Finding:
     )
     lines = (int(line),) if line else ()
     return Finding(kind="contradicting_landmark", file=file, count=1, message=message, lines=lines)
+
+
+def _contradicting_fixes(trajectory: Trajectory, prepared: PreparedSession) -> list[Finding]:
+    """Known positions that a walk without a tracker cannot have been at."""
+    fixes = prepared.session.camera.fixes
+    if not trajectory.fix_contradiction_m or fixes is None:
+        return []
+    message = (
+        f"the walk cannot have been at its {len(fixes.time_ns)} known positions ({fixes.name[0]}, ...) at their times: "
+        f"they contradict its steps, the time or each other by {trajectory.fix_contradiction_m:.0f} m (median). Its "
+        "sigma covers that; check which points were pressed, and in which order"
+    )
+    return [Finding(kind="contradicting_fixes", file="", count=len(fixes.time_ns), message=message)]
 
 
 def _not_converged(trajectory: Trajectory) -> list[Finding]:
