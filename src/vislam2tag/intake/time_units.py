@@ -40,8 +40,8 @@ def recognised_ns(
     """Times (k,) that were read in the ``stated`` unit, in ns, and a finding if they are in another unit.
 
     ``rate_ns`` (r,) are the times of the rows whose distance in time ``steps`` limits; ``frames_ns`` those of usable
-    frames. The stated unit is replaced only if it makes rows come impossibly fast, or if its times never meet the
-    frames, and exactly one other unit mends that.
+    frames. The stated unit is replaced only if it makes rows come impossibly fast, by the shortest that does not; or if
+    its times never meet the frames, and exactly one other unit mends that.
     """
     if len(time_ns) == 0:
         return time_ns, []
@@ -57,7 +57,7 @@ def recognised_ns(
         return possible and meets and float(np.abs(time_ns).max()) * factor < _GREATEST_NS
 
     units = [unit for unit in NS_OF if unit != stated and mends(NS_OF[unit] / NS_OF[stated])]
-    if len(units) != 1:
+    if not units or (len(units) > 1 and not too_fast):
         return time_ns, []
     unit, true, read = units[0], NS_OF[units[0]], NS_OF[stated]
     converted = time_ns * (true // read) if true > read else time_ns // (read // true)

@@ -1,0 +1,122 @@
+"""Poses of a person pass, and the same poses in another convention are named, with and without an IMU."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from tests.intake.faults import Poses, exchanged, in_millimetres, inverted, left_handed, z_up
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.context import InertialLog
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.intake.pose_conventions import CONVENTIONS
+from vislam2tag.intake.pose_evidence import Poses as ThinnedPoses
+from vislam2tag.intake.pose_evidence import matrices
+from vislam2tag.intake.poses import pose_findings
+
+TIME_S = np.arange(0, 120, 1 / 30)
+CAMERA_Q_PHONE = Rotation.from_euler("xyz", (10, -20, 95), degrees=True)
+
+
+def walked() -> FloatArray:
+    """Poses (n, 7) of a walk round and round, the phone tilted by 25 degrees, swaying."""
+    angle = 0.15 * TIME_S + 0.4 * np.sin(0.3 * TIME_S)
+    position = np.column_stack((9 * np.cos(angle), 0.03 * np.sin(11 * TIME_S), -5 * np.sin(angle)))
+    step = np.gradient(position, axis=0)
+    yaw = np.arctan2(-step[:, 0], -step[:, 2]) + 0.1 * np.sin(5.5 * TIME_S)
+    pitch = np.radians(-25 + 4 * np.sin(5 * TIME_S))
+    turn = Rotation.from_euler("YX", np.column_stack((yaw, pitch)))
+    return np.column_stack((position, turn.as_quat()))
+
+
+def measured(poses: FloatArray) -> InertialLog:
+    """What the phone's IMU measures on the way."""
+    time_ns = (TIME_S * 1e9).astype(np.int64)
+    camera = Rotation.from_quat(poses[:, 3:])
+    rate = (camera[:-1].inv() * camera[1:]).as_rotvec() * 30
+    force = camera.inv().apply((0, 9.81, 0))
+    return InertialLog(
+        time_ns,
+        CAMERA_Q_PHONE.inv().apply(force),
+        time_ns[1:],
+        CAMERA_Q_PHONE.inv().apply(rate),
+        time_ns[:0],
+        np.empty((0, 4)),
+    )
+
+
+def findings(poses: FloatArray, inertial: InertialLog | None = None) -> list[Finding]:
+    """Of a log with these poses and no landmark."""
+    count = len(poses)
+    camera = CameraTrack(
+        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(count, dtype=np.int8), inertial=inertial
+    )
+    none = np.empty(0, dtype=np.int64)
+    log = LandmarkLog((), none, none, np.empty((0, 3)), np.empty((0, 4)), np.empty(0, dtype=bool))
+    return pose_findings(camera, log, "poses.csv")
+
+
+@pytest.mark.parametrize("with_imu", [False, True])
+def test_a_walk_has_no_finding(with_imu: bool) -> None:
+    assert findings(walked(), measured(walked()) if with_imu else None) == []
+
+
+@pytest.mark.parametrize("with_imu", [False, True])
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        (inverted, "poses map the world to the camera"),
+        (exchanged, "y and z are exchanged"),
+        (z_up, "the z axis points up"),
+        (left_handed, "the frame is left-handed"),
+        (in_millimetres, "lengths are in millimetres"),
+    ],
+)
+def test_another_convention_is_named(change: Poses, name: str, with_imu: bool) -> None:
+    (finding,) = findings(change(walked()), measured(walked()) if with_imu else None)
+    assert finding.kind == "pose_convention"
+    assert name in finding.message
+    # Without an IMU, a camera that looks back may also be carried so.
+    harmless = change is left_handed and not with_imu
+    assert finding.severity == (Severity.WARNING if harmless else Severity.ERROR)
+
+
+def test_quaternions_in_another_order_are_named_by_the_imu() -> None:
+    poses = walked()
+    (finding,) = findings(np.column_stack((poses[:, :3], poses[:, (6, 3, 4, 5)])), measured(poses))
+    assert "quaternions begin with their real part w" in finding.message
+
+
+def test_a_staircase_has_no_finding() -> None:
+    poses = walked()
+    poses[:, 0] *= 0.3
+    poses[:, 2] *= 0.3
+    way = np.cumsum(np.linalg.norm(np.gradient(poses[:, (0, 2)], axis=0), axis=1))
+    poses[:, 1] += 0.55 * np.abs((way + 9) % 18 - 9)
+    assert findings(poses) == []
+
+
+def test_jumps_that_no_convention_explains_are_a_warning() -> None:
+    poses = walked()
+    poses[:, 0] += 8 * (np.floor(TIME_S / 0.5) % 2)
+    (finding,) = findings(poses)
+    assert (finding.kind, finding.severity) == ("implausible_poses", Severity.WARNING)
+
+
+def test_short_walks_are_not_judged() -> None:
+    assert findings(inverted(walked()) * (0.001, 0.001, 0.001, 1, 1, 1, 1)) == []
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda q: np.linalg.norm(q) > 0.1))
+def test_reading_the_order_of_a_quaternion_four_times_is_reading_it_once(numbers: list[float]) -> None:
+    quaternion = np.array([numbers]) / np.linalg.norm(numbers)
+    poses = ThinnedPoses(np.zeros(1), np.zeros((1, 3)), matrices(quaternion))
+    (order,) = [each for each in CONVENTIONS if each.name.startswith("quaternions")]
+    for _ in range(4):
+        poses = order.read(poses)
+    assert np.allclose(poses.rotation, Rotation.from_quat(quaternion).as_matrix(), atol=1e-7)

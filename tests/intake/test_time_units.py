@@ -1,0 +1,59 @@
+"""Times in another unit are recognised by rate or by the clock of the frames, and only then."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vislam2tag.intake.time_units import ANY, FRAMES, NS_OF, READINGS, SCANS, recognised_ns
+
+START_NS = 52_000 * 10**9
+
+
+def times_ns(step_s: float, count: int) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    return START_NS + (np.arange(count) * step_s * 1e9).astype(np.int64)
+
+
+@pytest.mark.parametrize("unit", ["microseconds", "milliseconds"])
+@pytest.mark.parametrize(("step_s", "steps"), [(1 / 30, FRAMES), (1 / 60, FRAMES), (0.5, FRAMES), (0.01, READINGS)])
+def test_a_unit_is_recognised_by_the_rate(unit: str, step_s: float, steps: object) -> None:
+    true = times_ns(step_s, 500) // NS_OF[unit]
+    read, (finding,) = recognised_ns(true, true, steps, "poses.csv", "nanoseconds")  # type: ignore[arg-type]
+    assert (read == true * NS_OF[unit]).all()
+    assert (finding.kind, finding.file, finding.count) == ("time_unit", "poses.csv", 500)
+    assert f"must be in nanoseconds, and are in {unit}" in finding.message
+
+
+@pytest.mark.parametrize("step_s", [0.002, 1 / 30, 0.5, 5.0])
+def test_times_in_the_stated_unit_stay(step_s: float) -> None:
+    stated = times_ns(step_s, 100)
+    read, findings = recognised_ns(stated, stated, FRAMES, "poses.csv", "nanoseconds", stated)
+    assert (read == stated).all()
+    assert findings == []
+
+
+def test_scans_that_stand_in_ns_are_recognised_by_the_frames() -> None:
+    frames, scans = times_ns(1 / 30, 3000), times_ns(3.0, 30)
+    read, (finding,) = recognised_ns(scans * 1000, scans * 1000, SCANS, "wifi.csv", "microseconds", frames)
+    assert (read == scans).all()
+    assert "are in nanoseconds (only so they meet the camera frames)" in finding.message
+
+
+def test_slow_scans_of_another_clock_stay_as_they_are() -> None:
+    """No other unit makes them meet the frames: that is for the finding about clocks."""
+    frames, scans = times_ns(1 / 30, 3000), times_ns(1800.0, 30) + 10**15
+    read, findings = recognised_ns(scans, scans, SCANS, "wifi.csv", "microseconds", frames)
+    assert (read == scans).all()
+    assert findings == []
+
+
+def test_a_single_press_is_recognised_by_the_frames() -> None:
+    frames, press = times_ns(1 / 30, 3000), np.array([START_NS // 10**6 + 5000])
+    read, (finding,) = recognised_ns(press, press, ANY, "refMarker.csv", "nanoseconds", frames)
+    assert read.tolist() == [START_NS + 5 * 10**9]
+    assert "milliseconds" in finding.message
+
+
+def test_an_empty_table_says_nothing() -> None:
+    none = np.empty(0, dtype=np.int64)
+    assert recognised_ns(none, none, FRAMES, "poses.csv", "nanoseconds")[1] == []
