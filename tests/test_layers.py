@@ -11,6 +11,7 @@ ROOT = Path(vislam2tag.__file__).parent
 LAYERS = (
     "core",
     "common",
+    "intake",
     "smoother",
     "heights",
     "dead_reckoning",
