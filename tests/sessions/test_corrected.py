@@ -162,7 +162,7 @@ def test_scans_that_repeat_the_one_before_are_marked(tmp_path: Path) -> None:
     files = clean_files()
     levels = (40, 50, 60, 70)
     files["wifi.csv"] = [
-        f"{scan}; {frame_ns(0) // 1000 + scan * 100_000 + i}; WLAN; net; 00:00:00:00:00:0{i}; -{level + (scan == 2)}"
+        f"{scan}; {frame_ns(0) // 1000 + scan * 100_000 + i}; WLAN; net; 00:00:00:00:00:1{i}; -{level + (scan == 2)}"
         for scan in range(4)
         for i, level in enumerate(levels)
     ]

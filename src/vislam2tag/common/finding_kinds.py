@@ -6,6 +6,7 @@ from typing import Literal
 
 FindingKind = Literal[
     "absurd_levels",
+    "all_heard",
     "ambiguous_floor",
     "ambiguous_presses",
     "assumed_columns",
@@ -56,8 +57,10 @@ FindingKind = Literal[
     "levels_left_out",
     "links",
     "links_outside",
+    "lost_sign",
     "malformed_header",
     "malformed_lines",
+    "masked_addresses",
     "missing_control_points",
     "missing_file",
     "missing_plan",
@@ -146,6 +149,7 @@ FindingKind = Literal[
     "unreadable_record",
     "unreadable_truth",
     "unrecognised_folder",
+    "unstated_filler",
     "untied_heights",
     "untimed_scans",
     "unusable_lastseen",

@@ -26,6 +26,7 @@ from vislam2tag.common.files.whole_folder import restore, whole_folder
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, SCHEMAS, UNITS
+from vislam2tag.dataset.stored_readings import with_rules
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 from vislam2tag.survey.links import CURE, outside_link
 
@@ -62,7 +63,7 @@ def open_dataset(folder: AnyPath) -> Dataset:
             raise DatasetError(f"{folder / MANIFEST}: the plan {floor.plan} lies outside the data set")
     plans = {floor.plan: folder / floor.plan for floor in info.floors if floor.plan and (folder / floor.plan).is_file()}
     splits = {name: _split(folder, name, account) for name, account in info.splits.items()}
-    return Dataset(info, tables, splits, plans)
+    return with_rules(Dataset(info, tables, splits, plans))
 
 
 def open_dataset_to_share(folder: AnyPath, *, follow_links: bool = False) -> Dataset:

@@ -36,6 +36,8 @@ class ImportContext:
     """Called after each file (or walk) with its name."""
     most_unpacked: int = MOST_UNPACKED
     """Bytes that an archive may unpack to."""
+    not_heard: float | None = None
+    """The level that the user says stands for "not heard", for formats with a column for each access point."""
 
 
 class Reader(Protocol):
@@ -99,7 +101,7 @@ class ImportFormat:
     recognises: Callable[[Path], bool]
     """Whether a file or folder is of this format, from names and first lines alone; never raises DatasetError."""
     takes: Collection[str] = ()
-    """The options of :class:`ImportContext` that mean something here: ``origin``."""
+    """The options of :class:`ImportContext` that mean something here: ``origin``, ``not_heard``."""
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
+from vislam2tag.intake.addresses import normal_address
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
 
 FORMAT_VERSION = 1
@@ -109,7 +110,7 @@ def load_model(path: AnyPath) -> SavedModel:
     if _checksum(json.loads(text), arrays) != header.checksum:
         raise ModelError(f"{path}: is damaged (its checksum does not match); copy it again, or train again")
     model = _made(path, header)
-    model.access_points_, model.storeys_ = header.access_points, header.storeys
+    model.access_points_, model.storeys_ = _normal_names(header.access_points), header.storeys
     try:
         model.restore(arrays)
     except Exception as error:  # a model may be of another package
@@ -118,6 +119,17 @@ def load_model(path: AnyPath) -> SavedModel:
             f"cannot use ({first_line(error)}); train again"
         ) from error
     return SavedModel(header.model, model, header.origin)
+
+
+def _normal_names(access_points: tuple[str, ...]) -> tuple[str, ...]:
+    """Names in the one notation; of several notations of an address the first one becomes it, others stay."""
+    taken = set(access_points)
+    names = []
+    for point in access_points:
+        name = normal_address(point)
+        names.append(point if name in taken else name)
+        taken.add(names[-1])
+    return tuple(names)
 
 
 def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:

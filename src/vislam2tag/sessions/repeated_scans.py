@@ -14,7 +14,7 @@ FEWEST_READINGS = 4
 def repeated_scans(wifi: pl.DataFrame) -> list[int]:
     """Numbers of the scans whose readings are those of the scan before, in order; ``wifi`` as in a session."""
     scans = (
-        wifi.filter(~pl.col("repeated"))
+        wifi.filter(~pl.col("repeated") & pl.col("rssi_dbm").is_not_null())
         .group_by("scan", maintain_order=True)
         .agg(
             pl.col("time_ns").min().alias("first_ns"),

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -25,8 +25,8 @@ def wide(tmp_path: Path, text: str | bytes) -> WideTable:
 
 
 def test_only_what_was_heard_becomes_a_row(tmp_path: Path) -> None:
-    table = wide(tmp_path, HEADER + "-50,100,1.5,LG\n100,100,2.5,LG\n-70.5,0,3.5,\n")
-    assert table.heard.rows() == [(0, "WAP001", -50.0), (2, "WAP001", -70.5), (2, "WAP002", 0.0)]
+    table = wide(tmp_path, HEADER + "-50,100,1.5,LG\n100,100,2.5,LG\n-70.5,-1,3.5,\n")
+    assert table.heard.rows() == [(0, "WAP001", -50.0), (2, "WAP001", -70.5), (2, "WAP002", -1.0)]
     assert table.rows.rows() == [(0, 1.5, "LG"), (1, 2.5, "LG"), (2, 3.5, None)]
     assert table.access_points == ("WAP001", "WAP002")
     assert not table.findings
@@ -72,9 +72,10 @@ def test_a_column_that_may_lack_is_null(tmp_path: Path) -> None:
 
 
 @settings(max_examples=50)
-@given(arrays(np.int16, st.tuples(st.integers(1, 5), st.integers(1, 6)), elements=st.sampled_from([100, -30, -95, 0])))
+@given(arrays(np.int16, st.tuples(st.integers(1, 5), st.integers(1, 6)), elements=st.sampled_from([100, -30, -95, -1])))
 def test_a_matrix_comes_back(tmp_path_factory: pytest.TempPathFactory, levels: np.ndarray) -> None:
     path = tmp_path_factory.mktemp("m") / "rss.csv"
+    assume((levels == 100).sum() > levels.size // 2)
     np.savetxt(path, levels, fmt="%d", delimiter=",")
     table = read_matrix(path)
     found = np.full(levels.shape, 100)

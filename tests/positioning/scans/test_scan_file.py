@@ -53,7 +53,7 @@ def test_bad_lines_of_csv_are_counted_and_their_scans_stay(tmp_path: Path) -> No
     text = HEAD + "a,x,-50\na,x\n\n,x,-50\nb,x,loud\nb,,-50\nb,x,nan\nc,x,100\nc,y,0\nc,z,-inf\nc,z,-250\nd,x,-50,9\n"
     scans, bad = read(written(tmp_path / "scans.csv", text))
     assert scans == {"a": {"x": -50.0}, "b": {}, "c": {}}
-    assert bad == {MALFORMED: (7, (3, 5, 6, 7, 8)), ABSURD: (3, (9, 10, 12))}
+    assert bad == {MALFORMED: (6, (3, 5, 6, 8, 11)), "masked_addresses": (1, (7,)), ABSURD: (3, (9, 10, 12))}
 
 
 def test_bad_lines_of_json_are_counted(tmp_path: Path) -> None:
@@ -69,7 +69,7 @@ def test_bad_lines_of_json_are_counted(tmp_path: Path) -> None:
     ]
     scans, bad = read(written(tmp_path / "scans.jsonl", "\n".join(lines)))
     assert scans == {"7": {"x": -50.0}}
-    assert bad == {MALFORMED: (7, (2, 3, 4, 5, 6))}
+    assert bad == {MALFORMED: (6, (2, 3, 5, 6, 7)), "masked_addresses": (1, (4,))}
 
 
 def test_broken_bytes_cost_only_their_line(tmp_path: Path) -> None:

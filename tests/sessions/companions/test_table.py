@@ -19,7 +19,7 @@ def test_levels_of_access_points_are_wifi_scans() -> None:
     rows = table(BSSID=["AA", "BB", "AA", "AA"], rssi=["-50", "-60,5", "-51", "none"])
     (wifi,) = session_tables(rows, "mine").values()
     assert wifi.select("row", "scan", "bssid", "rssi_dbm", "repeated").rows() == [
-        (2, 1, "aa", -50.0, False), (3, 1, "bb", -60.5, False), (4, 2, "aa", -51.0, False)
+        (2, 1, "AA", -50.0, False), (3, 1, "BB", -60.5, False), (4, 2, "AA", -51.0, False)
     ]  # fmt: skip
 
 

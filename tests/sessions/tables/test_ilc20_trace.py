@@ -116,9 +116,9 @@ def test_an_advertisement_that_is_logged_twice_counts_once_with_its_beacons_name
         f"{T + 500}\tTYPE_BLUE\t\t{mac}\t-82",
     )
     assert found.ble.select("address", "name", "uuid", "major", "minor", "rssi_dbm", "repeated").rows() == [
-        (mac, "", uuid, 10065, 26049, -81.0, False),
+        (mac.lower(), "", uuid.lower(), 10065, 26049, -81.0, False),
         ("00:00:00:00:00:01", "TV", None, None, None, -60.0, False),
-        (mac, "", uuid, 10065, 26049, -82.0, False),
+        (mac.lower(), "", uuid.lower(), 10065, 26049, -82.0, False),
     ]
 
 

@@ -6,6 +6,7 @@ import polars as pl
 import pytest
 
 from tests.sessions.raw import START_NS, to_bytes, wifi_line
+from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, median_scan_interval_s, parse_wifi, wifi_findings
@@ -66,7 +67,6 @@ def test_separators_without_blank() -> None:
         "1; 5; WLAN; aa:bb; -50",
         "1; 5; WLAN; net; aa:bb",
         "1; 5; WLAN; net; aa:bb; ",
-        "1; 5; WLAN; net; ; -50",
         "1; 5; GSM; net; aa:bb; -50",
         "x; 5; WLAN; net; aa:bb; -50",
         "1; -5; WLAN; net; aa:bb; -50",
@@ -86,11 +86,14 @@ def test_lines_that_are_no_reading(line: str) -> None:
 def test_levels_that_no_radio_measures_are_null_and_reported() -> None:
     levels = ("-60", "NaN", "Infinity", "-inf", "1e60", "-1e39", "-1001", "-127,5", "0")
     table = parse(*(f"1; {i}; WLAN; n; aa; {level}" for i, level in enumerate(levels)))
-    assert table.rows["rssi_dbm"].to_list() == [-60.0, None, None, None, None, None, None, -127.5, 0.0]
-    assert table.rows.schema["rssi_dbm"] == pl.Float32
-    assert [(finding.kind, finding.count) for finding in table.findings] == [("non_finite_values", 6)]
-    assert table.findings[0].lines == (2, 3, 4, 5, 6)
+    rows, findings = admitted(table.rows, "bssid", "wifi.csv")
+    assert rows["rssi_dbm"].to_list() == [-60.0, None, None, None, None, None, None, None, None]
+    assert rows.schema["rssi_dbm"] == pl.Float32
+    assert [(finding.kind, finding.count, finding.lines) for finding in findings] == [
+        ("absurd_levels", 8, (2, 3, 4, 5, 6))
+    ]
     assert not table.unreadable
+    assert not table.findings
 
 
 def test_undecodable_bytes_are_replaced_and_reported() -> None:

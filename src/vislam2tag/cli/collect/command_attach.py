@@ -84,4 +84,6 @@ def _print(made: Attached) -> None:
     )
     for table, rows in made.rows.items():
         say(f"  {table}: {rows} rows, {made.inside[table]} within the walk")
+    for finding in made.findings:
+        say(f"{finding.kind} {finding.count}: {finding.file}: {finding.message}")
     say(f"written: {made.written}")

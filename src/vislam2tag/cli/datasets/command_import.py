@@ -95,6 +95,13 @@ def _import(
             help="Where metres count from (degrees), for logs with geographic positions; else their south-west corner.",
         ),
     ] = None,
+    not_heard: Annotated[
+        float | None,
+        typer.Option(
+            metavar="LEVEL",
+            help="Level that stands for 'not heard' in tables with a column for each access point; else the format's.",
+        ),
+    ] = None,
     describe: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
@@ -121,6 +128,7 @@ def _import(
         replace,
         _bytes(max_unpacked_gb),
         follow_links,
+        not_heard,
     )
     try:
         with session_bar("files") as bar:

@@ -100,6 +100,7 @@ def _train(
                 "origin": trained.saved.origin,
                 "access_points": len(trained.saved.model.access_points_),
                 "storeys": trained.saved.model.storeys_,
+                "findings": trained.findings,
                 "remarks": trained.saved.model.remarks(),
                 "tested": trained.tested,
                 "tried": trained.trial.tried if trained.trial else (),
@@ -135,6 +136,8 @@ def _print(trained: TrainedModel, seconds: float) -> None:
     if trained.update is not None:
         changes = ", ".join(f"{what}: {count}" for what, count in _changes(trained.update).items())
         say(f"updated ({changes}; what was known of access points gone or moved is left out)")
+    for finding in trained.findings:
+        say(f"{finding.kind} {finding.count}: {finding.message}")
     for remark in model.remarks():
         say(remark)
     say("not tested: give --split" if trained.tested is None else _tested(trained.tested))

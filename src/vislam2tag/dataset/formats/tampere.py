@@ -22,7 +22,7 @@ from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide_tables import read_columns, read_matrix
+from vislam2tag.dataset.reading.wide_tables import LevelRules, read_columns, read_matrix
 
 FLOOR_HEIGHT_M = 3.7
 _OFF_FLOOR_M = 0.05
@@ -56,7 +56,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
     findings: list[Finding] = []
     first_row = 0
     for part in parts:
-        table = read_matrix(files[part, "rss"])
+        table = read_matrix(files[part, "rss"], LevelRules(said=context.not_heard))
         described, odd = _described(part, files, table.rows["row"].len())
         rows.append(described.with_columns(pl.col("row") + first_row))
         heard.append(table.heard.with_columns(pl.col("row") + first_row))
@@ -150,4 +150,4 @@ def _refuse_other_count(file: Path, found: int, expected: int) -> None:
         raise DatasetError(f"{file}: has {found} lines, expected {expected}, one for each line of levels")
 
 
-register(ImportFormat("tampere", read, recognises))
+register(ImportFormat("tampere", read, recognises, takes=("not_heard",)))

@@ -15,11 +15,12 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.findings import Finding, pooled
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, numbered_on, point_dataset
-from vislam2tag.dataset.reading.wide_tables import read_columns, read_matrix
+from vislam2tag.dataset.reading.wide_tables import LevelRules, read_columns, read_matrix
 
 _NAME = re.compile(r"(trn|tst)(\d\d)(rss|crd|tms|ids)\.csv", re.IGNORECASE)
 _ROLES = ("rss", "crd", "tms")
@@ -39,7 +40,8 @@ def read(path: Path, context: ImportContext) -> Dataset:
     """
     walks = _walks(path, folder_of(path, context.scratch, context.most_unpacked))
     first = min(walks)[0]
-    points = numbered_on(_walk(*key, files, first, len(walks), context) for key, files in walks.items())
+    findings: list[Finding] = []
+    points = numbered_on(_walk(*key, files, first, len(walks), context, findings) for key, files in walks.items())
     inputs = {f"{key[0]}/{file.name}": sha256_of(file) for key, files in walks.items() for file in files.values()}
     info = DatasetInfo(
         name="uji-library",
@@ -52,17 +54,25 @@ def read(path: Path, context: ImportContext) -> Dataset:
         floors=floor_infos(points.rows),
         groupings=(Grouping(technology="wifi", by="scan"),),
         sources=(DatasetSource(kind="uji-library", name=path.name, version=__version__, inputs=inputs),),
+        findings=tuple(pooled(findings)),
     )
     return point_dataset(info, points)
 
 
 def _walk(
-    month: str, walk: str, files: dict[str, Path], first: str, walks: int, context: ImportContext
+    month: str,
+    walk: str,
+    files: dict[str, Path],
+    first: str,
+    walks: int,
+    context: ImportContext,
+    findings: list[Finding],
 ) -> PointFingerprints:
-    table = read_matrix(files["rss"])
+    table = read_matrix(files["rss"], LevelRules(said=context.not_heard))
     rows = _described(files, table.rows.height).with_columns(
         session=pl.lit(f"month_{month}.{walk}"), part=pl.lit(_part(month, walk, first), dtype=pl.String)
     )
+    findings += table.findings
     context.progress(f"month {month}", walks)
     return PointFingerprints(rows, table.heard)
 
@@ -110,4 +120,4 @@ _CREATORS = (
     "Elena Simona Lohan",
     "Joaquín Huerta",
 )
-register(ImportFormat("uji-library", read, recognises))
+register(ImportFormat("uji-library", read, recognises, takes=("not_heard",)))

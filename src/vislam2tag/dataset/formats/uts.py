@@ -19,7 +19,7 @@ from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide_tables import WideTable, read_wide
+from vislam2tag.dataset.reading.wide_tables import LevelRules, WideTable, read_wide
 
 _FILES = {"uts_training.csv": TRAIN, "uts_test.csv": TEST}
 _ACCESS_POINT = re.compile(r"W?AP[_ ]?\d+", re.IGNORECASE)
@@ -44,7 +44,8 @@ def read(path: Path, context: ImportContext) -> Dataset:
     findings: list[Finding] = []
     first_row = 0
     for file in files:
-        table = read_wide(file, _COLUMNS, lambda name: _ACCESS_POINT.fullmatch(name) is not None)
+        rules = LevelRules(said=context.not_heard)
+        table = read_wide(file, _COLUMNS, lambda name: _ACCESS_POINT.fullmatch(name) is not None, rules)
         rows.append(_described(file, table).with_columns(pl.col("row") + first_row))
         heard.append(table.heard.with_columns(pl.col("row") + first_row))
         findings += table.findings
@@ -95,4 +96,4 @@ def _described(file: Path, table: WideTable) -> pl.DataFrame:
     )
 
 
-register(ImportFormat("uts", read, recognises))
+register(ImportFormat("uts", read, recognises, takes=("not_heard",)))

@@ -14,11 +14,12 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.findings import Finding, pooled
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, numbered_on, point_dataset
-from vislam2tag.dataset.reading.wide_tables import read_wide
+from vislam2tag.dataset.reading.wide_tables import LevelRules, read_wide
 
 NOT_HEARD = -100.0
 _NAME = re.compile(r"(train|val|test)_[0-9a-z_]+\.csv", re.IGNORECASE)
@@ -41,7 +42,10 @@ def read(path: Path, context: ImportContext) -> Dataset:
         raise DatasetError(f"{path}: holds no train/train_*.csv, val/val_*.csv or test/test_*.csv of WiFine")
     parts = {file: TRAIN if file.name.lower().startswith("train") else TEST for file in files}
     split = len(set(parts.values())) > 1
-    points = numbered_on(_walk(file, part if split else None, len(files), context) for file, part in parts.items())
+    findings: list[Finding] = []
+    points = numbered_on(
+        _walk(file, part if split else None, len(files), context, findings) for file, part in parts.items()
+    )
     inputs = {file.name: sha256_of(file) for file in files}
     info = DatasetInfo(
         name="wifine",
@@ -54,12 +58,15 @@ def read(path: Path, context: ImportContext) -> Dataset:
         floors=floor_infos(points.rows),
         groupings=(Grouping(technology="wifi", by="scan"),),
         sources=(DatasetSource(kind="wifine", name=path.name, version=__version__, inputs=inputs),),
+        findings=tuple(pooled(findings)),
     )
     return point_dataset(info, points)
 
 
-def _walk(file: Path, part: str | None, files: int, context: ImportContext) -> PointFingerprints:
-    table = read_wide(file, _COLUMNS, str.isdecimal)
+def _walk(
+    file: Path, part: str | None, files: int, context: ImportContext, findings: list[Finding]
+) -> PointFingerprints:
+    table = read_wide(file, _COLUMNS, str.isdecimal, LevelRules(NOT_HEARD, said=context.not_heard))
     if table.rows.select("x", "y", "floorID").null_count().sum_horizontal()[0]:
         raise DatasetError(f"{file}: a line has no x, y or floorID; expected the columns {', '.join(_COLUMNS)}")
     rows = table.rows.select(
@@ -72,7 +79,8 @@ def _walk(file: Path, part: str | None, files: int, context: ImportContext) -> P
         time_ns=(pl.col("timestamp") * 1e9).round().cast(pl.Int64),
         part=pl.lit(part, dtype=pl.String),
     )
-    heard = table.heard.filter(pl.col("rssi_dbm") > NOT_HEARD).with_columns(bssid=pl.format("ap{}", pl.col("bssid")))
+    heard = table.heard.with_columns(bssid=pl.format("ap{}", pl.col("bssid")))
+    findings += table.findings
     context.progress(file.name, files)
     return PointFingerprints(rows, heard)
 
@@ -84,4 +92,4 @@ _CREATORS = (
     "Askat Kuzdeuov",
     "Huseyin Atakan Varol",
 )
-register(ImportFormat("wifine", read, recognises))
+register(ImportFormat("wifine", read, recognises, takes=("not_heard",)))

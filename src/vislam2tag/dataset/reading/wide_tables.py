@@ -1,9 +1,9 @@
-"""Wide CSV tables: one row a fingerprint, one column an access point, 100 where it was not heard."""
+"""Wide CSV tables: one row a fingerprint, one column an access point, a stated level where it was not heard."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +12,28 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.files.table_files import scan_csv
-from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM
+from vislam2tag.intake.not_heard import Judgement, all_heard, filler_found, filler_of, question
+from vislam2tag.intake.quantity import Quantity
+from vislam2tag.intake.signal_strength import NOT_HEARD, SIGNAL_STRENGTH, level_findings
 
-NOT_HEARD = 100.0
-"""The level that stands for "not heard"; another that no radio measures is a fault."""
 _ROWS_AT_ONCE = 2000
 """Rows of the wide table in memory at once; it holds some twenty times as many cells as levels heard."""
+
+
+@dataclass(frozen=True)
+class LevelRules:
+    """What a format states of the levels in its tables, and what the user says of the file."""
+
+    not_heard: float = NOT_HEARD
+    """The level that the format states for "not heard"."""
+    strength: Quantity = SIGNAL_STRENGTH
+    said: float | None = None
+    """The level that the user says stands for "not heard"; no other is looked for then."""
+
+
+USUAL = LevelRules()
 
 
 @dataclass(frozen=True)
@@ -37,22 +50,29 @@ class WideTable:
     findings: tuple[Finding, ...]
 
 
-def read_wide(path: Path, columns: Mapping[str, pl.DataType], is_access_point: Callable[[str], bool]) -> WideTable:
+def read_wide(
+    path: Path,
+    columns: Mapping[str, pl.DataType],
+    is_access_point: Callable[[str], bool],
+    rules: LevelRules = USUAL,
+) -> WideTable:
     """Read a wide table with a header. ``columns`` are the others to take, with their types.
 
     Columns that are neither are left out and reported. Raises DatasetError, naming file and line, where it has no
-    access points or a cell is no number.
+    access points or a cell is no number, and with a question where a level may stand for "not heard".
     """
     header = _top_line(path).split(",")
-    return _read(path, tuple(name.strip().strip('"') for name in header), columns, is_access_point, has_header=True)
+    return _read(
+        path, tuple(name.strip().strip('"') for name in header), columns, is_access_point, rules, has_header=True
+    )
 
 
-def read_matrix(path: Path) -> WideTable:
-    """Read a table of levels alone, without a header; the columns are called WAP001, WAP002, ..."""
+def read_matrix(path: Path, rules: LevelRules = USUAL) -> WideTable:
+    """Read a table of levels alone, without a header; the columns are called WAP001, WAP002, ...; raises alike."""
     count = len(_top_line(path).split(","))
     digits = max(3, len(str(count)))
     names = tuple(f"WAP{number:0{digits}d}" for number in range(1, count + 1))
-    return _read(path, names, {}, lambda _: True, has_header=False)
+    return _read(path, names, {}, lambda _: True, rules, has_header=False)
 
 
 def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
@@ -92,6 +112,7 @@ def _read(
     header: tuple[str, ...],
     columns: Mapping[str, pl.DataType],
     is_access_point: Callable[[str], bool],
+    rules: LevelRules,
     *,
     has_header: bool,
 ) -> WideTable:
@@ -104,11 +125,12 @@ def _read(
     schema = {name: pl.Float32() if name in access_points else columns.get(name, pl.String()) for name in header}
     names = pl.Series("bssid", access_points, dtype=pl.String)
     first_row_line = 2 if has_header else 1
-    rows, heard, short, odd = [], [], [], _OddLevels(first_row_line)
+    rows, heard, short = [], [], []
+    cells = _Cells(rules.not_heard if rules.said is None else rules.said, first_row_line)
     first_row = 0
     for batch in _batches(path, schema, has_header=has_header):
         levels = batch.select(access_points).to_numpy()
-        row, column, level = odd.sort_out(levels, first_row)
+        row, column, level = cells.with_level(levels, first_row)
         heard.append(pl.DataFrame({"row": row + first_row, "bssid": names.gather(column), "rssi_dbm": level}))
         rows.append(batch.select(name for name in header if name in columns))
         short += [row + first_row + first_row_line for row in batch[header[-1]].is_null().arg_true()]
@@ -120,8 +142,30 @@ def _read(
     lacking = [pl.lit(None, kind).alias(name) for name, kind in columns.items() if name not in header]
     numbered = table.with_columns(lacking).with_row_index("row").with_columns(pl.col("row").cast(pl.Int64))
     unknown = [name for name in header if name not in columns and name not in access_points]
-    findings = (*odd.findings(path.name), *_unknown_columns(path.name, unknown))
-    return WideTable(numbered, pl.concat(heard), access_points, findings)
+    measured, odd = _measured(path, pl.concat(heard), cells, len(access_points), rules)
+    findings = (*cells.findings(path.name), *odd, *_unknown_columns(path.name, unknown))
+    return WideTable(numbered, measured, access_points, findings)
+
+
+def _measured(
+    path: Path, heard: pl.DataFrame, cells: _Cells, access_points: int, rules: LevelRules
+) -> tuple[pl.DataFrame, list[Finding]]:
+    """Keep what was measured of all cells with a level; report a filler and what is out of range."""
+    findings = []
+    filler = filler_of(heard, access_points, cells.not_heard, rules.strength)
+    judgement = filler.judgement if rules.said is None else Judgement.NONE
+    if judgement is Judgement.ASK:
+        raise DatasetError(f"{path}: {question(filler, rules.not_heard)}")
+    if judgement is Judgement.FOUND:
+        cell = pl.col("rssi_dbm") == filler.level
+        findings.append(filler_found(path.name, filler, heard.filter(cell).height, rules.not_heard))
+        heard = heard.filter(~cell)
+    lines = heard.select("rssi_dbm", row=pl.col("row") + cells.first_row_line)
+    absurd = level_findings(lines, path.name, "these cells count as not heard", rules.strength)
+    findings += [each.model_copy(update={"lines": tuple(dict.fromkeys(each.lines))}) for each in absurd]
+    if rules.said is None and not findings and heard.height and not cells.not_heard:
+        findings.append(all_heard(path.name, heard["row"].n_unique()))
+    return heard.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings
 
 
 def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> Iterator[pl.DataFrame]:
@@ -176,45 +220,36 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-class _OddLevels:
-    """Counts the levels that no phone reports and remembers their lines."""
+@dataclass
+class _Cells:
+    """Counts the cells without a level, and remembers the lines of empty ones."""
 
-    def __init__(self, first_row_line: int) -> None:
-        self._first_row_line = first_row_line
-        self._empty_lines: list[int] = []
-        self._absurd_lines: list[int] = []
-        self._empty = self._absurd = 0
+    stated: float
+    """The level that stands for "not heard"."""
+    first_row_line: int
+    not_heard: int = 0
+    """Cells that are empty or have the stated level."""
+    _empty: int = 0
+    _empty_lines: list[int] = field(default_factory=list)
 
-    def sort_out(self, levels: FloatArray, first_row: int) -> tuple[IntArray, IntArray, FloatArray]:
-        """Row, column and level (h,) of what was heard, by row, then column, of a batch of rows."""
-        column, row = np.divmod(np.flatnonzero(levels.T != NOT_HEARD), len(levels))  # columns lie together in memory
+    def with_level(self, levels: FloatArray, first_row: int) -> tuple[IntArray, IntArray, FloatArray]:
+        """Row, column and level (h,) of all other cells, by row, then column, of a batch of rows."""
+        column, row = np.divmod(np.flatnonzero(self.stated != levels.T), len(levels))  # columns are together in memory
         order = np.argsort(row, kind="stable")
         row, column = row[order], column[order]
         level = levels[row, column]
         empty = np.isnan(level)
-        measured = (level >= LEAST_DBM) & (level <= GREATEST_DBM)
-        absurd = ~empty & ~measured
+        self.not_heard += levels.size - int((~empty).sum())
         self._empty += int(empty.sum())
-        self._absurd += int(absurd.sum())
-        self._empty_lines += (np.unique(row[empty]) + first_row + self._first_row_line).tolist()
-        self._absurd_lines += (np.unique(row[absurd]) + first_row + self._first_row_line).tolist()
-        return row[measured], column[measured], level[measured]
+        self._empty_lines += (np.unique(row[empty]) + first_row + self.first_row_line).tolist()
+        return row[~empty], column[~empty], level[~empty]
 
     def findings(self, file: str) -> Iterator[Finding]:
-        """One for each kind of odd level."""
-        odd: tuple[tuple[FindingKind, int, list[int], str], ...] = (
-            ("empty_levels", self._empty, self._empty_lines, "cells are empty"),
-            (
-                "absurd_levels",
-                self._absurd,
-                self._absurd_lines,
-                f"levels are not between {LEAST_DBM:g} and {GREATEST_DBM:g} dBm",
-            ),
-        )
-        for kind, count, lines, what in odd:
-            if count:
-                message = f"{what}; they count as not heard"
-                yield Finding(kind=kind, file=file, count=count, message=message, lines=tuple(lines[:ROWS_NAMED]))
+        """Report empty cells."""
+        if self._empty:
+            message = "cells are empty; they count as not heard"
+            lines = tuple(self._empty_lines[:ROWS_NAMED])
+            yield Finding(kind="empty_levels", file=file, count=self._empty, message=message, lines=lines)
 
 
 def _unknown_columns(file: str, names: list[str]) -> Iterator[Finding]:

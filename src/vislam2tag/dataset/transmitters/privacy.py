@@ -19,6 +19,7 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, OF_ACCESS_POINTS
+from vislam2tag.intake.addresses import normal_address
 
 LEAST_KEY_BYTES = 16
 """Shorter keys can be tried out."""
@@ -57,8 +58,8 @@ def read_key(path: Path) -> bytes:
 
 
 def hashed(identifier: str, key: bytes) -> str:
-    """Hash an access point's identifier (HMAC-SHA256, RFC 2104): 32 hex digits; upper and lower case are the same."""
-    return hmac.new(key, identifier.lower().encode(), hashlib.sha256).hexdigest()[:_HASH_DIGITS]
+    """Hash an access point's identifier (HMAC-SHA256, RFC 2104): 32 hex digits; all notations are the same."""
+    return hmac.new(key, normal_address(identifier).lower().encode(), hashlib.sha256).hexdigest()[:_HASH_DIGITS]
 
 
 def key_name(key: bytes) -> str:
@@ -96,7 +97,7 @@ def _without_nomap(dataset: Dataset, points: pl.DataFrame) -> tuple[Dataset, pl.
         for name in OF_ACCESS_POINTS
         if name in dataset.tables
     }
-    tables = {**dataset.tables, **heard, FINGERPRINTS: _counted_without(dataset.fingerprints, out)}
+    tables = {**dataset.tables, **heard, FINGERPRINTS: counted_without(dataset.fingerprints, out)}
     left = points.join(unwanted, on="bssid", how="anti", maintain_order="left")
     # A radio is named by an address: not by one that was left out.
     left = left.with_columns(radio=pl.when(pl.col("radio").is_not_null()).then(pl.col("bssid").min().over("radio")))
@@ -104,8 +105,8 @@ def _without_nomap(dataset: Dataset, points: pl.DataFrame) -> tuple[Dataset, pl.
     return replace(dataset, info=info, tables=tables), left
 
 
-def _counted_without(fingerprints: pl.LazyFrame, out: pl.LazyFrame) -> pl.LazyFrame:
-    """Take the readings that go from the counts of their fingerprints."""
+def counted_without(fingerprints: pl.LazyFrame, out: pl.LazyFrame) -> pl.LazyFrame:
+    """Subtract readings that are left out from the counts of their fingerprints."""
     gone = out.group_by("scan_id").agg(gone=pl.len().cast(pl.Int32), gone_labelled=pl.col("x").count().cast(pl.Int32))
     share = pl.when(pl.col("readings") > 0).then(pl.col("labelled") / pl.col("readings")).otherwise(0.0)
     return (

@@ -45,6 +45,8 @@ class ImportOptions:
     """Bytes that an archive may unpack to."""
     follow_links: bool = False
     """Take files, too, that links lead to outside the folder."""
+    not_heard: float | None = None
+    """The level that stands for "not heard", for formats with a column for each access point; None: as they state."""
 
 
 def import_format(
@@ -63,7 +65,8 @@ def import_format(
     with dataset_folder(out, "import", options.replace) as folder:
         with scratch_folder(folder.out) as scratch:
             with _reading(path):
-                dataset = chosen.read(path, ImportContext(scratch, options.origin, progress, options.most_unpacked))
+                context = ImportContext(scratch, options.origin, progress, options.most_unpacked, options.not_heard)
+                dataset = chosen.read(path, context)
             dataset = with_privacy(dataset, options.privacy)
             folder.add_tables(dataset.tables)
             folder.add_splits(dataset.splits)
@@ -79,6 +82,8 @@ def _chosen(path: Path, options: ImportOptions) -> ImportFormat:
     chosen = import_named(options.format_name) if options.format_name else import_format_of(path)
     if options.origin is not None and "origin" not in chosen.takes:
         raise UsageError(f"--origin: positions of {chosen.name} are metres already; leave it out")
+    if options.not_heard is not None and "not_heard" not in chosen.takes:
+        raise UsageError(f"--not-heard: {chosen.name} lists only what was heard; leave the option out")
     return chosen
 
 

@@ -20,6 +20,7 @@ from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, WIFI, r
 from vislam2tag.dataset.inertial.imu_windows import imu_windows
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
+from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
@@ -105,7 +106,9 @@ def _places(trajectory: pl.DataFrame, scans: pl.DataFrame) -> WalkPlaces:
 
 def _radio(job: SessionJob, walk: SessionWalk, technology: str) -> SessionFingerprints:
     rows = radio_rows(job.labelled.table(technology, SCHEMAS[technology]), technology)
-    return fingerprints_of(rows, technology, walk, job.settings, job.max_sigma_m)
+    rows, odd = admitted(rows, "bssid", technology)
+    made = fingerprints_of(rows, technology, walk, job.settings, job.max_sigma_m)
+    return replace(made, findings=(*odd, *made.findings))
 
 
 def _write_radio(job: SessionJob, made: list[SessionFingerprints]) -> int:
@@ -125,6 +128,7 @@ def _write_ranges(job: SessionJob) -> None:
     if not job.labelled.has(RTT):
         return
     rows = job.labelled.table(RTT, SCHEMAS[RTT]).filter(pl.col("status") != Status.DUPLICATE.label)
+    rows, _ = admitted(rows, "bssid", RTT)
     name = pl.concat_str(pl.lit(f"{job.session}/rtt/"), pl.col("row").cast(pl.String).str.zfill(7))
     table = rows.sort("time_ns", maintain_order=True).with_columns(
         range_id=name, building=pl.lit(job.building), session=pl.lit(job.session)

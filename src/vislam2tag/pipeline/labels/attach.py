@@ -10,6 +10,7 @@ import numpy as np
 
 from vislam2tag.common.errors import DatasetError, OutputError, SessionError, UsageError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment
@@ -45,6 +46,8 @@ class Attached:
     inside: dict[str, int]
     refused: tuple[str, ...]
     """What could not tell the offset, with its figures."""
+    findings: tuple[Finding, ...] = ()
+    """About addresses and levels of the recording."""
 
 
 def attach(
@@ -100,7 +103,7 @@ def attach(
         lever_arm_m=lever_arm_m,
     )
     write_tie(folder, called, tie)
-    return Attached(tie_file(walk, called), tie, recording.told, rows, inside, tuple(refused))
+    return Attached(tie_file(walk, called), tie, recording.told, rows, inside, tuple(refused), recording.findings)
 
 
 def _session(walk: Path) -> Session:

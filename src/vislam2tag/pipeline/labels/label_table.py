@@ -23,7 +23,7 @@ from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.status_column import status_text
 from vislam2tag.labeling.tables import trajectory_of
-from vislam2tag.pipeline.labels.table_motion import table_aligners
+from vislam2tag.pipeline.labels.table_motion import level_notes, table_aligners
 from vislam2tag.sessions.companions.table import read_table
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.sessions.tables.clocks import MOST_NS, Clock, TableTimes, table_times, time_column
@@ -103,6 +103,7 @@ def label(
     )
     known = _KnownClock(offset_s, align, path_or_none(survey))
     walks, why = _with_clocks(walks, times, rows, known)
+    why += level_notes(rows)
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
     return TableLabels(made, (times.interpretation, *why), counts)

@@ -13,6 +13,8 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
 from vislam2tag.core.clock_by_levels import Heard, align_by_levels
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
+from vislam2tag.intake.addresses import with_addresses
+from vislam2tag.intake.signal_strength import level_findings
 from vislam2tag.sessions.companions.clocks import LEVELS, MOTION, heard_in
 from vislam2tag.sessions.companions.table import MOTION_COLUMNS, level_columns, numbers, three_axes
 from vislam2tag.sessions.tables.clocks import TableTimes
@@ -65,6 +67,23 @@ def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
         numbers(level).alias("rssi_dbm"),
     )
     return heard_in(wifi.filter(pl.Series(times.usable)))
+
+
+def level_notes(rows: pl.DataFrame) -> list[str]:
+    """What is odd about a table's addresses and levels, a sentence each; its rows keep them."""
+    columns = level_columns(rows.columns)
+    if columns is None:
+        return []
+    bssid, level = columns
+    wifi = rows.select(
+        pl.int_range(2, pl.len() + 2, dtype=pl.Int64).alias("row"),
+        pl.col(bssid).cast(pl.String).alias("bssid"),
+        numbers(level).alias("rssi_dbm"),
+    )
+    named, masked = with_addresses(wifi, "bssid", "")
+    done = "these readings align no clock"
+    odd = [*masked, *level_findings(named, "", done)]
+    return [f"{each.kind} {each.count} (lines {', '.join(map(str, each.lines))}): {each.message}" for each in odd]
 
 
 def _wifi_of(session: LabelledSession) -> Heard:

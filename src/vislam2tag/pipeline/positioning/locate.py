@@ -16,6 +16,7 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.transmitters.privacy import hashed, key_name
+from vislam2tag.intake.addresses import normal_address
 from vislam2tag.positioning.model_file import SavedModel, load_model
 from vislam2tag.positioning.scans.places import Positions
 from vislam2tag.positioning.scans.radio_scans import TextArray, scans_from_readings
@@ -168,7 +169,7 @@ def hashing_advice(saved: SavedModel) -> str | None:
         return None
     return (
         f"the model knows access points by their hash with key {saved.origin.bssid_key}: give --hash-bssid KEYFILE, or "
-        "scans whose bssid is the first 32 hex digits of HMAC-SHA256(key, address in lower case)"
+        "scans whose bssid is the first 32 hex digits of HMAC-SHA256(key, address in lower case with colons)"
     )
 
 
@@ -185,15 +186,15 @@ def _check_key(saved: SavedModel, key: bytes | None) -> None:
 
 
 def namer(saved: SavedModel, key: bytes | None) -> Callable[[str], str]:
-    """Return what makes the model's name of an identifier, whatever case it is written in."""
+    """Return what makes the model's name of an identifier, whatever notation and case it is written in."""
     points = saved.model.access_points_
-    known = {point.lower(): point for point in points} | {point: point for point in points}
+    known = {normal_address(point).lower(): point for point in reversed(points)} | {point: point for point in points}
 
     @lru_cache(_NAMES_KEPT)
     def name(identifier: str) -> str:
         if key is not None:
             return hashed(identifier, key)
-        return known.get(identifier, known.get(identifier.lower(), identifier))
+        return known.get(identifier, known.get(normal_address(identifier).lower(), identifier))
 
     return name
 

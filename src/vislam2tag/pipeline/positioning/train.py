@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
+from vislam2tag.dataset.stored_readings import FILE as READINGS_FILE
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.model_choice import BUDGET_S, ModelTrial, tried_models
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load_model, save_model
@@ -69,6 +71,8 @@ class TrainedModel:
     """None where the model was named."""
     update: ModelUpdate | None = None
     """None where nothing was updated."""
+    findings: tuple[Finding, ...] = ()
+    """Readings of the data set that were left out because they can be none."""
 
 
 def train(folder: AnyPath, plan: TrainPlan, out: AnyPath, progress: Progress[float] = silent) -> TrainedModel:
@@ -103,7 +107,11 @@ def train(folder: AnyPath, plan: TrainPlan, out: AnyPath, progress: Progress[flo
     save_model(saved, out)
     if onnx is not None:
         write_onnx(model, onnx, {"model": name, "origin": saved.origin.model_dump_json()})
-    return TrainedModel(saved, None if tested is None else _tested(model, tested), trial, update)
+    return TrainedModel(saved, None if tested is None else _tested(model, tested), trial, update, _left_out(dataset))
+
+
+def _left_out(dataset: Dataset) -> tuple[Finding, ...]:
+    return tuple(each for each in dataset.info.findings if each.file == READINGS_FILE)
 
 
 def _check(plan: TrainPlan) -> None:

@@ -16,30 +16,40 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
+import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.intake.addresses import NO_ADDRESS, is_masked
+from vislam2tag.intake.not_heard import Judgement, filler_of
+from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH, in_range, is_sign_lost, may_lack_its_sign
 from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
 WALK_COLUMNS = ("session", "time_ns")
 """May be there, too: walk and time of the scan; its first line counts."""
 JSON_SUFFIXES = (".jsonl", ".ndjson", ".json")
-GREATEST_DBM = 200.0
-"""No level has this many dBm, of either sign."""
 SCANS_AT_ONCE = 4096
 _WHOLE_NUMBER = re.compile(r"-?[0-9]{1,18}")
 MALFORMED: FindingKind = "malformed_lines"
 ABSURD: FindingKind = "absurd_levels"
 UNTIMED: FindingKind = "untimed_scans"
+MASKED: FindingKind = "masked_addresses"
+LOST_SIGN: FindingKind = "lost_sign"
+FILLER: FindingKind = "unstated_filler"
 Fields = tuple[str, str, str, str, str]
 """Scan, access point, level, session and time as text; empty where it is not said."""
 _MESSAGES: dict[FindingKind, str] = {
     MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; the lines are left out",
     UNTIMED: "time_ns is no whole number; the scans stand alone, outside their session",
-    ABSURD: "levels must be negative dBm (0 and more, such as 100 for 'not heard', are none); the lines are left out",
+    ABSURD: f"signal strengths must be {SIGNAL_STRENGTH.range_text}; the lines are left out. Possible cause: "
+    f"{SIGNAL_STRENGTH.cause}",
+    LOST_SIGN: "most levels are positive: the sign was lost (65 for -65); the lines are left out. Negate the levels",
+    MASKED: f"an address is masked or empty; the lines are left out. {NO_ADDRESS}",
+    FILLER: "the level of most lines, at the edge of all others, stands for 'not heard'; the lines are left out. "
+    "No action needed if that is right",
 }
 
 
@@ -58,6 +68,8 @@ class BadLines:
     file: str
     counts: dict[FindingKind, int] = field(default_factory=dict)
     first: dict[FindingKind, list[int]] = field(default_factory=dict)
+    levels: int = 0
+    """Lines with a number for a level."""
 
     def add(self, kind: FindingKind, line: int) -> None:
         """Count a line (1-based)."""
@@ -67,11 +79,18 @@ class BadLines:
             named.append(line)
 
     def findings(self) -> tuple[Finding, ...]:
-        """Tell what was counted, in order of kind."""
+        """Report what was counted, in order of kind."""
+        if LOST_SIGN in self.counts and not is_sign_lost(self.counts[LOST_SIGN], self.levels):
+            self._join(LOST_SIGN, ABSURD)
         return tuple(
             Finding(kind=kind, file=self.file, count=count, message=_MESSAGES[kind], lines=tuple(self.first[kind]))
             for kind, count in sorted(self.counts.items())
         )
+
+    def _join(self, kind: FindingKind, into: FindingKind) -> None:
+        """Count the lines of one kind as those of another."""
+        self.counts[into] = self.counts.get(into, 0) + self.counts.pop(kind)
+        self.first[into] = sorted([*self.first.get(into, []), *self.first.pop(kind)])[:ROWS_NAMED]
 
 
 @dataclass
@@ -82,6 +101,7 @@ class _Gathered:
     rows: list[int] = field(default_factory=list)
     bssids: list[str] = field(default_factory=list)
     levels: list[float] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
     sessions: list[str] = field(default_factory=list)
     times_ns: list[int] = field(default_factory=list)
 
@@ -94,6 +114,25 @@ class _Gathered:
         self.ids[scan_id] = len(self.ids)
         self.sessions.append(session)
         self.times_ns.append(time_ns)
+
+    def filler(self) -> float | None:
+        """The level that stands for "not heard" in these scans; None if there is none."""
+        heard = pl.DataFrame(
+            {"bssid": self.bssids, "rssi_dbm": self.levels}, {"bssid": pl.String, "rssi_dbm": pl.Float64}
+        )
+        points = heard["bssid"].n_unique()
+        found = filler_of(heard, points, len(self.ids) * points - heard.height, SIGNAL_STRENGTH)
+        return found.level if found.judgement is Judgement.FOUND else None
+
+    def leave_out(self, filler: float, bad: BadLines) -> None:
+        """Leave out the readings with a level that stands for "not heard"."""
+        kept = [number for number, level in enumerate(self.levels) if level != filler]
+        for line, level in zip(self.lines, self.levels, strict=True):
+            if level == filler:
+                bad.add(FILLER, line)
+        self.rows = [self.rows[number] for number in kept]
+        self.bssids = [self.bssids[number] for number in kept]
+        self.levels = [self.levels[number] for number in kept]
 
     def block(self) -> ScanBlock:
         scans = scans_from_readings(
@@ -113,6 +152,16 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
     A scan of which no line can be used is there, without readings. Raises DatasetError where the file cannot be read,
     has not the columns, or scatters the readings of a scan.
     """
+    fillers: list[float | None] = []
+    for gathered in _gathered(path, bad, name):
+        if not fillers:
+            fillers.append(gathered.filler())
+        if fillers[0] is not None:
+            gathered.leave_out(fillers[0], bad)
+        yield gathered.block()
+
+
+def _gathered(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator[_Gathered]:
     gathered, last = _Gathered(), None
     for line, fields in _lines(path, bad):
         scan_id = fields[0]
@@ -124,7 +173,7 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
                 )
             session, time_ns = _walk(fields, line, bad)
             if gathered.full(session):
-                yield gathered.block()
+                yield gathered
                 gathered = _Gathered()
             gathered.begin(scan_id, session, time_ns)
             last = scan_id
@@ -133,8 +182,9 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
             gathered.rows.append(gathered.ids[scan_id])
             gathered.bssids.append(name(fields[1]))
             gathered.levels.append(level)
+            gathered.lines.append(line)
     if gathered.ids:
-        yield gathered.block()
+        yield gathered
 
 
 def _walk(fields: Fields, line: int, bad: BadLines) -> tuple[str, int]:
@@ -153,13 +203,17 @@ def _level_dbm(fields: Fields, line: int, bad: BadLines) -> float | None:
         level = float(fields[2])
     except ValueError:
         level = math.nan
-    if not fields[1] or not math.isfinite(level):
+    if not math.isfinite(level):
         bad.add(MALFORMED, line)
         return None
-    if not -GREATEST_DBM < level < 0:
-        bad.add(ABSURD, line)
-        return None
-    return level
+    bad.levels += 1
+    if is_masked(fields[1]):
+        bad.add(MASKED, line)
+    elif not in_range(level):
+        bad.add(LOST_SIGN if may_lack_its_sign(level) else ABSURD, line)
+    else:
+        return level
+    return None
 
 
 def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:

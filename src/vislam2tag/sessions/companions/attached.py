@@ -61,7 +61,9 @@ def _attached(session: Session, name: str, tie: Tie, path: Path) -> Session:
         theirs = other.tables["sensors"]
         on_our_clock = theirs.with_columns(pl.Series("time_ns", tie.clock.ours(theirs["time_ns"].to_numpy())))
         camera = replace(camera, pressure=pressure_log(on_our_clock))
-    return replace(session, camera=camera, tables=tables, attached=attached)
+    odd = (each.model_copy(update={"file": f"{FOLDER}/{name}/{each.file}"}) for each in other.findings)
+    findings = (*session.findings, *odd)
+    return replace(session, camera=camera, tables=tables, attached=attached, findings=findings)
 
 
 def _records(folder: Path) -> list[FileRecord]:

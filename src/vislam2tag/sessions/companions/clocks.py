@@ -13,6 +13,8 @@ from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
 from vislam2tag.core.clock_by_levels import Heard, align_by_levels
 from vislam2tag.core.clock_by_taps import align_by_taps
 from vislam2tag.core.pose_lag import angular_speed
+from vislam2tag.intake.addresses import MASKED, normal_addresses
+from vislam2tag.intake.signal_strength import measured
 from vislam2tag.sessions.clock import FASTEST_RAD_PER_S
 from vislam2tag.sessions.companions.recording import OtherRecording
 from vislam2tag.sessions.model import Session
@@ -92,6 +94,7 @@ def heard_in(wifi: pl.DataFrame | None) -> Heard:
     """Times and levels of each access point in a table ``wifi``."""
     if wifi is None:
         return {}
-    rows = wifi.select(pl.col("bssid").str.to_lowercase(), ns="time_ns", dbm=pl.col("rssi_dbm").cast(pl.Float64))
+    kept = wifi.with_columns(normal_addresses(wifi["bssid"])).filter(~pl.col("bssid").is_in(list(MASKED)))
+    rows = kept.select("bssid", ns="time_ns", dbm=measured().cast(pl.Float64))
     parts = rows.drop_nulls().sort("ns").partition_by("bssid", as_dict=True)
     return {str(key[0]): (part["ns"].to_numpy(), part["dbm"].to_numpy()) for key, part in parts.items()}

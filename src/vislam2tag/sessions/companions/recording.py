@@ -13,13 +13,16 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError
 from vislam2tag.common.files.archives import folder_of, is_archive
 from vislam2tag.common.files.folder import scratch_folder
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.intake.readings import KINDS, admitted
 from vislam2tag.sessions.companions.table import read_table, session_tables
 from vislam2tag.sessions.companions.tie import TableColumns
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.clocks import table_times, time_column
+from vislam2tag.sessions.tables.wifi_table import mark_repeated
 from vislam2tag.survey.model import SessionKey, SessionRef
 
 
@@ -38,6 +41,8 @@ class OtherRecording:
     columns: TableColumns | None
     lines: int
     rows: int
+    findings: tuple[Finding, ...] = ()
+    """About its addresses and levels."""
 
 
 def read_recording(path: Path, columns: TableColumns | None = None, zone: str | None = None) -> OtherRecording:
@@ -81,7 +86,8 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
     if not tables:
         raise SessionError(f"{path}: holds no readings")
     lines, rows = (sum(getattr(file, what) for file in session.files) for what in ("lines", "rows"))
-    return OtherRecording(tables, _taps(session), f"a recording of {name}", None, lines, rows)
+    odd = tuple(each for each in session.findings if each.kind in KINDS)
+    return OtherRecording(tables, _taps(session), f"a recording of {name}", None, lines, rows, odd)
 
 
 def _taps(session: Session) -> IntArray:
@@ -102,6 +108,10 @@ def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> Oth
     times = table_times(rows[name], no_walk, clock=None, unit=asked.unit, zone=asked.zone, aligned=True)
     timed = rows.drop(name).with_row_index("row", offset=2).with_columns(pl.col("row").cast(pl.Int64))
     timed = timed.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable))
-    tables = session_tables(timed, path.stem)
+    tables, odd = session_tables(timed, path.stem), list[Finding]()
+    if "wifi" in tables:
+        wifi, odd = admitted(tables["wifi"], "bssid", path.name)
+        tables["wifi"] = mark_repeated(wifi)
     taps = np.empty(0, dtype=np.int64)
-    return OtherRecording(tables, taps, f"a table, {times.interpretation}", asked, rows.height, timed.height)
+    told = f"a table, {times.interpretation}"
+    return OtherRecording(tables, taps, told, asked, rows.height, timed.height, tuple(odd))

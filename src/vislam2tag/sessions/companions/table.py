@@ -87,12 +87,12 @@ def _wifi(rows: pl.DataFrame, bssid: str, level: str) -> pl.DataFrame:
         "row",
         "time_ns",
         pl.col("time_ns").rank("dense").cast(pl.Int32).alias("scan"),
-        pl.col(bssid).cast(pl.String).str.strip_chars().str.to_lowercase().alias("bssid"),
+        pl.col(bssid).cast(pl.String).str.strip_chars().alias("bssid"),
         pl.lit("").alias("ssid"),
         numbers(level).cast(pl.Float32).alias("rssi_dbm"),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
-    return mark_repeated(table.drop_nulls(["bssid", "rssi_dbm"]))
+    return mark_repeated(table.drop_nulls("rssi_dbm"))
 
 
 def _sensors(rows: pl.DataFrame, sensors: dict[str, list[str]]) -> pl.DataFrame:

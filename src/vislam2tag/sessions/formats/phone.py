@@ -16,6 +16,8 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import AnchorLog, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.intake.addresses import normal_uuids
+from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Recording, Session
 from vislam2tag.sessions.phone.camera import phone_camera
@@ -44,7 +46,6 @@ from vislam2tag.sessions.tables.ble_table import ble_findings
 from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
 from vislam2tag.sessions.tables.camera import poses_of
 from vislam2tag.sessions.tables.landmark_log import frames_of, landmark_log
-from vislam2tag.sessions.tables.radio_text import without_absurd_levels
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.recognised_times import (
     with_frame_times,
@@ -219,9 +220,10 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
 def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
     file, data, table = _table(reading, "wifi", WIFI)
     rows, unit = with_scan_times(reading.account("wifi", data, table), file, camera)
+    rows, odd = admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file)
     reading.findings += unit
-    rows = rows.with_columns(pl.col("ssid").fill_null(""), pl.col("bssid").str.to_lowercase())
     rows = mark_repeated(rows)
+    reading.findings += odd
     reading.findings += wifi_findings(rows, file, settings)
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
@@ -238,13 +240,11 @@ def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
 
 def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     file, data, table = _table(reading, "ble", BLE)
-    rows = reading.account("ble", data, table).with_columns(
-        pl.col("name").fill_null(""), pl.col("address", "uuid").str.to_lowercase()
-    )
-    measured = pl.col("rssi_dbm").is_between(-127, 20)
-    rows, absurd = without_absurd_levels(replace(table, rows=rows), measured, "from -127 to 20 dBm")
+    rows = reading.account("ble", data, table)
+    rows = rows.with_columns(pl.col("name").fill_null(""), normal_uuids(rows["uuid"]))
+    rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
     rows = mark_repeated_ble(rows)
-    reading.findings += [*absurd, *ble_findings(rows, file), *clock_mismatch(rows["time_ns"].to_numpy(), file, camera)]
+    reading.findings += [*odd, *ble_findings(rows, file), *clock_mismatch(rows["time_ns"].to_numpy(), file, camera)]
     return rows
 
 
@@ -252,10 +252,9 @@ def _rtt(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     """Ranges to access points; none of apps before them, which have no such file."""
     file, data = reading.load("rtt")
     table = parse_phone_table(data, file, RTT)
-    rows = reading.account("rtt", data, table).with_columns(
-        pl.col("bssid").str.to_lowercase(), responder=pl.col("responder") != 0
-    )
-    rows = mark_repeated(rows)
+    rows, odd = admitted(reading.account("rtt", data, table), "bssid", file)
+    rows = mark_repeated(rows.with_columns(responder=pl.col("responder") != 0))
+    reading.findings += odd
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 

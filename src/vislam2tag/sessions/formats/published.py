@@ -10,6 +10,7 @@ import polars as pl
 
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
@@ -110,8 +111,9 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
 def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
     file, data = reading.load("wifi")
     rows, unit = with_scan_times(reading.account("wifi", data, parse_wifi(data, file)), file, camera, "microseconds")
+    rows, odd = admitted(rows, "bssid", file)
     rows = mark_repeated(rows)
-    reading.findings += [*unit, *wifi_findings(rows, file, settings)]
+    reading.findings += [*unit, *odd, *wifi_findings(rows, file, settings)]
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 
@@ -129,8 +131,9 @@ def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
 def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     file, data = reading.load("ble")
     rows, unit = with_times_of(reading.account("ble", data, parse_ble(data, file)), file, camera)
+    rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
     rows = mark_repeated_ble(rows)
-    reading.findings += [*unit, *ble_findings(rows, file)]
+    reading.findings += [*unit, *odd, *ble_findings(rows, file)]
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 

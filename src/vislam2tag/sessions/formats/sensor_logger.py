@@ -17,6 +17,7 @@ from vislam2tag.common.errors import first_line
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.formats.published import SENSOR_LOGGER_METADATA
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
@@ -155,34 +156,37 @@ def _readings(rows: pl.DataFrame, sensor: str, values: FloatArray) -> pl.DataFra
 def _wifi(reading: SessionFiles, settings: FindingSettings) -> pl.DataFrame:
     """Networks (Android only); rows of one time are a scan."""
     columns = {"bssid": pl.String, "ssid": pl.String, "level": pl.Float64, "frequency": pl.Float32}
-    raw = _rows(reading, "wifi", columns, "bssid", "level")
+    raw = _rows(reading, "wifi", columns, "level")
     rows = raw.select(
         "row",
         "time_ns",
         pl.col("time_ns").rank("dense").cast(pl.Int32).alias("scan"),
-        pl.col("bssid").str.to_lowercase(),
+        "bssid",
         pl.col("ssid").fill_null(""),
         pl.col("level").cast(pl.Float32).alias("rssi_dbm"),
         pl.col("frequency").alias("frequency_mhz"),
     )
+    rows, odd = admitted(rows, "bssid", "WiFi.csv")
     marked = mark_repeated(rows)
+    reading.findings += odd
     reading.findings += wifi_findings(marked, "WiFi.csv", settings)
     return marked
 
 
 def _ble(reading: SessionFiles) -> pl.DataFrame:
-    raw = _rows(reading, "ble", {"id": pl.String, "rssi": pl.Float64}, "id", "rssi")
+    raw = _rows(reading, "ble", {"id": pl.String, "rssi": pl.Float64}, "rssi")
     none = {"uuid": pl.String, "major": pl.Int32, "minor": pl.Int32}
-    return mark_repeated_ble(
-        raw.select(
-            "row",
-            "time_ns",
-            pl.col("id").str.to_lowercase().alias("address"),
-            pl.lit("").alias("name"),
-            *(pl.lit(None, dtype=kind).alias(name) for name, kind in none.items()),
-            pl.col("rssi").cast(pl.Float32).alias("rssi_dbm"),
-        )
+    rows = raw.select(
+        "row",
+        "time_ns",
+        pl.col("id").alias("address"),
+        pl.lit("").alias("name"),
+        *(pl.lit(None, dtype=kind).alias(name) for name, kind in none.items()),
+        pl.col("rssi").cast(pl.Float32).alias("rssi_dbm"),
     )
+    rows, odd = admitted(rows, "address", "Bluetooth.csv")
+    reading.findings += odd
+    return mark_repeated_ble(rows)
 
 
 register(SensorLoggerFormat())

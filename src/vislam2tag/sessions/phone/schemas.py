@@ -56,7 +56,7 @@ WIFI = PhoneSchema(
         "rssi_dbm": pl.Float32,
         "frequency_mhz": pl.Float32,
     },
-    required=("time_ns", "scan", "bssid", "rssi_dbm", "frequency_mhz"),
+    required=("time_ns", "scan", "rssi_dbm", "frequency_mhz"),
     quoted=True,
 )
 BLE = PhoneSchema(
@@ -69,7 +69,7 @@ BLE = PhoneSchema(
         "minor": pl.Int32,
         "rssi_dbm": pl.Float32,
     },
-    required=("time_ns", "address", "rssi_dbm"),
+    required=("time_ns", "rssi_dbm"),
     quoted=True,
 )
 RTT = PhoneSchema(
@@ -83,7 +83,7 @@ RTT = PhoneSchema(
         "attempted": pl.Int32,
         "successful": pl.Int32,
     },
-    required=("time_ns", "bssid", "responder", "range_m"),
+    required=("time_ns", "responder", "range_m"),
 )
 PRESSES = PhoneSchema(
     {"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, required=("time_ns", "n", "action"), words=("action",)

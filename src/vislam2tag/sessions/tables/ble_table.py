@@ -11,18 +11,17 @@ from dataclasses import replace
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable_findings, without_absurd_levels
+from vislam2tag.intake.addresses import normal_uuids
+from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable_findings
 from vislam2tag.sessions.tables.raw_table import RawTable, parsed_rows
 
-LEAST_DBM, GREATEST_DBM = -127.0, 20.0
-"""Levels that a controller may report (Bluetooth Core, HCI); 127 says that it knows none."""
 _GREATEST_NUMBER = 65535
 """Of major and minor, which have 16 bits."""
 
 # The name may hold the separator, so that the fields after it are found from the end of the line: the shortest name
 # that leaves a level, with or without an identity after it.
 _LINE = (
-    r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]+)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
+    r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
     r"(?:;\s*(?<uuid>[0-9A-Fa-f-]{32,36})?\s*;\s*(?<major>\d+)?\s*;\s*(?<minor>\d+)?\s*)?$"
 )
 
@@ -30,17 +29,17 @@ _LINE = (
 def parse_ble(data: bytes, file: str) -> RawTable:
     """Parse a BLE file into ``row``, ``time_ns``, ``address``, ``name``, ``uuid``, ``major``, ``minor``, ``rssi_dbm``.
 
-    Addresses and UUIDs come out in lower case. Undecodable bytes become U+FFFD and a finding; so does a level outside
-    :data:`LEAST_DBM` to :data:`GREATEST_DBM`, and becomes null. An identity is whole or missing (null).
+    UUIDs come out in one notation; addresses, which may be empty, and levels are as the file has them. Undecodable
+    bytes become U+FFFD and a finding. An identity is whole or missing (null).
     """
     data = data.removeprefix(codecs.BOM_UTF8)
     fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
     table = fields.select(
         pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
         pl.col("time_ns").cast(pl.Int64, strict=False),
-        pl.col("address").str.to_lowercase(),
+        pl.col("address"),
         pl.when(pl.col("blank") == "").then("name").otherwise(pl.col("name").str.strip_prefix(" ")).alias("name"),
-        pl.col("uuid").str.to_lowercase(),
+        normal_uuids(fields["uuid"]),
         pl.col("major", "minor").cast(pl.Int32, strict=False),
         level_dbm(pl.col("rssi_dbm")),
     )
@@ -48,9 +47,7 @@ def parse_ble(data: bytes, file: str) -> RawTable:
     given = pl.sum_horizontal(pl.col("uuid", "major", "minor").is_not_null())
     numbers = pl.max_horizontal("major", "minor").fill_null(0) <= _GREATEST_NUMBER
     raw = parsed_rows(data, file, table, pl.all_horizontal(*parsed, given.is_in((0, 3)), numbers))
-    measured = pl.col("rssi_dbm").is_between(LEAST_DBM, GREATEST_DBM)
-    rows, absurd = without_absurd_levels(raw, measured, f"from {LEAST_DBM:g} to {GREATEST_DBM:g} dBm")
-    return replace(raw, rows=rows, findings=(*raw.findings, *undecodable_findings(data, raw, "name"), *absurd))
+    return replace(raw, findings=(*raw.findings, *undecodable_findings(data, raw, "name")))
 
 
 def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:

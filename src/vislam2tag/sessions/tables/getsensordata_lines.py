@@ -16,7 +16,8 @@ RESET_S = 1.0
 GREATEST_S = 1e9
 """No clock of a phone counts that far: the number is a fault."""
 _NUMBER = r"\s*[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?\s*"
-_ADDRESS = r"\s*[0-9A-Fa-f]{2}(?::[0-9A-Fa-f]{2}){5}\s*"
+_ADDRESS = r"\s*(?:(?:[0-9A-Fa-f]{2}[:.-]?){5}[0-9A-Fa-f]{2})?\s*"
+"""In any notation; empty if the phone did not tell it."""
 _SENSOR = rf"^\w+;(?<app>{_NUMBER});(?<seen>{_NUMBER});%s(?<v1>{_NUMBER});(?<v2>{_NUMBER});(?<v3>{_NUMBER})(?:;|$)"
 _ANGLES = rf"{_NUMBER};{_NUMBER};{_NUMBER};"
 KINDS: Mapping[str, str] = {

@@ -16,6 +16,7 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.tables.getsensordata_lines import (
     KINDS,
     boot_offset_s,
@@ -24,7 +25,7 @@ from vislam2tag.sessions.tables.getsensordata_lines import (
     on_one_clock,
     rows_of_kind,
 )
-from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM, mark_jittered
+from vislam2tag.sessions.tables.radio_text import mark_jittered
 from vislam2tag.sessions.tables.raw_table import ns_of_seconds
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES
 
@@ -87,16 +88,23 @@ def parse_log(data: bytes, file: str) -> GetSensorDataLog:
     rows = {kind: rows_of_kind(lines, kind) for kind in KINDS}
     offset_s = boot_offset_s(rows)
     wifi, odd = _wifi(rows["WIFI"], offset_s, file)
+    ble, odd_adverts = _ble(rows["BLE4"], offset_s, file)
+    left_out = (*odd, *odd_adverts)
     times_ns = _ns(np.append(np.concatenate([each["app"].to_numpy() for each in rows.values()]), np.nan) + offset_s)
     head = data[:_HEAD_BYTES].decode("utf-8", errors="replace")
     return GetSensorDataLog(
         device=" ".join(found[1] for pattern in (_MAKER, _MODEL) if (found := pattern.search(head))) or None,
         started=_started(head),
         taps=_taps(rows["POSI"], offset_s),
-        tables={"wifi": wifi, "ble": _ble(rows["BLE4"], offset_s), "sensors": _sensors(rows, offset_s)},
+        tables={"wifi": wifi, "ble": ble, "sensors": _sensors(rows, offset_s)},
         first_ns=int(times_ns.min(initial=times_ns.max(initial=0))),
         last_ns=int(times_ns.max(initial=0)),
-        findings=(*line_findings(lines, rows, data, file), *reset, *odd, *_tap_findings(rows["POSI"], file)),
+        findings=(
+            *line_findings(lines, rows, data, file),
+            *reset,
+            *left_out,
+            *_tap_findings(rows["POSI"], file),
+        ),
     )
 
 
@@ -110,10 +118,11 @@ def _wifi(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame,
     odd = table.filter(~pl.col("usable"))["row"].to_list()
     message = "the sensor time is not within ten minutes before the row was written; the row's own time counts"
     findings = [Finding.at_lines("unusable_sensor_time", file, odd, message)] if odd else []
-    return mark_jittered(_readings(table), "bssid"), findings
+    readings, left_out = admitted(_readings(table), "bssid", file)
+    return mark_jittered(readings, "bssid"), [*findings, *left_out]
 
 
-def _ble(rows: pl.DataFrame, offset_s: float) -> pl.DataFrame:
+def _ble(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Adverts; an iBeacon is known by UUID, major and minor where it tells them (the order of its fields varies)."""
     whole = rows["rest"].str.extract_groups(rf"^[^;]*;(?<major>\d+);(?<minor>\d+);(?<uuid>{_UUID})").struct
     beacon = pl.concat_str(*(whole.field(name) for name in ("uuid", "major", "minor")), separator="-")
@@ -124,18 +133,18 @@ def _ble(rows: pl.DataFrame, offset_s: float) -> pl.DataFrame:
         ssid=pl.lit(""),
         frequency_mhz=pl.lit(None),
     ).with_columns(bssid=pl.coalesce("beacon", "bssid"))
-    return mark_jittered(_readings(table), "bssid")
+    readings, left_out = admitted(_readings(table), "bssid", file)
+    return mark_jittered(readings, "bssid"), left_out
 
 
 def _readings(table: pl.DataFrame) -> pl.DataFrame:
-    measured = pl.col("rssi_dbm").is_between(LEAST_DBM, GREATEST_DBM)
     return table.select(
         "row",
         ns_of_seconds("time"),
         pl.col("scan").cast(pl.Int32),
         pl.col("bssid").str.strip_chars(),
         "ssid",
-        pl.when(measured).then(pl.col("rssi_dbm").cast(pl.Float32)),
+        pl.col("rssi_dbm").cast(pl.Float32),
         pl.col("frequency_mhz").cast(pl.Float32),
     )
 

@@ -14,13 +14,17 @@ import polars as pl
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import FixLog
-from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM, mark_jittered
+from vislam2tag.intake.addresses import normal_addresses, normal_uuids
+from vislam2tag.intake.readings import admitted
+from vislam2tag.sessions.tables.radio_text import mark_jittered
 
 _MARK = re.compile(rb"\tTYPE_")
 _DIGITS = 13
 """Of a time in milliseconds since 1970, until the year 2286."""
 _LATEST_MS = 9 * 10**12
 """As nanoseconds, later times do not fit 64 bits."""
+_NAMED = "bssid"
+"""May be empty."""
 _WIDTH = 10
 """Fields of the longest record taken."""
 _MS_TO_NS = 1_000_000
@@ -86,24 +90,27 @@ def parse_trace(data: bytes, file: str) -> Ilc20Trace:
             pl.col(field).cast(cast, strict=False).alias(name) for name, (field, cast) in fields.items()
         )
         whole = pl.all_horizontal(
-            pl.col(name).is_not_null() if cast == _TEXT else pl.col(name).is_finite().fill_null(value=False)
+            pl.col(name).is_not_null() | (name == _NAMED)
+            if cast == _TEXT
+            else pl.col(name).is_finite().fill_null(value=False)
             for name, (_, cast) in fields.items()
         )
         typed[kind] = rows.filter(whole)
         broken += rows.filter(~whole)["row"].to_list()
     wifi, odd = _wifi(typed["TYPE_WIFI"], file, joined)
+    ble, odd_adverts = _ble(typed["TYPE_BEACON"], typed["TYPE_BLUE"], file, joined)
     time_ns = records["time_ms"].to_numpy() * _MS_TO_NS
     return Ilc20Trace(
         dict(_HEADER.findall(data[:_HEADER_BYTES].decode("utf-8", errors="replace"))),
         _taps(typed["TYPE_WAYPOINT"]),
         wifi,
-        _ble(typed["TYPE_BEACON"], typed["TYPE_BLUE"]),
+        ble,
         _sensors(typed),
         int(time_ns.min()) if len(time_ns) else 0,
         int(time_ns.max()) if len(time_ns) else 0,
         data.count(b"\n") + int(not data.endswith(b"\n") and data != b""),
         records.height,
-        (*_line_findings(separated, file, joined, broken), *odd),
+        (*_line_findings(separated, file, joined, broken), *odd, *odd_adverts),
     )
 
 
@@ -162,21 +169,25 @@ def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFram
     odd = _original(table.filter(~pl.col("usable"))["row"].to_list(), joined)
     message = "lastseen is no time within ten minutes before the scan was logged; the scan's own time counts"
     findings = [Finding.at_lines("unusable_lastseen", file, odd, message)] if odd else []
-    return mark_jittered(_radio(table, "scan", "bssid", "ssid", "frequency_mhz"), "bssid"), findings
+    readings, left_out = _admitted(table, "bssid", file, joined, "scan", "ssid", "frequency_mhz")
+    return mark_jittered(readings, "bssid"), [*findings, *left_out]
 
 
-def _ble(beacons: pl.DataFrame, adverts: pl.DataFrame) -> pl.DataFrame:
+def _ble(
+    beacons: pl.DataFrame, adverts: pl.DataFrame, file: str, joined: list[int]
+) -> tuple[pl.DataFrame, list[Finding]]:
     """Take each advertisement once: those of iBeacons come twice, the second time with what they call themselves."""
     identity = {"uuid": pl.col("f2"), "major": pl.col("f3").cast(_I32, strict=False)}
     identity["minor"] = pl.col("f4").cast(_I32, strict=False)
-    who = beacons.select("address", **identity).drop_nulls().unique("address", keep="first", maintain_order=True)
+    named = beacons.with_columns(normal_addresses(beacons["address"]), normal_uuids(beacons["f2"]))
+    who = named.select("address", **identity).drop_nulls().unique("address", keep="first", maintain_order=True)
     both = pl.concat([beacons.with_columns(name=pl.lit("")), adverts.with_columns(name=pl.col("f2").fill_null(""))])
     table = both.with_columns(time_ns=pl.col("time_ms") * _MS_TO_NS)
-    heard = mark_jittered(_radio(table, "address", "name"), "address")
-    named = heard.join(who, on="address", how="left", maintain_order="left").filter(~pl.col("repeated"))
-    return named.select("row", "time_ns", "repeated", "address", "name", "uuid", "major", "minor", "rssi_dbm").sort(
-        "row"
-    )
+    readings, left_out = _admitted(table, "address", file, joined, "name")
+    heard = mark_jittered(readings, "address")
+    known = heard.join(who, on="address", how="left", maintain_order="left").filter(~pl.col("repeated"))
+    columns = ("row", "time_ns", "repeated", "address", "name", "uuid", "major", "minor", "rssi_dbm")
+    return known.select(columns).sort("row"), left_out
 
 
 def _sensors(typed: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
@@ -189,10 +200,12 @@ def _sensors(typed: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
     return rows.sort("row").with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
 
 
-def _radio(table: pl.DataFrame, *columns: str) -> pl.DataFrame:
-    """Row, time, level (null where no radio measures it) and further columns of radio readings."""
-    measured = pl.col("rssi_dbm").is_between(LEAST_DBM, GREATEST_DBM)
-    return table.select("row", "time_ns", *columns, pl.when(measured).then("rssi_dbm"))
+def _admitted(
+    table: pl.DataFrame, sender: str, file: str, joined: list[int], *columns: str
+) -> tuple[pl.DataFrame, list[Finding]]:
+    """Row, time, sender, level (null if it is out of range) and further columns of radio readings."""
+    rows, odd = admitted(table.select("row", "time_ns", sender, *columns, "rssi_dbm"), sender, file)
+    return rows, [each.model_copy(update={"lines": tuple(_original(list(each.lines), joined))}) for each in odd]
 
 
 def _original(rows: list[int], joined: list[int]) -> list[int]:

@@ -1,4 +1,4 @@
-"""What the text of radio readings needs besides columns: names of any bytes, levels that nothing measures."""
+"""What the text of radio readings needs besides columns: names of any bytes, rows that come twice."""
 
 from __future__ import annotations
 
@@ -10,10 +10,6 @@ from vislam2tag.sessions.tables.raw_table import RawTable
 _REPLACEMENT = "\ufffd"
 SAME_READING_NS = 5_000_000
 """Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
-GREATEST_DBM = 0.0
-"""Phones report no louder level."""
-LEAST_DBM = -150.0
-"""Below thermal noise by far: no radio measures it."""
 
 
 def text_lines(data: bytes) -> list[str]:
@@ -26,17 +22,7 @@ def text_lines(data: bytes) -> list[str]:
 
 def level_dbm(text: pl.Expr) -> pl.Expr:
     """Read a level with either decimal mark (dBm); null where it is no number."""
-    return text.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
-
-
-def without_absurd_levels(raw: RawTable, measured: pl.Expr, expected: str) -> tuple[pl.DataFrame, list[Finding]]:
-    """Make ``rssi_dbm`` null (and float32) where ``measured`` does not hold, and count these rows."""
-    lines = raw.rows.filter(~measured)["row"].to_list()
-    rows = raw.rows.with_columns(pl.when(measured).then("rssi_dbm").cast(pl.Float32))
-    if not lines:
-        return rows, []
-    message = f"levels must be {expected}; these rows are kept without their level"
-    return rows, [Finding.at_lines("non_finite_values", raw.file, lines, message)]
+    return text.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).cast(pl.Float32)
 
 
 def undecodable_findings(data: bytes, raw: RawTable, column: str) -> list[Finding]:

@@ -10,18 +10,16 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable_findings, without_absurd_levels
+from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable_findings
 from vislam2tag.sessions.tables.raw_table import RawTable, parsed_rows
 
 _US_TO_NS = 1000
 _GREATEST_US = (2**63 - 1) // _US_TO_NS
-GREATEST_DBM = 1000.0
-"""No radio measures such a level: the number is a fault."""
 
 # The ssid may hold the separator, so that the fields after it are found from the end of the line; a blank before it
 # belongs to the separator where the line's first separator has one.
 _LINE = (
-    r"^\s*(?<scan>[+-]?\d+)\s*;(?<blank>\s*)(?<time_us>\d+)\s*;\s*WLAN\s*;(?<ssid>.*);\s*(?<bssid>[^;\s]+)\s*;"
+    r"^\s*(?<scan>[+-]?\d+)\s*;(?<blank>\s*)(?<time_us>\d+)\s*;\s*WLAN\s*;(?<ssid>.*);\s*(?<bssid>[^;\s]*)\s*;"
     r"\s*(?<rssi_dbm>[^;\s]+)\s*$"
 )
 
@@ -29,8 +27,8 @@ _LINE = (
 def parse_wifi(data: bytes, file: str) -> RawTable:
     """Parse a Wi-Fi file into ``row``, ``time_ns``, ``scan``, ``bssid``, ``ssid``, ``rssi_dbm``, ``frequency_mhz``.
 
-    Undecodable bytes become U+FFFD and a finding; so does a level that no radio measures (not finite, or beyond
-    :data:`GREATEST_DBM`), and becomes null. The published layout has no frequency (null).
+    Undecodable bytes become U+FFFD and a finding. Addresses and levels are as the file has them; ``bssid`` may be
+    empty. The published layout has no frequency (null).
     """
     data = data.removeprefix(codecs.BOM_UTF8)
     fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
@@ -45,9 +43,7 @@ def parse_wifi(data: bytes, file: str) -> RawTable:
     )
     parsed = ("time_ns", "scan", "bssid", "ssid", "rssi_dbm")
     raw = parsed_rows(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
-    measured = pl.col("rssi_dbm").is_between(-GREATEST_DBM, GREATEST_DBM)
-    rows, absurd = without_absurd_levels(raw, measured, f"finite and within {GREATEST_DBM:g} dBm")
-    return replace(raw, rows=rows, findings=(*raw.findings, *undecodable_findings(data, raw, "ssid"), *absurd))
+    return replace(raw, findings=(*raw.findings, *undecodable_findings(data, raw, "ssid")))
 
 
 def _times_ns() -> pl.Expr:

@@ -16,6 +16,7 @@ from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.intake.readings import admitted
 
 FOLDER = "intermediate"
 """Where the package looks for the three files below a data set's root."""
@@ -59,7 +60,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
     files = {name: _file(path, folder, name) for name in FILES}
     samples, rssi, aps = (_table(file, FILES[name]) for name, file in files.items())
     rows = _rows(files["Samples.csv"], samples, _technologies(rssi, aps))
-    heard = _heard(files["RSSI.csv"], rssi, rows)
+    heard, odd = _heard(files["RSSI.csv"], rssi, rows)
     info = DatasetInfo(
         name=path.stem,
         frame="as the files have it, metres",
@@ -74,7 +75,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
                 inputs={name: sha256_of(file) for name, file in files.items()},
             ),
         ),
-        findings=_orphans(rssi.height - heard.height),
+        findings=(*odd, *_orphans(rssi.filter(~pl.col("sample_id").is_in(rows["sample_id"].implode())).height)),
     )
     return point_dataset(info, PointFingerprints(rows.drop("sample_id"), heard))
 
@@ -142,17 +143,19 @@ def _part(sets: pl.Series) -> pl.Series:
     return part if part.n_unique() > 1 else pl.repeat(None, len(part), dtype=pl.String, eager=True)
 
 
-def _heard(file: Path, rssi: pl.DataFrame, rows: pl.DataFrame) -> pl.DataFrame:
-    typed = rssi.with_row_index("line", offset=2).with_columns(rssi_dbm=pl.col("rssi").cast(pl.Float32, strict=False))
-    wrong = typed.filter(pl.any_horizontal(pl.col("rssi_dbm", "ap_id").is_null()))
+def _heard(file: Path, rssi: pl.DataFrame, rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Finding]]:
+    typed = rssi.with_row_index("row", offset=2).with_columns(rssi_dbm=pl.col("rssi").cast(pl.Float32, strict=False))
+    wrong = typed.filter(pl.col("rssi_dbm").is_null())
     if wrong.height:
-        raise DatasetError(f"{file}: line {wrong['line'][0]}: rssi must be a number and ap_id be there")
-    return typed.join(rows.select("row", "sample_id"), on="sample_id", maintain_order="left").select(
+        raise DatasetError(f"{file}: line {wrong['row'][0]}: rssi must be a number")
+    named, odd = admitted(typed, "ap_id", file.name)
+    heard = named.drop("row").join(rows.select("row", "sample_id"), on="sample_id", maintain_order="left")
+    return heard.drop_nulls("rssi_dbm").select(
         "row",
         pl.col("ap_id").alias("bssid"),
         "rssi_dbm",
         pl.col("channel/freq").cast(pl.Float32, strict=False).alias("frequency_mhz"),
-    )
+    ), odd
 
 
 def _orphans(count: int) -> tuple[Finding, ...]:

@@ -24,6 +24,7 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorI
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.transmitters.access_points import access_point_table
+from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.survey.corrections.file import session_start
@@ -120,7 +121,7 @@ def _parts(
     session: _AnnotatedSession, settings: DatasetSettings
 ) -> tuple[dict[str, pl.DataFrame], tuple[Finding, ...]]:
     """Make one session's rows of each table; headings and speeds come from a trajectory, which the layout lacks."""
-    rows = wifi_rows(session.wifi, session.key)
+    rows, odd = admitted(wifi_rows(session.wifi, session.key), "bssid", WIFI_FILE)
     nowhere = pl.DataFrame(schema=LABELLED[TRAJECTORY])
     walk = SessionWalk(session.slug, "", session.key.device, session.key.session, PhoneMotion.of(nowhere))
     made = fingerprints_of(rows, TECHNOLOGY, walk, settings, math.inf)
@@ -134,7 +135,7 @@ def _parts(
         sensors = sensor_rows(session.sensors, session.key)
         magnetic = magnetic_windows(sensors, session.slug, "", settings.magnetic_window_s)
         tables |= {MAGNETIC: magnetic} if len(magnetic) else {}
-    return tables, made.findings
+    return tables, (*odd, *made.findings)
 
 
 def _session_row(session: _AnnotatedSession, fingerprints: pl.DataFrame) -> pl.DataFrame:

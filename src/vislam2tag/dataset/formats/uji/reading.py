@@ -18,10 +18,13 @@ from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide_tables import WideTable, is_wide, read_wide
+from vislam2tag.dataset.reading.wide_tables import LevelRules, WideTable, is_wide, read_wide
+from vislam2tag.intake.addresses import MASKED, normal_addresses
+from vislam2tag.intake.signal_strength import NOT_HEARD, strength_of
 
 TECHNOLOGY = "wifi"
-NOT_HEARD = 100.0
+STRENGTH = strength_of(["uji"])
+"""UJIIndoorLoc states levels from -104 to 0 dBm (Torres-Sospedra et al., IPIN 2014): 0 was measured there."""
 FILES = {TRAIN: "trainingData.csv", TEST: "validationData.csv"}
 ACCESS_POINTS_FILE = "access_points.csv"
 """Ours, beside: the address and name of each access point's column."""
@@ -79,7 +82,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
     rows, heard, first_row = [], [], 0
     findings: list[Finding] = []
     for part, file in files.items():
-        table = read_wide(file, TAIL, _is_access_point)
+        table = read_wide(file, TAIL, _is_access_point, LevelRules(NOT_HEARD, STRENGTH, context.not_heard))
         _refuse_lacking(file, table)
         rows.append(_rows(table, names, part if len(files) > 1 else None).with_columns(pl.col("row") + first_row))
         heard.append(table.heard.with_columns(pl.col("row") + first_row))
@@ -164,7 +167,10 @@ def _names(file: Path, numbering: Numbering) -> dict[int, str]:
 
 def _transmitters(file: Path) -> pl.DataFrame:
     columns = {"column": pl.String(), "bssid": pl.String(), "ssid": pl.String(), "frequency_mhz": pl.Float32()}
-    return _beside(file, columns) if file.is_file() else pl.DataFrame(schema=columns)
+    if not file.is_file():
+        return pl.DataFrame(schema=columns)
+    table = _beside(file, columns)
+    return table.with_columns(normal_addresses(table["bssid"]).replace(old=dict.fromkeys(MASKED)))
 
 
 def _beside(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
@@ -191,4 +197,4 @@ def _ssids(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:
     return named.select("bssid", pl.lit(TECHNOLOGY).alias("technology"), "ssid", "count")
 
 
-READS = ImportFormat("uji", read, recognises)
+READS = ImportFormat("uji", read, recognises, takes=("not_heard",))

@@ -17,7 +17,6 @@ from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.uji.reading import (
     ACCESS_POINTS_FILE,
     FILES,
-    NOT_HEARD,
     NUMBERINGS,
     TECHNOLOGY,
     Numbering,
@@ -34,6 +33,7 @@ from vislam2tag.dataset.writing.labelled_samples import (
 )
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET
 from vislam2tag.dataset.writing.train_test_assignment import train_test_assignment
+from vislam2tag.intake.signal_strength import NOT_HEARD
 
 HOLDS = {
     SET: (ONE_SPLIT,),

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.positioning.scans.scan_file import GREATEST_DBM
+from vislam2tag.intake.addresses import is_masked
+from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH
 
 MOST_SCANS = 500
 MOST_READINGS = 1000
 """Of a scan."""
 _LONGEST_NAME = 200
 
-Level = Annotated[float, Field(gt=-GREATEST_DBM, lt=0.0)]
+Level = Annotated[float, Field(ge=SIGNAL_STRENGTH.least, le=SIGNAL_STRENGTH.greatest)]
 Name = Annotated[str, Field(min_length=1, max_length=_LONGEST_NAME)]
 
 
@@ -31,6 +32,13 @@ class Scan(_Message):
     """Level in dBm of each access point, by its address."""
     session: Annotated[str, Field(max_length=_LONGEST_NAME)] = ""
     """Walk; scans of one that are asked for at once tell together how large their circles are. Empty: none."""
+
+    @field_validator("readings")
+    @classmethod
+    def _has_addresses(cls, readings: dict[str, float]) -> dict[str, float]:
+        if masked := sorted(name for name in readings if is_masked(name)):
+            raise ValueError(f"{masked[0]} is no address; Android gives it to apps without the location permission")
+        return readings
 
 
 class LocateRequest(_Message):
