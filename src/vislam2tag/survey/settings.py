@@ -16,3 +16,5 @@ class SurveySettings(FiniteRecord):
     landmark_sigma_m: float = Field(default=0.02, gt=0)
     """Standard deviation per axis of a surveyed landmark whose file gives none, metres: a total station's, with a sheet
     hung by hand."""
+    use_planned: bool = False
+    """Use the planned positions of landmarks that nobody has measured, with a sigma of 0.1 m."""

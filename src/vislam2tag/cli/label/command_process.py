@@ -94,6 +94,7 @@ def _process(
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
     together: Annotated[bool | None, setting("together")] = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
     keep_freed_memory()
@@ -110,6 +111,7 @@ def _process(
         "labels.max_sigma_m": max_sigma_m,
         "mapping.max_step_m": max_step_m,
         "together": together,
+        "survey.use_planned": use_planned,
         "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
     }
     settings = settings_of(config, given, survey)

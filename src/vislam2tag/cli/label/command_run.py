@@ -12,7 +12,7 @@ from vislam2tag.cli.interrupted import contents_there, interrupted_with
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
-from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 
@@ -59,8 +59,9 @@ def _run(
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
-    settings = settings_of(config, {}, survey)
+    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with interrupted_with(lambda: contents_there(out, _PARTS)):
         made = _with_progress(survey, out, settings, landmarks, follow_links, jobs)
     if json:
