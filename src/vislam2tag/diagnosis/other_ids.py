@@ -58,14 +58,15 @@ def _renamed(passes: WalkPasses, shift: int) -> WalkPasses:
 
 
 def _shifted(floor: int, shift: int, of: Sequence[tuple[WalkPasses, IdShift]]) -> Fault:
-    ids = sorted({name for passes, _ in of for name in passes.landmark})
+    ids = sorted((name for name in {name for passes, _ in of for name in passes.landmark} if name.isdecimal()), key=int)
+    walks = "1 walk" if len(of) == 1 else f"{len(of)} walks"
     return Fault(
         kind=FaultKind.SHIFTED_IDS,
         floor=floor,
         landmarks=ids,
         sessions=[str(passes.key) for passes, _ in of],
-        summary=f"the ids that {len(of)} walks of floor {floor} logged are all shifted: "
-        f"{ids[0]} there is {int(ids[0]) + shift if ids[0].isdecimal() else ids[0]} in the landmark table",
+        summary=f"the ids that {walks} of floor {floor} logged are all shifted: "
+        f"{ids[0]} there is {int(ids[0]) + shift} in the landmark table",
         evidence=f"{'; '.join(found.text for _, found in of[:3])}; {SAME_IDS}",
     )
 

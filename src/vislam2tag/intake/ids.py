@@ -85,12 +85,12 @@ def compare_ids(ours: NamedIds, theirs: NamedIds) -> IdComparison:
     free = tuple(name for name in ours.ids if name not in set(agree))
     pattern = None
     if len(unknown) >= LEAST_UNKNOWN and free:
-        pattern = next(_patterns(unknown, free, every=not agree), None)
+        pattern = max(_patterns(unknown, free, every=not agree), key=lambda one: len(one.mapping), default=None)
     return IdComparison(ours, theirs, agree, unknown, pattern)
 
 
 def _patterns(theirs: Sequence[str], ours: Sequence[str], *, every: bool) -> Iterator[IdPattern]:
-    """Patterns that explain most ids, the plainest first.
+    """Patterns that explain most of theirs, the plainest first.
 
     Without ``every``, those alone that can hardly hold by chance if some ids of both sets agree already.
     """

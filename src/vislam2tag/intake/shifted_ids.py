@@ -10,14 +10,17 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 
 MOST_SHIFT = 5
-FEWEST_LANDMARKS = 4
+FEWEST_LANDMARKS = 3
 FITS_M, FITS_SHARE = 0.6, 0.04
 """A distance fits within this, and this share of the way walked between both ends: as far as a tracker drifts."""
 MOST_AS_LOGGED = 0.5
 """Ids are suspected only if at most this share of the distances fits the table as they are ..."""
 LEAST_SHIFTED = 0.85
 """... and believed to be shifted if at least this share fits then."""
-FEWEST_DISTANCES = 5
+FEWEST_DISTANCES, SURE_DISTANCES = 3, 6
+FEW_AS_LOGGED = 1 / 3
+"""With fewer distances than is sure, only a shift by one is believed, if all fit then and at most this share as logged.
+"""
 MOST_SEEN = 60
 """So many landmarks of a walk tell enough."""
 
@@ -29,15 +32,17 @@ class IdShift:
     shift: int
     as_logged: int
     shifted: int
-    distances: int
-    """Those that are known either way; ``as_logged`` and ``shifted`` are parts of it."""
+    known_as_logged: int
+    """Distances whose two ends the table has; ``as_logged`` of them fit."""
+    known_shifted: int
 
     @property
     def text(self) -> str:
         """By what it is known."""
+        how = f"{'adding' if self.shift > 0 else 'subtracting'} {abs(self.shift)}"
         return (
-            f"of {self.distances} distances between landmarks, {self.as_logged} fit the table under the logged ids, "
-            f"and {self.shifted} if {abs(self.shift)} is {'added to' if self.shift > 0 else 'subtracted from'} every id"
+            f"{self.as_logged} of {self.known_as_logged} distances between landmarks fit the table under the logged "
+            f"ids, and {self.shifted} of {self.known_shifted} after {how}"
         )
 
 
@@ -66,13 +71,16 @@ def shift_by_geometry(
         return int(np.count_nonzero(known & (np.abs(true - logged) < within))), int(np.count_nonzero(known))
 
     as_logged, known = fit(0)
-    if known < FEWEST_DISTANCES or as_logged > MOST_AS_LOGGED * known:
+    if not known or as_logged > MOST_AS_LOGGED * known:
         return None
     found = []
     for shift in sorted(range(-MOST_SHIFT, MOST_SHIFT + 1), key=abs)[1:]:
         fits, there = fit(shift)
-        if there >= max(FEWEST_DISTANCES, known // 2) and fits >= LEAST_SHIFTED * there:
-            found.append(IdShift(shift, as_logged, fits, there))
+        if there < max(FEWEST_DISTANCES, known // 2):
+            continue
+        sure = there >= SURE_DISTANCES and fits >= LEAST_SHIFTED * there
+        if sure or (abs(shift) == 1 and fits == there and as_logged <= FEW_AS_LOGGED * known):
+            found.append(IdShift(shift, as_logged, fits, known, there))
     return max(found, key=lambda one: (one.shifted, -abs(one.shift)), default=None)
 
 

@@ -46,7 +46,7 @@ def other_ids_findings(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]
             kind="other_ids",
             file="",
             count=len(one.unknown),
-            message=f"the ids do not match: {one.text}. Landmarks without a match have no surveyed position: {SAME_IDS}",
+            message=f"the ids do not match: {one.text}. Landmarks without a match are unsurveyed: {SAME_IDS}",
             severity=Severity.ERROR,
         )
         for one in compared_with_logs(landmarks, logged).values()

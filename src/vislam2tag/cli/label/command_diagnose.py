@@ -91,8 +91,17 @@ def _diagnose(
         add_entries(survey, lines)
         say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
     if not json:
-        next_step("diagnose, faults" if lines and not apply else "diagnose", survey=survey)
+        next_step(_after(found, apply=apply), survey=survey)
     raise typer.Exit(0 if apply or not (found.faults or found.failed) else 1)
+
+
+def _after(found: Diagnosis, *, apply: bool) -> str:
+    """Name what to go on with."""
+    from vislam2tag.diagnosis.record import FaultKind
+
+    if any(fault.kind in (FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANNED) for fault in found.faults):
+        return "diagnose, by hand"
+    return "diagnose, faults" if any(fault.corrections for fault in found.faults) and not apply else "diagnose"
 
 
 def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:

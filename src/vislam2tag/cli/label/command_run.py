@@ -27,8 +27,8 @@ Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as dia
 OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything: what
 is done and unchanged is kept. Each step has a command of its own with more options.
 
-Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
-not a survey, or OUT cannot be written, 130 interrupted.
+Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, or landmark
+ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted.
 
 \b
 Examples:
@@ -68,7 +68,7 @@ def _run(
         say_json(made)
     else:
         _print(made, survey, out)
-    raise typer.Exit(1 if made.labels.failed else 0)
+    raise typer.Exit(1 if made.labels.failed or made.labels.has_wrong_ids else 0)
 
 
 def _with_progress(

@@ -59,7 +59,6 @@ from vislam2tag.survey.links import is_described_from_outside, shared_survey
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
 
-
 ID_FINDINGS: dict[FaultKind, FindingKind] = {
     FaultKind.OTHER_IDS: "other_ids",
     FaultKind.SHIFTED_IDS: "shifted_ids",

@@ -16,6 +16,7 @@ from vislam2tag.core.similarity import as_complex
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
 from vislam2tag.registration.clicks import read_clicks
+from vislam2tag.registration.id_findings import LandmarkTable
 from vislam2tag.registration.measurements import known_points_of_site, read_known_points, read_stations
 from vislam2tag.registration.names import NameRules
 from vislam2tag.registration.point_file import PointColumn
@@ -106,6 +107,7 @@ def _measured(
         targets=targets,
         clicks=clicks,
         expected=expected,
+        table=LandmarkTable(floor.number, here.ids, here.planned_ids),
         extent_m=floor.extent_m,
     )
     return measured, [*findings, *problems, *more_problems, *click_problems]
