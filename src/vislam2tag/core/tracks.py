@@ -200,7 +200,7 @@ class Landmarks(Summarised):
     """(3m, 3m) of x, y of each, then of all headings (m^2, m rad, rad^2), where landmarks share errors; rows of what is
     unknown mean nothing. None where they err apart, by ``covariance_bcs`` and ``heading_sigma_rad`` alone."""
     planned: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
-    """(m,) whether a position was only planned and nobody has measured it; empty where none was."""
+    """(m,) whether a position was only planned, not measured; empty if none was."""
 
     def _facts(self) -> dict[str, object]:
         floors = ", ".join(map(str, np.unique(self.floor).tolist()))

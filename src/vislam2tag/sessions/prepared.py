@@ -207,8 +207,8 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
     findings = []
     if planned:
         message = (
-            f"landmarks {', '.join(planned)} were seen, but their positions were only planned (vislam2tag plan) and "
-            "nobody has measured them, so they are not used: measure them (vislam2tag register), let the walks place "
+            f"landmarks {', '.join(planned)} were seen, but their positions were only planned (vislam2tag plan), so "
+            "they are not used: measure them (vislam2tag register), let the walks place "
             "them (process --together, survey-landmarks), or use the plan's places with --use-planned"
         )
         findings.append(Finding(kind="planned_landmarks", file="", count=len(planned), message=message))

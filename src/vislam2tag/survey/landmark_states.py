@@ -28,7 +28,7 @@ COLUMNS = ("id", "state", "source", "x", "y")
 SAME_M = 5e-4
 """Positions that differ by less are one: a plan has millimetres."""
 PLANNED_SIGMA_M = 0.1
-"""How far from its planned place a sheet hangs that nobody has measured yet, per axis."""
+"""How far from its planned place a sheet hangs, per axis, until it is measured."""
 PLANNED_HEADING_SIGMA_RAD = 0.05
 """Walls of a plan are true to this."""
 _SHOWN = 5
@@ -178,7 +178,7 @@ def planned_findings(landmarks: Landmarks, *, use_planned: bool) -> list[Finding
         used = "they are used as if measured (--use-planned)" if use_planned else "they are not used"
         message = (
             f"floor {floor} has {LandmarkCounts.of(here)}. The positions of landmarks "
-            f"{names_shown(here.planned_ids)} come from vislam2tag plan and nobody has measured them; {used}. Measure "
+            f"{names_shown(here.planned_ids)} come from vislam2tag plan and are not measured yet; {used}. Measure "
             "them (vislam2tag register, or write measured positions into marker_dict.csv)"
             + ("" if use_planned else ", or use the plan's places with --use-planned")
         )

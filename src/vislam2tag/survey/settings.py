@@ -17,4 +17,4 @@ class SurveySettings(FiniteRecord):
     """Standard deviation per axis of a surveyed landmark whose file gives none, metres: a total station's, with a sheet
     hung by hand."""
     use_planned: bool = False
-    """Use the planned positions of landmarks that nobody has measured, with a sigma of 0.1 m."""
+    """Use positions of landmarks that are planned and not yet measured, with a sigma of 0.1 m."""

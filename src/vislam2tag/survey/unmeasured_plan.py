@@ -49,7 +49,7 @@ def perhaps_planned(table: SiteTable, floor: int, known: Collection[str], propos
         return []
     message = (
         f"landmarks {names_shown(names)} are where vislam2tag plan proposed them, with the sigmas of a plan; they are "
-        "used as measured positions. If nobody has measured them, do so (vislam2tag register); if someone has, write "
+        "used as measured positions. If they are not measured yet, do so (vislam2tag register); if someone has, write "
         f"the true sigma_m into these rows, and the state measured into {STATES_FILE} beside the file"
     )
     return [Finding.at_lines("perhaps_planned", table.file, lines, message)]
