@@ -150,8 +150,10 @@ class LandmarkCounts:
 
     @property
     def short(self) -> str:
-        """As a table has it: ``9``, or ``9 (4 measured, 5 planned)`` if not all are measured."""
-        return f"{self.total}" if self.measured == self.total else f"{self.total} ({self._parts})"
+        """As a table has it: ``9``, ``9 (1 without position)``, or ``9 (4 measured, 5 planned)`` with planned ones."""
+        if self.planned:
+            return f"{self.total} ({self._parts})"
+        return f"{self.total}" + (f" ({self.without_position} without position)" if self.without_position else "")
 
     @property
     def _parts(self) -> str:
@@ -175,13 +177,18 @@ def planned_findings(landmarks: Landmarks, *, use_planned: bool) -> list[Finding
         here = landmarks.on_floor(floor)
         if not here.planned_ids:
             continue
-        used = "they are used as if measured (--use-planned)" if use_planned else "they are not used"
-        message = (
-            f"floor {floor} has {LandmarkCounts.of(here)}. The positions of landmarks "
-            f"{names_shown(here.planned_ids)} come from vislam2tag plan and are not measured yet; {used}. Measure "
-            "them (vislam2tag register, or write measured positions into marker_dict.csv)"
-            + ("" if use_planned else ", or use the plan's places with --use-planned")
-        )
+        counts, names = LandmarkCounts.of(here), names_shown(here.planned_ids)
+        if use_planned:
+            message = (
+                f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are not "
+                "measured yet; they are used as if measured (--use-planned)"
+            )
+        else:
+            message = (
+                f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are not "
+                "measured yet; they are not used. Measure them (vislam2tag register, or write measured positions into "
+                "marker_dict.csv), or use the plan's places with --use-planned"
+            )
         severity = Severity.INFO if use_planned else Severity.WARNING
         count = len(here.planned_ids)
         found.append(Finding(kind="planned_landmarks", file="", count=count, message=message, severity=severity))

@@ -130,7 +130,7 @@ def _text(found: Diagnosis) -> str:
     failed = f", {len(found.failed)} failed" if found.failed else ""
     aside = f" of {found.sessions + found.left_aside}" if found.left_aside else ""
     marks = f"; {found.landmarks}" if found.landmarks else ""
-    return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{aside}{failed}{marks})"])
+    return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{aside}{failed}){marks}"])
 
 
 def _paragraph(number: int, fault: Fault) -> str:

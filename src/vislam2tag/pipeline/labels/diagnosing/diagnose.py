@@ -96,7 +96,7 @@ def diagnose(
         failed=[session.error for session in sessions if session.error is not None],
         faults=_with_gains(survey, settings, refs, faults, shares),
         references=found,
-        landmarks=str(LandmarkCounts.of(survey.site.landmarks)),
+        landmarks=str(LandmarkCounts.of(survey.site.landmarks)) if survey.site.landmarks.ids else "",
     )
 
 
