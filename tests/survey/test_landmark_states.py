@@ -63,7 +63,8 @@ def test_states_of_a_floor_in_another_frame(tmp_path: Path) -> None:
     text = changed_states_text(root, root / "floor_1", FrameChange.of(1, Similarity2(1j, 10 + 0j)))
     assert text is not None
     *start, y = text.splitlines()[1].split(",")
-    assert (start, float(y)) == (["1", "planned", "plan", "8.0"], pytest.approx(1))
+    assert start == ["1", "planned", "plan", "8.0"]
+    assert float(y) == pytest.approx(1)
     assert changed_states_text(root, root / "floor_2", FrameChange.of(2, Similarity2.identity())) is None
 
 

@@ -23,7 +23,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def said(survey: Path, out: Path, *options: str) -> dict[str, tuple[int, str]]:
     """Exit code and output of the commands that look at a survey."""
-    commands = {
+    commands: dict[str, tuple[str | Path, ...]] = {
         "inspect": ("inspect", survey),
         "process": ("process", survey, "--out", out, "--jobs", "1", *options),
         "diagnose": ("diagnose", survey, "--jobs", "1", *options),
