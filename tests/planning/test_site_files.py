@@ -71,7 +71,8 @@ def test_what_was_there_stays_to_the_letter_and_the_new_ones_are_read_back(befor
     if ";" in before:
         return
     rows, findings = read_landmark_file(tmp_path, folder, 1, 0.02, set())
-    assert findings == []
+    # without a file of states they look like those of a survey of 0.2
+    assert [finding.kind for finding in findings] == ["perhaps_planned"]
     found = landmarks_from(rows)
     assert found.ids[-2:] == ("7", "9")
     assert found.position_bcs[-2:].tolist() == [[1.25, 2.5], [8.0, 2.5]]

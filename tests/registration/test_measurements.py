@@ -60,5 +60,5 @@ def test_known_points_of_the_site(tmp_path: Path) -> None:
     }
     chosen, _ = known_points_of_site(site, 1, ["LM7", "CP1"], RULES, SETTINGS)
     assert [one.point for one in chosen] == ["7", "control point 1"]
-    with pytest.raises(UsageError, match="--known 99: floor 1 has no position of it"):
+    with pytest.raises(UsageError, match="--known 99: floor 1 has no measured position of it"):
         known_points_of_site(site, 1, ["LM99"], RULES, SETTINGS)

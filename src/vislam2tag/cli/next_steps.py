@@ -54,6 +54,7 @@ STEPS: Mapping[str, str] = {
     "studio": "vislam2tag dataset {labels} --out fingerprints",
     "diagnose": "vislam2tag run {survey} --out out",
     "diagnose, faults": "vislam2tag diagnose {survey} --apply",
+    "diagnose, by hand": "correct what is named above, then: vislam2tag inspect {survey}",
     "check": "vislam2tag dataset {survey} --out fingerprints",
     "check, failed": "vislam2tag inspect {survey}",
     "evaluate": "vislam2tag dataset {survey} --out fingerprints",

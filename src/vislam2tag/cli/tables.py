@@ -75,7 +75,7 @@ def print_site(summary: SiteSummary) -> None:
             "unknown" if left is None else f"{left:.2f} to {right:.2f} m",
             "unknown" if low is None else f"{low:.2f} to {high:.2f} m",
             "-" if each.pixel_m is None else f"{100 * each.pixel_m:.1f} cm",
-            f"{each.landmarks}" + (f" ({each.unsurveyed} without position)" if each.unsurveyed else ""),
+            each.landmarks.short,
             str(len(floor.control_points.ids)),
         )
     table_console().print(rows)
@@ -92,8 +92,9 @@ def site_record(summary: SiteSummary) -> dict[str, Any]:
             "elevation_m": each.floor.elevation_m,
             "extent_m": each.floor.extent_m,
             "pixel_m": each.pixel_m,
-            "landmarks": each.landmarks,
-            "unsurveyed": each.unsurveyed,
+            "landmarks": each.landmarks.total,
+            "planned": each.landmarks.planned,
+            "unsurveyed": each.landmarks.without_position,
             "control_points": len(each.floor.control_points.ids),
         }
         for each in summary.floors

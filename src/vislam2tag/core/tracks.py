@@ -199,6 +199,8 @@ class Landmarks(Summarised):
     joint_covariance: FloatArray | None = None
     """(3m, 3m) of x, y of each, then of all headings (m^2, m rad, rad^2), where landmarks share errors; rows of what is
     unknown mean nothing. None where they err apart, by ``covariance_bcs`` and ``heading_sigma_rad`` alone."""
+    planned: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    """(m,) whether a position was only planned, not measured; empty if none was."""
 
     def _facts(self) -> dict[str, object]:
         floors = ", ".join(map(str, np.unique(self.floor).tolist()))
@@ -228,6 +230,27 @@ class Landmarks(Summarised):
             source=tuple(self.source[i] for i in wanted) if self.source else (),
             storeys=self.storeys,
             joint_covariance=None if self.joint_covariance is None else of_landmarks(self.joint_covariance, rows),
+            planned=self.planned[rows] if len(self.planned) else self.planned,
+        )
+
+    @property
+    def planned_ids(self) -> tuple[str, ...]:
+        """Ids of the landmarks whose position was only planned, in order."""
+        return tuple(self.ids[i] for i in np.flatnonzero(self.planned).tolist())
+
+    def without_planned_positions(self) -> Landmarks:
+        """The landmarks with those positions unknown, and their heights and headings, that were only planned."""
+        if not self.planned.any():
+            return self
+        unknown = self.planned
+        return replace(
+            self,
+            position_bcs=np.where(unknown[:, None], np.nan, self.position_bcs),
+            covariance_bcs=np.where(unknown[:, None, None], np.diag((np.inf, np.inf)), self.covariance_bcs),
+            z_m=np.where(unknown, np.nan, self.z_m),
+            heading_rad=np.where(unknown, np.nan, self.heading_rad),
+            heading_sigma_rad=np.where(unknown, np.nan, self.heading_sigma_rad),
+            joint_covariance=None,
         )
 
     def on_floor(self, number: int) -> Landmarks:

@@ -23,6 +23,12 @@ class FaultKind(StrEnum):
     """Two sheets with one id."""
     TWO_FLOORS = "two_floors"
     """Sheets on two floors with one id, in one walk."""
+    OTHER_IDS = "other_ids"
+    """Walks logged other ids than the landmark table has."""
+    SHIFTED_IDS = "shifted_ids"
+    """... that differ by a constant."""
+    PLANNED = "planned"
+    """Positions of landmarks that were only planned."""
     WRONG_FLOOR = "wrong_floor"
     """A session lies in another floor's folder."""
     MIRRORED = "mirrored"
@@ -96,6 +102,8 @@ class Diagnosis(Record):
     """How many were looked at: of a floor with very many walks, some evenly among them."""
     left_aside: int = 0
     """How many were not."""
+    landmarks: str = ""
+    """How many the survey has, by what is known of them: ``9 landmarks: 4 measured, 5 planned``."""
     failed: list[str] = []
     faults: list[Fault] = []
     references: References = References()

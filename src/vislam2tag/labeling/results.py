@@ -274,6 +274,10 @@ class SessionResult(Record):
     """None where the session has too few frames."""
 
 
+WRONG_IDS = ("other_ids", "shifted_ids")
+"""Kinds of findings that say that walks and landmark tables have different ids."""
+
+
 class Summary(Record):
     """Totals of a run (``summary.json``)."""
 
@@ -303,3 +307,8 @@ class Summary(Record):
     """What is wrong with the survey, by the walks themselves (`vislam2tag diagnose`)."""
     per_floor: dict[str, dict[str, float]]
     per_device: dict[str, dict[str, float]]
+
+    @property
+    def has_wrong_ids(self) -> bool:
+        """Whether walks and landmark tables have different ids, or ids that are shifted."""
+        return any(kind in counts for kind in WRONG_IDS for counts in (self.findings, self.site_findings))

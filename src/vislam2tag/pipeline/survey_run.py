@@ -83,7 +83,9 @@ def run_survey(
     """
     survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(landmarks)
     settings = settings or Settings()
-    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
+    survey = open_survey(
+        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
+    )
     refuse_among_sessions(survey, out)
     name = survey_root.resolve().name
     with claim(out, {"survey": name}, PROGRAM, _OWN) as folder:

@@ -15,6 +15,12 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.planning.records import PlannedLandmark
+from vislam2tag.survey.landmark_states import (
+    PLANNED_HEADING_SIGMA_RAD,
+    PLANNED_SIGMA_M,
+    LandmarkState,
+    StateRow,
+)
 from vislam2tag.survey.site_table import finite_or_none, read_site_table
 
 FORBIDDEN_HEADER = ("floor", "x0", "y0", "x1", "y1")
@@ -47,10 +53,6 @@ def read_forbidden(path: Path) -> dict[int, FloatArray]:
 
 
 MARKER_COLUMNS = ("id", "x", "y", "z", "sigma_m", "heading_rad", "heading_sigma_rad", "sheet", "width_m")
-PLANNED_SIGMA_M = 0.1
-"""Who hangs a sheet where the plan says is off by so much, per axis, until it is surveyed."""
-PLANNED_HEADING_SIGMA_RAD = 0.05
-"""Walls of a plan are true to this."""
 
 
 def marker_text(text: str, landmarks: Sequence[PlannedLandmark]) -> str:
@@ -69,6 +71,11 @@ def marker_text(text: str, landmarks: Sequence[PlannedLandmark]) -> str:
         lines.append(rest.rstrip("\r\n"))
     rows = (_marker_row(landmark, (*names, *missing)) for landmark in landmarks)
     return newline.join((*lines, csv_rows(rows, newline)))
+
+
+def planned_states(landmarks: Sequence[PlannedLandmark]) -> list[StateRow]:
+    """The states of planned landmarks."""
+    return [StateRow(one.id, LandmarkState.PLANNED, "plan", one.x_m, one.y_m) for one in landmarks]
 
 
 def _marker_row(landmark: PlannedLandmark, names: Sequence[str]) -> list[str]:

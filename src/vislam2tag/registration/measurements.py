@@ -104,11 +104,12 @@ def known_points_of_site(
 ) -> tuple[list[KnownPoint], list[MeasuredHeight]]:
     """Landmarks and control points of a floor as they stand in the site's files, those ``wanted`` or :data:`ALL`.
 
-    Raises UsageError where one is wanted that has no position.
+    Landmarks that were only planned are not known. Raises UsageError where one is wanted that has no measured position.
     """
     found: dict[str, KnownPoint] = {}
     heights: list[MeasuredHeight] = []
-    here = site.landmarks.on_floor(floor)
+    whole = site.landmarks.on_floor(floor)
+    here = whole.without_planned_positions()
     for i in np.flatnonzero(here.surveyed).tolist():
         sigma_m = math.sqrt(float(np.trace(here.covariance_bcs[i])) / 2)
         source = here.source[i] if here.source else ""
@@ -127,7 +128,8 @@ def known_points_of_site(
         )
     keys = set(found) if ALL in wanted else {rules.key(name) for name in wanted}
     if missing := sorted(keys - found.keys()):
-        raise UsageError(f"--known {missing[0]}: floor {floor} has no position of it")
+        planned = ", only a planned one, which is not known" if missing[0] in whole.planned_ids else ""
+        raise UsageError(f"--known {missing[0]}: floor {floor} has no measured position of it{planned}")
     return [one for key, one in found.items() if key in keys], [one for one in heights if one.point in keys]
 
 

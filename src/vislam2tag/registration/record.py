@@ -10,6 +10,8 @@ from vislam2tag.common.records import Record
 
 INTERCHANGED: FindingKind = "interchanged_landmarks"
 """Kind of the finding that two landmarks lie in each other's place."""
+WRONG_IDS: tuple[FindingKind, ...] = (INTERCHANGED, "other_ids", "shifted_ids")
+"""Kinds of findings about ids that are wrong."""
 
 
 class PositionSource(StrEnum):
@@ -107,6 +109,6 @@ class Registration(Record):
 
     @property
     def complete(self) -> bool:
-        """Whether nothing was left out, every landmark has a position, and no two look interchanged."""
-        interchanged = any(finding.kind == INTERCHANGED for finding in self.findings)
-        return not self.errors and not self.unplaced and not interchanged
+        """Whether nothing was left out, every landmark has a position, and all ids seem to be right."""
+        wrong_ids = any(finding.kind in WRONG_IDS for finding in self.findings)
+        return not self.errors and not self.unplaced and not wrong_ids

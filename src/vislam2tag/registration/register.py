@@ -10,6 +10,7 @@ from vislam2tag import __version__
 from vislam2tag.common.findings import Finding
 from vislam2tag.registration.clicks import Click
 from vislam2tag.registration.heights import MeasuredHeight, adjust_heights
+from vislam2tag.registration.id_findings import FAR_M, LandmarkTable, id_findings
 from vislam2tag.registration.measurements import repeats
 from vislam2tag.registration.names import Role, role_of
 from vislam2tag.registration.network import KnownPoint, Shot
@@ -29,8 +30,6 @@ from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.tape_file import TapeDistance, Target
 from vislam2tag.registration.trilateration import PlanBounds, TapeResult, trilaterate
 
-FAR_M = 1.0
-"""A landmark farther than this from where the site has it is reported."""
 CLICK_SIGMAS = 4.0
 """A landmark clicked so far from where it was measured is reported."""
 
@@ -76,6 +75,8 @@ class FloorMeasurements:
     clicks: Mapping[str, Click] = field(default_factory=dict)
     expected: Mapping[str, complex] = field(default_factory=dict)
     """Where the site has landmarks already, surveyed or planned."""
+    table: LandmarkTable | None = None
+    """The landmarks that the site has there, with a position or without."""
     extent_m: PlanBounds | None = None
     """Of the plan: left, right, lower, upper, BCS."""
 
@@ -113,9 +114,26 @@ def register_floor(
             "tape_residuals": tape_residuals(taped),
             "errors": (*start.errors, *taped.errors),
             "unplaced": dict(sorted(unplaced.items())),
-            "findings": (*start.findings, *expected_findings(placed, measured.expected, measured.clicks)),
+            "findings": (
+                *start.findings,
+                *_id_findings(measured, placed),
+                *expected_findings(placed, measured.expected, measured.clicks),
+            ),
         }
     )
+
+
+def _id_findings(measured: FloorMeasurements, placed: Mapping[str, complex]) -> list[Finding]:
+    """What is wrong with the names of the landmarks, where the site's table is known."""
+    if measured.table is None:
+        return []
+    return id_findings(measured.table, placed, _ties(measured), measured.expected)
+
+
+def _ties(measured: FloorMeasurements) -> list[str]:
+    """Names of the points that were shot and taken for ties."""
+    roles = (role_of(shot.point) for shot in measured.shots)
+    return list(dict.fromkeys(name for role, name in roles if role is Role.TIE))
 
 
 def _by_stations(

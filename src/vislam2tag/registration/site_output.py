@@ -10,8 +10,9 @@ from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.registration.record import RegisteredPoint
 from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
+from vislam2tag.survey.landmark_states import LandmarkState, StateRow, read_states
 from vislam2tag.survey.names import landmark_id
-from vislam2tag.survey.site_table import SiteTable, read_site_table
+from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table
 from vislam2tag.survey.table_columns import CONTROL_POINTS, LANDMARKS
 
 SAME_M = 5e-5
@@ -22,8 +23,8 @@ _OPTIONAL = ("z", "sigma_m", "heading_rad", "heading_sigma_rad")
 def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[RegisteredPoint], *, replace: bool) -> str:
     """The floor's landmark file with these landmarks in it: rows of others, and other columns, as they were.
 
-    Raises OutputError where a landmark has another position there and ``replace`` is not given, SurveyError where the
-    file there is no landmark file.
+    A position that was only planned is replaced in any case. Raises OutputError where a landmark has another position
+    there and ``replace`` is not given, SurveyError where the file there is no landmark file.
     """
     table = _table(root, table_path(folder / LANDMARK_FILE))
     header = list(table.header) if table.rows or table.header else ["id", "x", "y"]
@@ -33,11 +34,12 @@ def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[Regi
     header += [name for name in _OPTIONAL if name not in header and any(_cells(one)[name] for one in landmarks)]
     rows: list[list[str]] = []
     changed: list[str] = []
+    states, _ = read_states(root, folder)
     for line, fields in table.rows:
         row = [*fields, *[""] * (len(header) - len(fields))]
         name = landmark_id(fields[0])
         if name in wanted and _floor_of(table, fields) in ("", str(floor)):
-            if _differs(table, fields, wanted[name]):
+            if _differs(table, fields, wanted[name]) and not _is_planned(table, fields, states.get(name)):
                 changed.append(f"{name} ({table.place(line)})")
             _fill(row, header, wanted.pop(name))
         rows.append(row)
@@ -103,6 +105,23 @@ def _differs(table: SiteTable, fields: tuple[str, ...], one: RegisteredPoint) ->
     """Whether a row has a position, and another one."""
     cells = [table.cell(fields, "x"), table.cell(fields, "y")]
     return any(cells) and not _same(cells, one)
+
+
+def _is_planned(table: SiteTable, fields: tuple[str, ...], state: StateRow | None) -> bool:
+    """Whether the position of a row was only planned."""
+    try:
+        x, y = (finite_or_none(table.cell(fields, column)) for column in ("x", "y"))
+    except ValueError:
+        return False
+    return state is not None and x is not None and y is not None and state.plans(x, y)
+
+
+def measured_states(landmarks: Sequence[RegisteredPoint]) -> list[StateRow]:
+    """The states of registered landmarks, with positions as the landmark file has them."""
+    return [
+        StateRow(one.point, LandmarkState.MEASURED, one.source.value, round(one.x_m, 4), round(one.y_m, 4))
+        for one in landmarks
+    ]
 
 
 def _same(cells: Sequence[str], one: RegisteredPoint) -> bool:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from pathlib import Path
-
-import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.store import shown
@@ -12,12 +11,14 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.sessions.id_findings import other_ids_findings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
 from vislam2tag.survey.corrections.file import Corrections, read_corrections
+from vislam2tag.survey.landmark_states import LandmarkCounts
 from vislam2tag.survey.links import Link, link_findings, links_in
 from vislam2tag.survey.model import SessionRef, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
@@ -33,6 +34,8 @@ class FloorOverview(Record):
     elevation_m: float | None
     plan: str | None
     landmarks: int
+    landmarks_planned: int
+    """Those whose position was only planned."""
     landmarks_unsurveyed: int
     control_points: int
     sessions: int
@@ -118,13 +121,23 @@ def _inspection(root: Path, finding_settings: FindingSettings | None, progress: 
         survey=str(root),
         floors=_floors(survey),
         sessions=tuple(sessions),
-        findings=(*survey.findings, *link_findings(links)),
+        findings=(*survey.findings, *_id_findings(survey, sessions), *link_findings(links)),
         links=links,
     )
 
 
+def _id_findings(survey: Survey, sessions: list[SessionOverview]) -> list[Finding]:
+    """Ids of the sessions that are of another kind than those of the landmark tables."""
+    logged: dict[int, set[str]] = defaultdict(set)
+    for session in sessions:
+        logged[session.floor] |= set(session.landmarks_seen)
+    return other_ids_findings(survey.site.landmarks, logged)
+
+
 def _floors(survey: Survey) -> tuple[FloorOverview, ...]:
-    marks = survey.site.landmarks
+    counts = {
+        floor.number: LandmarkCounts.of(survey.site.landmarks.on_floor(floor.number)) for floor in survey.site.floors
+    }
     return tuple(
         FloorOverview(
             number=floor.number,
@@ -133,8 +146,9 @@ def _floors(survey: Survey) -> tuple[FloorOverview, ...]:
             height_m=floor.height_m,
             elevation_m=floor.elevation_m,
             plan=floor.plan.relative_to(survey.root).as_posix() if floor.plan else None,
-            landmarks=int(np.count_nonzero(marks.floor == floor.number)),
-            landmarks_unsurveyed=int(np.count_nonzero((marks.floor == floor.number) & ~marks.surveyed)),
+            landmarks=counts[floor.number].total,
+            landmarks_planned=counts[floor.number].planned,
+            landmarks_unsurveyed=counts[floor.number].without_position,
             control_points=len(floor.control_points.ids),
             sessions=sum(ref.key.floor == floor.number for ref in survey.sessions),
         )

@@ -16,6 +16,7 @@ from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.corrected_taps import with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
+from vislam2tag.sessions.id_findings import shifted_ids_findings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import (
@@ -108,6 +109,7 @@ class PreparedSession:
             *session.findings,
             *press_findings(session, task.floor),
             *landmarks_without_position(session.landmarks, self.landmarks, self.unused),
+            *shifted_ids_findings(session.camera, session.landmarks, self.landmarks),
             *told_by_others(task.told, task.ties),
             *ambiguous_floor(task.landmarks_of_all_floors(), session.key, session.camera, session.landmarks),
         ]
@@ -242,7 +244,16 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
     ``unused`` are those that only other floors have, where the session does not seem to have been.
     """
     missing = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
+    planned = [name for name in missing if name in landmarks.planned_ids]
+    missing = [name for name in missing if name not in planned]
     findings = []
+    if planned:
+        message = (
+            f"landmarks {', '.join(planned)} were seen, but their positions were only planned (vislam2tag plan), so "
+            "they are not used: measure them (vislam2tag register), let the walks place "
+            "them (process --together, survey-landmarks), or use the plan's places with --use-planned"
+        )
+        findings.append(Finding(kind="planned_landmarks", file="", count=len(planned), message=message))
     if missing:
         message = (
             f"landmarks {', '.join(missing)} were seen but have no surveyed position; only the smoother uses them, and "

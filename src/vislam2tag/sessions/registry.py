@@ -31,6 +31,7 @@ from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, re
 from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
 from vislam2tag.survey.corrections.unused import unused_corrections
 from vislam2tag.survey.discover import read_site, session_folders, zip_of
+from vislam2tag.survey.landmark_states import planned_findings
 from vislam2tag.survey.links import is_from_outside
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, StoredFolder, Survey
 from vislam2tag.survey.names import session_slugs
@@ -230,8 +231,11 @@ class SurveyFiles:
     findings: tuple[Finding, ...]
     odd_folders: tuple[Finding, ...]
 
-    def corrected(self, corrections: Corrections) -> Survey:
-        """The survey as corrections make it; raises SurveyError where they are wrong for it."""
+    def corrected(self, corrections: Corrections, *, use_planned: bool = False) -> Survey:
+        """The survey as corrections make it; raises SurveyError where they are wrong for it.
+
+        Landmark positions that were only planned are unknown to it unless ``use_planned`` is given.
+        """
         own = [found.key for found in self.sessions]
         keys = true_keys(own, corrections, self.site)
         unused = unused_corrections(corrections, [*keys, *own], self.site)
@@ -251,22 +255,29 @@ class SurveyFiles:
         site = with_control_points_corrected(self.site, corrections)
         in_order = tuple(sorted(refs, key=lambda ref: ref.key))
         off_plan = landmarks_off_plan(site, corrections)
-        return Survey(self.root, site, in_order, (*self.findings, *unused, *off_plan, *self.odd_folders))
+        planned = planned_findings(site.landmarks, use_planned=use_planned)
+        if not use_planned:
+            site = replace(site, landmarks=site.landmarks.without_planned_positions())
+        return Survey(self.root, site, in_order, (*self.findings, *unused, *off_plan, *planned, *self.odd_folders))
 
 
 def open_survey(
     root: AnyPath,
     default_sigma_m: float = SurveySettings().landmark_sigma_m,
     landmark_file: AnyPath | None = None,
+    *,
+    use_planned: bool = False,
 ) -> Survey:
     """Look at a survey folder: read the site's files, list the sessions, read none of them.
 
     ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none; ``landmark_file``
-    replaces the floors' own landmark files. Raises SurveyError where the folder is missing, no folder, cannot be
-    looked into, holds no floor or no session, or where ``corrections.toml`` or ``landmark_file`` is wrong.
+    replaces the floors' own landmark files. Positions that were only planned are unknown unless ``use_planned`` is
+    given. Raises SurveyError where the folder is missing, no folder, cannot be looked into, holds no floor or no
+    session, or where ``corrections.toml`` or ``landmark_file`` is wrong.
     """
     root, landmark_file = Path(root), path_or_none(landmark_file)
-    return survey_files(root, default_sigma_m, landmark_file).corrected(read_corrections(root))
+    files = survey_files(root, default_sigma_m, landmark_file)
+    return files.corrected(read_corrections(root), use_planned=use_planned)
 
 
 def survey_files(

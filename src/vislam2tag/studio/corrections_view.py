@@ -29,7 +29,7 @@ def corrections_view(workspace: Workspace) -> CorrectionsView:
     """The file as it is."""
     text, version = corrections_text(workspace.root)
     try:
-        survey = workspace.now.files.corrected(corrections_of(text))
+        survey = workspace.corrected(workspace.now.files, corrections_of(text))
         return CorrectionsView(version=version, text=text, entries=_entries(text, survey), problem=None)
     except SurveyError as error:
         return CorrectionsView(version=version, text=text, entries=[], problem=str(error))
@@ -49,7 +49,7 @@ def preview(workspace: Workspace, request: PreviewRequest) -> Preview:
         changed = changed_text(changed, request.changes)
     text = merged(base, changed, saved)
     corrections = corrections_of(text)
-    survey = workspace.now.files.corrected(corrections)
+    survey = workspace.corrected(workspace.now.files, corrections)
     return Preview(
         before=saved,
         text=text,
@@ -66,7 +66,7 @@ def saved(workspace: Workspace, text: str, version: str) -> CorrectionsView:
     Raises ChangedMeanwhileError where the file is another now, SurveyError where the text cannot be used for this
     survey, OutputError where it cannot be written.
     """
-    workspace.now.files.corrected(corrections_of(text))
+    workspace.corrected(workspace.now.files, corrections_of(text))
     save_text(workspace.root, text, version)
     workspace.refresh()
     return corrections_view(workspace)
@@ -81,7 +81,7 @@ def undone(workspace: Workspace, request: UndoRequest) -> Undone:
 
     def without_change(current: str) -> str:
         text = merged(request.after, request.before, current)
-        workspace.now.files.corrected(corrections_of(text))
+        workspace.corrected(workspace.now.files, corrections_of(text))
         return text
 
     before = change_text(workspace.root, without_change)

@@ -46,6 +46,8 @@ class LandmarkView(FiniteRecord):
     sigma_m: float | None
     heading_rad: float | None
     surveyed: bool
+    planned: bool
+    """Whether its position was only planned; it is surveyed only if the settings say that planned ones are used."""
     source: str
     corrected: Point | None
     """None where corrections leave it where it is, or concern some sessions only."""

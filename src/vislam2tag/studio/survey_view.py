@@ -102,9 +102,10 @@ def _statuses() -> list[StatusView]:
 
 
 def _landmarks(workspace: Workspace) -> list[LandmarkView]:
-    marks = workspace.now.survey.site.landmarks
+    marks, used = workspace.now.files.site.landmarks, workspace.now.survey.site.landmarks
     corrected = _corrected_places(workspace, marks)
     seen = _seen_in(workspace)
+    planned = {floor: marks.on_floor(floor).planned_ids for floor in np.unique(marks.floor).tolist()}
     views = []
     for i, (name, floor) in enumerate(zip(marks.ids, marks.floor.tolist(), strict=True)):
         before, after = marks.position_bcs[i], corrected.get((floor, name))
@@ -119,7 +120,8 @@ def _landmarks(workspace: Workspace) -> list[LandmarkView]:
                 z=_known(marks.z_m[i]),
                 sigma_m=math.sqrt(variance) if math.isfinite(variance) else None,
                 heading_rad=_known(marks.heading_rad[i]),
-                surveyed=bool(marks.surveyed[i]),
+                surveyed=bool(used.surveyed[i]),
+                planned=name in planned[floor],
                 source=marks.source[i] if marks.source else "",
                 corrected=(float(after[0]), float(after[1])) if moved and after is not None else None,
                 excluded=after is None,

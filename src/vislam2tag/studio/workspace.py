@@ -171,10 +171,20 @@ class Workspace:
             tuple(finding for finding in odd_folders if finding.kind != "from_outside"),
         )
 
+    def corrected(self, files: SurveyFiles, corrections: Corrections) -> Survey:
+        """The survey as corrections make it, with the studio's settings; raises SurveyError where they are wrong."""
+        return files.corrected(corrections, use_planned=self.settings.survey.use_planned)
+
     def _snapshot(self, files: SurveyFiles, text: str) -> Snapshot:
         corrections = corrections_of(text)
         version = hashlib.sha256(f"{self._site_stamp}{text}".encode()).hexdigest()[:16]
-        return Snapshot(files, corrections, files.corrected(corrections), version, None)
+        return Snapshot(
+            files,
+            corrections,
+            self.corrected(files, corrections),
+            version,
+            None,
+        )
 
     def _versions(self) -> Versions:
         labels = self.outputs[LABELS].stamp()

@@ -141,7 +141,7 @@ def _estimated(
     without: Collection[str],
 ) -> FrameChange:
     number = after.number
-    one, other = (marks.on_floor(number) for marks in (old, new))
+    one, other = (marks.on_floor(number).without_planned_positions() for marks in (old, new))
     ids = [name for name in one.ids if name in one.surveyed_ids & other.surveyed_ids and name not in without]
     rows, others = ([marks.index[name] for name in ids] for marks in (one, other))
     source, target = one.position_bcs[rows], other.position_bcs[others]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.limits import MAX_CONTROL_POINTS
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.survey.landmark_states import read_states
 from vislam2tag.survey.model import ControlPoints
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import (
@@ -27,6 +28,7 @@ from vislam2tag.survey.site_table import (
     unreadable_file,
 )
 from vislam2tag.survey.table_columns import CONTROL_POINTS, LANDMARKS
+from vislam2tag.survey.unmeasured_plan import perhaps_planned, proposals_in
 
 LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"
@@ -64,6 +66,8 @@ class SurveyedLandmark:
     heading_sigma_rad: float
     source: str
     """File and 1-based line, ``floor_1/marker_dict.csv:3``."""
+    planned: bool = False
+    """Whether the position was only planned."""
 
 
 def read_landmark_file(
@@ -86,7 +90,13 @@ def read_landmark_file(
         return [], [unreadable_file(name, error, "the floor's landmarks are unknown, its sessions cannot be mapped")]
     if (problem := table.missing_columns(LANDMARKS)) is not None:
         return [], [_no_landmarks("malformed_header", name, problem, table.header_lines)]
-    return _landmarks_of(table, floor, default_sigma_m, taken)
+    landmarks, findings = _landmarks_of(table, floor, default_sigma_m, taken)
+    states, state_findings = read_states(root, folder)
+    landmarks = [
+        replace(one, planned=one.landmark in states and states[one.landmark].plans(one.x_m, one.y_m))
+        for one in landmarks
+    ]
+    return landmarks, [*findings, *state_findings, *perhaps_planned(table, floor, states, proposals_in(root))]
 
 
 def read_landmark_files(
@@ -227,6 +237,7 @@ def landmarks_from(rows: Sequence[SurveyedLandmark]) -> Landmarks:
         heading_rad=columns[:, 4].copy(),
         heading_sigma_rad=columns[:, 5].copy(),
         source=tuple(r.source for r in rows),
+        planned=np.array([r.planned for r in rows], dtype=bool),
     )
 
 

@@ -16,3 +16,5 @@ class SurveySettings(FiniteRecord):
     landmark_sigma_m: float = Field(default=0.02, gt=0)
     """Standard deviation per axis of a surveyed landmark whose file gives none, metres: a total station's, with a sheet
     hung by hand."""
+    use_planned: bool = False
+    """Use positions of landmarks that are planned and not yet measured, with a sigma of 0.1 m."""

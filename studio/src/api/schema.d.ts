@@ -1477,6 +1477,8 @@ export interface components {
             heading_rad: number | null;
             /** Id */
             id: string;
+            /** Planned */
+            planned: boolean;
             /** Seen In */
             seen_in: number;
             /** Sigma M */

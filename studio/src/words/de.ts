@@ -211,6 +211,7 @@ export const de: Record<Word, string> = {
   'landmarks.search': 'Landmarken suchen',
   'landmarks.control': 'Kontrollpunkt',
   'landmarks.landmark': 'Landmarke',
+  'landmarks.planned': 'geplant, nicht gemessen',
   'landmarks.corrected': 'korrigiert',
   'landmarks.excluded': 'ausgeschlossen',
   'landmarks.seen': 'in {count} Aufnahmen gesehen',

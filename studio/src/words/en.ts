@@ -209,6 +209,7 @@ export const en = {
   'landmarks.search': 'Search landmarks',
   'landmarks.control': 'control point',
   'landmarks.landmark': 'landmark',
+  'landmarks.planned': 'planned, not measured',
   'landmarks.corrected': 'corrected',
   'landmarks.excluded': 'excluded',
   'landmarks.seen': 'seen in {count} walks',

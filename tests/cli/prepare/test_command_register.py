@@ -66,6 +66,7 @@ def test_a_folder_has_all_and_the_site_stays(site: Path, tmp_path: Path) -> None
     assert "4 landmarks and 0 control points registered, 0 without a position, 0 contradictions" in done.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         OWN_FILES,
+        "landmark_states.csv",
         "marker_dict.csv",
         "registration.json",
         "residuals.png",
@@ -138,7 +139,7 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
     for further, message in (
         (one, "nothing to register: give --station, --tape or --clicks"),
         ((*one, *station), "--station needs known points: --control FILE, or --known ID"),
-        ((*one, *station, "--known", "99"), "--known 99: floor 1 has no position of it"),
+        ((*one, *station, "--known", "99"), "--known 99: floor 1 has no measured position of it"),
         ((*one, *station, "--control", tmp_path / "one.csv"), "station S1 shares only point A with the building"),
         ((*one, *station, "--control", tmp_path / "gone.csv"), "gone.csv: cannot be opened"),
         ((*one, *station, "--known", "all", "--columns", "point,E"), "--columns point,E: N must be there"),

@@ -35,7 +35,10 @@ def test_the_sessions_route_counts_before_the_floors(tmp_path: Path, session: Pa
         ("", "expected the header 'point'"),
         ("0\n1\n", "expected the header 'point'"),
         ("point\n", "expected the header 'point'"),
-        ("point\n0\n7\n", r"route\.csv:3: there is no control point '7' on this floor \(known: 0 to 2\)"),
+        (
+            "point\n0\n7\n",
+            r"route\.csv:3: there is no control point '7' on this floor: refmarker.csv has 3 ids \(0, 1, 2\)",
+        ),
     ],
 )
 def test_a_wrong_route_is_refused(tmp_path: Path, session: Path, content: str, message: str) -> None:

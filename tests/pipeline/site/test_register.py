@@ -59,7 +59,7 @@ def test_labels_from_registered_landmarks_are_those_from_exact_ones(
     found = register(site, floor, FloorFiles(files, tmp_path / "known.csv", rules=RULES), SETTINGS)
     assert found.complete
     written = write_into_site(bare, floor, found, replace=False)
-    assert [path.name for path in written] == ["marker_dict.csv", "registration.json"]
+    assert [path.name for path in written] == ["marker_dict.csv", "landmark_states.csv", "registration.json"]
 
     true, landmarks = read_site(exact)[0].landmarks, read_site(bare)[0].landmarks
     assert landmarks.ids == true.ids

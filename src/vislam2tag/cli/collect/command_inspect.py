@@ -89,15 +89,21 @@ def _print(inspection: Inspection) -> None:
 def _floor_table(floors: Iterable[FloorOverview]) -> Table:
     from rich.markup import escape
 
+    from vislam2tag.survey.landmark_states import LandmarkCounts
+
     rows = table("Floors", ("floor", "plan"), ("size", "landmarks", "control points", "sessions"))
     for floor in floors:
         size = "unknown" if floor.width_m is None else f"{floor.width_m:.4g} m x {floor.height_m:.4g} m"
-        unsurveyed = f" ({floor.landmarks_unsurveyed} unsurveyed)" if floor.landmarks_unsurveyed else ""
+        counts = LandmarkCounts(
+            floor.landmarks - floor.landmarks_planned - floor.landmarks_unsurveyed,
+            floor.landmarks_planned,
+            floor.landmarks_unsurveyed,
+        )
         rows.add_row(
             escape(f"{floor.number}  {floor.name}"),
             escape(floor.plan or "none (metric grid)"),
             size,
-            f"{floor.landmarks}{unsurveyed}",
+            counts.short,
             str(floor.control_points),
             str(floor.sessions),
         )

@@ -77,10 +77,11 @@ def _check(
     json: AsJson = False,
     config: ConfigFile = None,
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
     from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, PAGE_FILE
 
-    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m}, survey)
+    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "survey.use_planned": use_planned}, survey)
     selection = selection_of(floor, device)
     with outputs_of_interrupted(*(() if out is None else (out / CHECK_FILE, out / PAGE_FILE))):
         found = _with_progress(survey, settings, out, landmarks, selection, follow_links, jobs)

@@ -11,7 +11,7 @@ from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
-from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 
@@ -58,6 +58,7 @@ def _diagnose(
     json: AsJson = False,
     jobs: Jobs = ALL_CORES,
     config: ConfigFile = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
     from vislam2tag.common.errors import UsageError
     from vislam2tag.pipeline.labels.joining.landmark_files import check_targets
@@ -75,7 +76,7 @@ def _diagnose(
         next_step("diagnose", survey=survey)
         return
     check_targets(survey, *([] if conflicts is None else [conflicts]))
-    settings = settings_of(config, {}, survey)
+    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with outputs_of_interrupted():
         found = _with_progress(survey, settings, jobs)
     if conflicts is not None:
@@ -90,8 +91,17 @@ def _diagnose(
         add_entries(survey, lines)
         say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
     if not json:
-        next_step("diagnose, faults" if lines and not apply else "diagnose", survey=survey)
+        next_step(_after(found, apply=apply), survey=survey)
     raise typer.Exit(0 if apply or not (found.faults or found.failed) else 1)
+
+
+def _after(found: Diagnosis, *, apply: bool) -> str:
+    """Name what to go on with."""
+    from vislam2tag.diagnosis.record import FaultKind
+
+    if any(fault.kind in (FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANNED) for fault in found.faults):
+        return "diagnose, by hand"
+    return "diagnose, faults" if any(fault.corrections for fault in found.faults) and not apply else "diagnose"
 
 
 def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
@@ -107,7 +117,7 @@ def _write_conflicts(page: Path, survey: Path, settings: Settings, found: Diagno
     from vislam2tag.sessions.registry import open_survey
     from vislam2tag.survey.links import left_out_of, shared_survey
 
-    opened = open_survey(survey, settings.survey.landmark_sigma_m)
+    opened = open_survey(survey, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
     shown = shared_survey(opened, follow_links=follow_links)
     print_warnings(left_out_of(shown.findings))
     write_conflict_page(page, shown, found.references)
@@ -119,7 +129,8 @@ def _text(found: Diagnosis) -> str:
     named = f"{len(found.faults)} named" if found.faults else "nothing is wrong that the walks could tell"
     failed = f", {len(found.failed)} failed" if found.failed else ""
     aside = f" of {found.sessions + found.left_aside}" if found.left_aside else ""
-    return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{aside}{failed})"])
+    marks = f"; {found.landmarks}" if found.landmarks else ""
+    return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{aside}{failed}){marks}"])
 
 
 def _paragraph(number: int, fault: Fault) -> str:

@@ -89,10 +89,16 @@ def _evaluate(
     config: ConfigFile = None,
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
     from vislam2tag.pipeline.labels.evaluating.evaluate import PAGE_FILE, evaluate
 
-    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "mapping.max_step_m": max_step_m}, survey)
+    given = {
+        "labels.max_sigma_m": max_sigma_m,
+        "mapping.max_step_m": max_step_m,
+        "survey.use_planned": use_planned,
+    }
+    settings = settings_of(config, given, survey)
     with interrupted_with(lambda: _there(out)), session_bar("walks") as bar:
         found = evaluate(
             survey,

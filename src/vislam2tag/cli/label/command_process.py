@@ -45,8 +45,9 @@ Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OU
 OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
 same OUT finished, and that have not changed since, are not repeated.
 
-Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
-not a survey, or OUT cannot be written, 130 interrupted. Whatever ended a run early, the same command goes on.
+Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, or landmark
+ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted. Whatever ended a run early,
+the same command goes on.
 
 \b
 Examples:
@@ -94,6 +95,7 @@ def _process(
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
     together: Annotated[bool | None, setting("together")] = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
     keep_freed_memory()
@@ -110,6 +112,7 @@ def _process(
         "labels.max_sigma_m": max_sigma_m,
         "mapping.max_step_m": max_step_m,
         "together": together,
+        "survey.use_planned": use_planned,
         "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
     }
     settings = settings_of(config, given, survey)
@@ -124,12 +127,12 @@ def _process(
         )
     if json:
         say_json(summary)
-        raise typer.Exit(1 if summary.failed else 0)
+        raise typer.Exit(1 if summary.failed or summary.has_wrong_ids else 0)
     _print_summary(summary, out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
     next_step(_after(summary), survey=survey, out=out)
-    raise typer.Exit(1 if summary.failed else 0)
+    raise typer.Exit(1 if summary.failed or summary.has_wrong_ids else 0)
 
 
 def _after(summary: Summary) -> str:

@@ -12,7 +12,7 @@ from vislam2tag.cli.interrupted import contents_there, interrupted_with
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
-from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 
@@ -27,8 +27,8 @@ Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as dia
 OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything: what
 is done and unchanged is kept. Each step has a command of its own with more options.
 
-Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
-not a survey, or OUT cannot be written, 130 interrupted.
+Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, or landmark
+ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted.
 
 \b
 Examples:
@@ -59,15 +59,16 @@ def _run(
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
-    settings = settings_of(config, {}, survey)
+    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with interrupted_with(lambda: contents_there(out, _PARTS)):
         made = _with_progress(survey, out, settings, landmarks, follow_links, jobs)
     if json:
         say_json(made)
     else:
         _print(made, survey, out)
-    raise typer.Exit(1 if made.labels.failed else 0)
+    raise typer.Exit(1 if made.labels.failed or made.labels.has_wrong_ids else 0)
 
 
 def _with_progress(

@@ -10,7 +10,7 @@ import typer
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
-from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table_console
 from vislam2tag.cli.terminal import say_json
 
@@ -55,6 +55,7 @@ def _survey_landmarks(
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
     ] = None,
@@ -63,7 +64,9 @@ def _survey_landmarks(
     from vislam2tag.pipeline.labels.joining.landmark_results import landmark_survey
 
     check_targets(survey, out, *([] if report is None else [report]))
-    joint = _with_progress(survey, settings_of(config, {}, survey), tuple(floor or ()), jobs)
+    joint = _with_progress(
+        survey, settings_of(config, {"survey.use_planned": use_planned}, survey), tuple(floor or ()), jobs
+    )
     result = landmark_survey(joint)
     write_completed(result, out, report, shared_errors(joint))
     if json:

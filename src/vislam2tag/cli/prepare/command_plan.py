@@ -141,7 +141,11 @@ def _print(result: PlanSummary, out: Path, write: bool) -> None:
     for finding in result.findings:
         console.print(f"{finding.severity}: {escape(finding.file)}: {escape(finding.message)}", soft_wrap=True)
     if write:
-        console.print("the new landmarks are in the site's marker_dict.csv files, until surveyed with a sigma of 0.1 m")
+        console.print(
+            "the new landmarks are in the site's marker_dict.csv files as planned; commands that map walks use them "
+            "once they are measured (vislam2tag register), or with --use-planned",
+            soft_wrap=True,
+        )
     console.print(f"page: {escape(str(out / PAGE_FILE))}", soft_wrap=True)
 
 

@@ -32,8 +32,8 @@ out and named: points interchanged, mistyped, or off. Tape distances (--tape, wi
 clicks on the plan (--click writes the page, --clicks reads its file) are cheaper and less exact. Nothing is written
 without --out or --write. docs/how-to/registration.md tells formats and method.
 
-Exit code: 0 all right, 1 something was left out, a landmark got no position, or two look interchanged, 2 wrong usage,
-or the measurements do not suffice, 130 interrupted.
+Exit code: 0 all right, 1 something was left out, a landmark got no position, two look interchanged, or names do not
+match the landmark table, 2 wrong usage, or the measurements do not suffice, 130 interrupted.
 
 \b
 Examples:

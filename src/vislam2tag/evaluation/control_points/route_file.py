@@ -9,6 +9,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.intake.ids import NamedIds, compare_ids
 from vislam2tag.survey.site_table import SiteTable, is_file, read_site_table
 
 ROUTE_FILE = "route.csv"
@@ -32,6 +33,11 @@ def read_route(root: Path, session: Path, ids: Sequence[str]) -> IntArray | None
     return np.array([_index(path, table, row, ids) for row in range(len(table.rows))], dtype=np.int64)
 
 
+def _counted_from_one(ids: Sequence[str]) -> set[str]:
+    """The ids that the control points would have if they were counted from 1."""
+    return {str(number) for number in range(1, len(ids) + 1)}
+
+
 def _there(folder: Path) -> bool:
     return is_file(folder / ROUTE_FILE)
 
@@ -39,6 +45,11 @@ def _there(folder: Path) -> bool:
 def _index(path: Path, table: SiteTable, row: int, ids: Sequence[str]) -> int:
     line, fields = table.rows[row]
     if fields[0] not in ids:
-        known = f"{ids[0]} to {ids[-1]}" if ids else "none"
-        raise SurveyError(f"{path}:{line}: there is no control point '{fields[0]}' on this floor (known: {known})")
+        named = tuple(dict.fromkeys(row[0] for _, row in table.rows))
+        found = compare_ids(NamedIds("refmarker.csv", tuple(ids)), NamedIds("the route", named))
+        counting = "; control points are counted from 0" if ids and set(named) <= _counted_from_one(ids) else ""
+        raise SurveyError(
+            f"{path}:{line}: there is no control point '{fields[0]}' on this floor: {found.text}{counting}; correct "
+            "the route"
+        )
     return list(ids).index(fields[0])

@@ -232,7 +232,7 @@ class FleetRun:
             settings = self.settings_for(root)
             if settings.together:
                 raise UsageError("together: a fleet maps each walk alone; run process on the survey, or leave it out")
-            survey = open_survey(root, settings.survey.landmark_sigma_m)
+            survey = open_survey(root, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
             row = described(survey) | {"inputs": inputs, "labels": self._labels_key(survey, settings, inputs)}
             reduced = self._is_reduced(name, str(row["labels"]))
             out = self.fleet.root / LABELS / name

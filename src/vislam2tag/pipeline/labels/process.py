@@ -17,10 +17,12 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.diagnosis.record import Fault
+from vislam2tag.diagnosis.other_ids import id_faults
+from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.references import References
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.labeling.results import (
@@ -56,6 +58,13 @@ from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.links import is_described_from_outside, shared_survey
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
+
+ID_FINDINGS: dict[FaultKind, FindingKind] = {
+    FaultKind.OTHER_IDS: "other_ids",
+    FaultKind.SHIFTED_IDS: "shifted_ids",
+    FaultKind.PLANNED: "planned_landmarks",
+}
+"""Faults of ids, for which there are no lines for ``corrections.toml``, and the findings that name them."""
 
 
 def process(
@@ -94,7 +103,7 @@ def process(
         refuse_together(settings.strategy)
     run_all = executor or partial(process_all, workers=jobs)
     with survey_at_hand(survey_root) as root:
-        survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks)
+        survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned)
         with label_run(
             survey,
             read_corrections(root),
@@ -188,8 +197,8 @@ def opened_run(
     follow_links: bool = False,
 ) -> LabelRun:
     """The run that processes a survey at hand into an output that nobody claims here; raises as :func:`process`."""
-    survey, corrections = open_survey(root, settings.survey.landmark_sigma_m, landmarks), read_corrections(root)
-    return _label_run(survey, corrections, selection or Selection(), settings, folder, follow_links)
+    survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned)
+    return _label_run(survey, read_corrections(root), selection or Selection(), settings, folder, follow_links)
 
 
 def _label_run(
@@ -357,10 +366,15 @@ def kept_faults(
 ) -> list[Fault]:
     """What the walks tell to be wrong with the survey, by what is kept of their passes (by slug)."""
     walks = [kept_walk(ref.key, passes[ref.slug]) for ref in refs if ref.slug in passes]
-    return found_faults(survey_evidence(survey, walks, rooms))[0]
+    of_ids, walks = id_faults(survey.site.landmarks, walks)
+    return [*of_ids, *found_faults(survey_evidence(survey, walks, rooms))[0]]
 
 
 def _fault_finding(fault: Fault) -> Finding:
+    kind = ID_FINDINGS.get(fault.kind)
+    if kind is not None:
+        message = f"{fault.summary}: {fault.evidence}"
+        return Finding(kind=kind, file="", count=len(fault.landmarks), message=message, severity=Severity.ERROR)
     what = f"vislam2tag diagnose gives the lines for {CORRECTIONS_FILE} that correct it"
     message = f"{fault.summary}: {fault.evidence}; {what}"
     return Finding(kind="survey_fault", file=CORRECTIONS_FILE, count=1, message=message)

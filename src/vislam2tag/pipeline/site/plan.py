@@ -23,10 +23,11 @@ from vislam2tag.figures.style import rendered
 from vislam2tag.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
 from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.planning.site_files import marker_text, read_forbidden
+from vislam2tag.planning.site_files import marker_text, planned_states, read_forbidden
 from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
 from vislam2tag.survey.discover import floor_folders, read_site
 from vislam2tag.survey.landmark_file import LANDMARK_FILE, table_path
+from vislam2tag.survey.landmark_states import write_states
 from vislam2tag.survey.links import refuse_outside_plan, shared_site
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
@@ -181,7 +182,7 @@ def _write(folder: Folder, planned: Sequence[PlannedFloor], result: PlanSummary)
 
 
 def add_to_site(site_folder: Path, result: PlanSummary) -> None:
-    """Add the new landmarks to the floors' own files; each is replaced whole.
+    """Add the new landmarks to the floors' own files as planned, not measured; each is replaced whole.
 
     Raises OutputError where one cannot be read or written.
     """
@@ -195,6 +196,8 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         except OSError as error:
             raise OutputError(f"{path}: cannot be read ({error.strerror}); nothing was written to it") from error
         text = marker_text(before, floor.landmarks)
+        # the states come first: a position without one would count as measured
+        write_states(site_folder, path.parent, planned_states(floor.landmarks))
         write_in_survey(site_folder, path, text.encode("utf-8", errors="surrogateescape"))
 
 

@@ -16,16 +16,18 @@ from vislam2tag.core.similarity import as_complex
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
 from vislam2tag.registration.clicks import read_clicks
+from vislam2tag.registration.id_findings import LandmarkTable
 from vislam2tag.registration.measurements import known_points_of_site, read_known_points, read_stations
 from vislam2tag.registration.names import NameRules
 from vislam2tag.registration.point_file import PointColumn
 from vislam2tag.registration.record import Registration
 from vislam2tag.registration.register import FloorMeasurements, register_floor
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.registration.site_output import control_point_text, landmark_text
+from vislam2tag.registration.site_output import control_point_text, landmark_text, measured_states
 from vislam2tag.registration.tape_file import read_distances, read_targets
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
+from vislam2tag.survey.landmark_states import STATES_FILE, updated_states_text
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.written_files import write_in_survey
 
@@ -105,6 +107,7 @@ def _measured(
         targets=targets,
         clicks=clicks,
         expected=expected,
+        table=LandmarkTable(floor.number, here.ids, here.planned_ids),
         extent_m=floor.extent_m,
     )
     return measured, [*findings, *problems, *more_problems, *click_problems]
@@ -154,6 +157,7 @@ def _texts(root: Path, folder: Path, floor: Floor, found: Registration, *, repla
     texts: dict[str, str] = {}
     if found.landmarks:
         texts[LANDMARK_FILE] = landmark_text(root, folder, floor.number, found.landmarks, replace=replace)
+        texts[STATES_FILE] = updated_states_text(root, folder, measured_states(found.landmarks))
     if found.control_points:
         texts[CONTROL_POINT_FILE] = control_point_text(root, folder, found.control_points, replace=replace)
     return texts | {RECORD_FILE: found.model_dump_json(indent=1) + "\n"}

@@ -14,6 +14,7 @@ from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.page import data_uri, write_page
 from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.landmark_states import LandmarkCounts
 from vislam2tag.survey.links import site_name
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
@@ -28,8 +29,7 @@ class FloorSummary:
     floor: Floor
     pixel_m: float | None
     """Width of a pixel of the plan, metres; None where it cannot be drawn."""
-    landmarks: int
-    unsurveyed: int
+    landmarks: LandmarkCounts
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,8 @@ def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: b
     for floor in chosen:
         pixel_m, problems = _pixel(root, floor)
         odd += problems
-        here = site.landmarks.on_floor(floor.number)
-        known = int(here.surveyed.sum())
-        summaries.append(FloorSummary(floor, pixel_m, len(here.ids), len(here.ids) - known))
+        counts = LandmarkCounts.of(site.landmarks.on_floor(floor.number))
+        summaries.append(FloorSummary(floor, pixel_m, counts))
     return SiteSummary(site, tuple(summaries), (*findings, *odd))
 
 

@@ -17,6 +17,7 @@ from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
 from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
+from vislam2tag.survey.landmark_states import STATES_FILE, changed_states_text
 from vislam2tag.survey.links import CURE, left_out_of, outside_link
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.images import GREATEST_PX
@@ -109,6 +110,8 @@ def _write_surveyed(root: Path, out: Folder, changes: Mapping[int, FrameChange],
         else:
             text = changed_points_text(root, path, changes[number])
         out.write(f"floor_{number}/{name}", text)
+        if name == LANDMARK_FILE and (states := changed_states_text(root, folder, changes[number])) is not None:
+            out.write(f"floor_{number}/{STATES_FILE}", states)
         written += 1
     return written
 

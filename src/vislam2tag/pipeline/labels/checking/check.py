@@ -91,7 +91,9 @@ def check(
     """
     survey_root, out, landmarks = Path(survey_root), path_or_none(out), path_or_none(landmarks)
     settings = settings or ProcessSettings()
-    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
+    survey = open_survey(
+        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
+    )
     corrections = read_corrections(survey_root)
     refs = selected(survey, corrections, selection or Selection())
     if out is not None:

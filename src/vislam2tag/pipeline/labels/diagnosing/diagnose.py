@@ -13,7 +13,8 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
+from vislam2tag.diagnosis.other_ids import id_faults
+from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind, Gain
 from vislam2tag.diagnosis.references import References
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.stream_faults import stream_faults
@@ -31,6 +32,7 @@ from vislam2tag.sessions.registry import open_survey, true_keys
 from vislam2tag.survey.corrections.file import Corrections, read_corrections
 from vislam2tag.survey.corrections.lines import with_entries
 from vislam2tag.survey.discover import session_folders
+from vislam2tag.survey.landmark_states import LandmarkCounts
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.walkable.space import walkable_space
@@ -56,7 +58,9 @@ def diagnose(
     """
     survey_root, landmarks = Path(survey_root), path_or_none(landmarks)
     settings = settings or ProcessSettings()
-    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
+    survey = open_survey(
+        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
+    )
     corrections = read_corrections(survey_root)
     chosen = selected(survey, corrections, selection or Selection())
     refs = thinned(chosen)
@@ -70,6 +74,7 @@ def diagnose(
     process_all(partial(observe_session, settings), todo, jobs, keep)
     sessions.sort(key=lambda session: session.key)
     walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
+    of_ids, walks = id_faults(survey.site.landmarks, walks)
     faults, corrected = found_faults(survey_evidence(survey, walks))
     heard = {session.key: session.heard for session in sessions if session.heard is not None}
     ways = {key: one.as_way for key, one in heard.items()}
@@ -78,8 +83,11 @@ def diagnose(
     signs = {session.key: session.signs for session in sessions if session.signs is not None}
     faults += stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)
     faults += [fault for session in sessions for fault in session.faults]
-    found = _references(survey, settings, sessions, faults)
-    faults += odd_faults(found, faults)
+    if any(fault.kind is FaultKind.SHIFTED_IDS for fault in of_ids):
+        found = References()  # every place contradicts then
+    else:
+        found = _references(survey, settings, sessions, faults)
+    faults = [*of_ids, *faults, *odd_faults(found, faults)]
     shares = {session.key: session.share for session in sessions}
     return Diagnosis(
         version=__version__,
@@ -88,6 +96,7 @@ def diagnose(
         failed=[session.error for session in sessions if session.error is not None],
         faults=_with_gains(survey, settings, refs, faults, shares),
         references=found,
+        landmarks=str(LandmarkCounts.of(survey.site.landmarks)) if survey.site.landmarks.ids else "",
     )
 
 

@@ -80,7 +80,9 @@ def evaluate(
         strategy_named(name, settings.mapping)
     if truth is not None and not truth.is_dir():
         raise UsageError(f"--truth {truth}: is no folder; it holds a file for each session, such as SLUG.tum")
-    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
+    survey = open_survey(
+        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
+    )
     corrections = read_corrections(survey_root)
     refs = selected(survey, corrections, selection)
     refuse_among_sessions(survey, out)

@@ -222,7 +222,7 @@ def survey_landmarks(
     """
     root = Path(root)
     settings = settings or ProcessSettings()
-    survey = open_survey(root, settings.survey.landmark_sigma_m)
+    survey = open_survey(root, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
     corrections = read_corrections(root)
     there = {ref.key.floor for ref in survey.sessions}
     for floor in floors:

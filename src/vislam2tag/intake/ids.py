@@ -1,0 +1,203 @@
+"""Two sets of ids that should name the same things: which agree, and the pattern that maps one set to the other."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+LEAST_UNKNOWN = 2
+"""One unknown id is a new landmark or a slip; from two on, ids of another kind are looked for."""
+LEAST_SHARE = 0.8
+"""A pattern maps at least this share of the unknown ids."""
+_SHOWN = 5
+_NUMBERED = re.compile(r"(.*?)(\d+)(\D*)", re.DOTALL)
+_PADDED = re.compile(r"(?<!\d)0+(?=\d)")
+_SEPARATOR = re.compile(r"[\s_.-]+")
+_MOST_AFFIX = 40
+"""Letters of a prefix or suffix that is looked for."""
+
+
+@dataclass(frozen=True)
+class NamedIds:
+    """A set of ids and what a message calls it: ``the landmark table of floor 1``."""
+
+    name: str
+    ids: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """How many they are and the first few: ``the landmark table of floor 1 has 9 ids (1, 2, 3, 4, 5, ...)``."""
+        more = ", ..." if len(self.ids) > _SHOWN else ""
+        return f"{self.name} has {len(self.ids)} ids ({', '.join(self.ids[:_SHOWN])}{more})"
+
+
+@dataclass(frozen=True)
+class IdPattern:
+    """How ids of one set are written in the other."""
+
+    kind: str
+    """What differs: ``prefix or suffix``."""
+    mapping: Mapping[str, str]
+    """From each id that the pattern explains to the one in the other set."""
+
+    @property
+    def text(self) -> str:
+        """In words, with an example: ``other prefix or suffix: tag_1 there is 1 here``."""
+        theirs, ours = next(iter(self.mapping.items()))
+        return f"{self.kind}: {theirs} there is {ours} here"
+
+
+@dataclass(frozen=True)
+class IdComparison:
+    """What two sets of ids have in common. ``ours`` is the reference, as a rule a table of the survey."""
+
+    ours: NamedIds
+    theirs: NamedIds
+    agree: tuple[str, ...]
+    unknown: tuple[str, ...]
+    """Those of theirs that are not among ours."""
+    pattern: IdPattern | None
+    """How the unknown ones are written among ours; None if no pattern explains them."""
+
+    @property
+    def differ(self) -> bool:
+        """Whether the sets are of different kinds: a pattern explains the unknown ids, or nothing agrees at all.
+
+        Unknown ids besides known ones are usual: landmarks that nobody has surveyed yet.
+        """
+        return len(self.unknown) >= LEAST_UNKNOWN and (not self.agree or self.pattern is not None)
+
+    @property
+    def text(self) -> str:
+        """Both sets, how many ids agree, and the pattern."""
+        agree = f"{len(self.agree)} of them agree" if self.agree else "none of them agree"
+        pattern = "no pattern maps one to the other" if self.pattern is None else f"the pattern is: {self.pattern.text}"
+        return f"{self.ours.text}, {self.theirs.text}; {agree}; {pattern}"
+
+
+def compare_ids(ours: NamedIds, theirs: NamedIds) -> IdComparison:
+    """Compare two sets of ids and look for the pattern that maps the unknown ones of theirs to ours."""
+    known = set(ours.ids)
+    agree = tuple(name for name in theirs.ids if name in known)
+    unknown = tuple(name for name in theirs.ids if name not in known)
+    free = tuple(name for name in ours.ids if name not in set(agree))
+    pattern = None
+    if len(unknown) >= LEAST_UNKNOWN and free:
+        pattern = max(_patterns(unknown, free, every=not agree), key=lambda one: len(one.mapping), default=None)
+    return IdComparison(ours, theirs, agree, unknown, pattern)
+
+
+def _patterns(theirs: Sequence[str], ours: Sequence[str], *, every: bool) -> Iterator[IdPattern]:
+    """Patterns that explain most of theirs, the plainest first.
+
+    Without ``every``, those alone that can hardly hold by chance if some ids of both sets agree already.
+    """
+    plain: list[tuple[str, Callable[[str], str]]] = [
+        ("upper and lower case or separators", _without_case),
+        ("zero padding", _without_padding),
+        ("upper and lower case, separators or zero padding", lambda name: _without_case(_without_padding(name))),
+    ]
+    for kind, form in plain:
+        yield from _explained(kind, theirs, ours, form, form)
+    for ahead, behind in _affixes(theirs):
+        yield from _affix_pattern(theirs, ours, (ahead, behind), ("", ""))
+    for ahead, behind in _affixes(ours):
+        yield from _affix_pattern(theirs, ours, ("", ""), (ahead, behind))
+    if every:
+        for own in _affixes(theirs):
+            for other in _affixes(ours):
+                yield from _affix_pattern(theirs, ours, own, other)
+        yield from _shifted(theirs, ours)
+
+
+def _without_case(name: str) -> str:
+    return _SEPARATOR.sub("", name).casefold()
+
+
+def _without_padding(name: str) -> str:
+    return _PADDED.sub("", name)
+
+
+def _affix_pattern(
+    theirs: Sequence[str], ours: Sequence[str], own: tuple[str, str], other: tuple[str, str]
+) -> Iterator[IdPattern]:
+    def form(affix: tuple[str, str]) -> Callable[[str], str]:
+        def core(name: str) -> str:
+            inner = name[len(affix[0]) : len(name) - len(affix[1])]
+            fits = name.startswith(affix[0]) and name.endswith(affix[1]) and inner
+            return _without_padding(inner) if fits else ""
+
+        return core
+
+    yield from _explained("other prefix or suffix", theirs, ours, form(own), form(other))
+
+
+def _affixes(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Prefixes and suffixes that all names share, the longest first; digits and parts of them belong to the id."""
+    ahead = _shared_start(names)[:_MOST_AFFIX]
+    behind = _shared_start([name[::-1] for name in names])[:_MOST_AFFIX][::-1]
+    heads = [ahead[:length] for length in range(len(ahead), -1, -1) if not ahead[:length][-1:].isdigit()]
+    tails = [behind[start:] for start in range(len(behind) + 1) if not behind[start:][:1].isdigit()]
+    pairs = [(heads[0], tails[0]), *((head, "") for head in heads), *(("", tail) for tail in tails)]
+    return [pair for pair in dict.fromkeys(pairs) if pair != ("", "")]
+
+
+def _shared_start(names: Sequence[str]) -> str:
+    """The letters with which all names start."""
+    least, most = min(names), max(names)
+    length = next((i for i, (one, other) in enumerate(zip(least, most, strict=False)) if one != other), len(least))
+    return least[:length]
+
+
+def _explained(
+    kind: str,
+    theirs: Sequence[str],
+    ours: Sequence[str],
+    their_form: Callable[[str], str],
+    our_form: Callable[[str], str],
+) -> Iterator[IdPattern]:
+    """The pattern, if most of theirs are ours once both are brought to one form, one to one."""
+    there: dict[str, list[str]] = {}
+    for name in ours:
+        there.setdefault(our_form(name), []).append(name)
+    mapping = {name: there[form][0] for name in theirs if (form := their_form(name)) and len(there.get(form, ())) == 1}
+    if _is_enough(mapping, theirs):
+        yield IdPattern(kind, mapping)
+
+
+def _is_enough(mapping: Mapping[str, str], theirs: Collection[str]) -> bool:
+    most = max(LEAST_UNKNOWN, LEAST_SHARE * len(theirs))
+    return len(mapping) >= most and len(set(mapping.values())) == len(mapping)
+
+
+def _shifted(theirs: Sequence[str], ours: Sequence[str]) -> Iterator[IdPattern]:
+    """Ids that are numbers, with the same letters around all, and differ by one constant."""
+    own, other = _numbers(theirs), _numbers(ours)
+    if own is None or other is None:
+        return
+    by_number = {number: name for name, number in other.items()}
+    differences = Counter(there - here for here in own.values() for there in by_number)
+    whole = {
+        shift: mapping
+        for shift in differences
+        if shift
+        and _is_enough(
+            mapping := {name: by_number[n + shift] for name, n in own.items() if n + shift in by_number}, own
+        )
+    }
+    likely = {shift: of for shift, of in whole.items() if len(of) == max(map(len, whole.values()))}
+    best = min(
+        likely, key=lambda shift: (abs(shift) != 1, str(abs(shift)).rstrip("0") not in "1", abs(shift)), default=0
+    )
+    if best and (len(likely) == 1 or abs(best) == 1 or str(abs(best)).rstrip("0") == "1"):
+        yield IdPattern(f"all shifted by {best:+d}", likely[best])
+
+
+def _numbers(names: Sequence[str]) -> dict[str, int] | None:
+    """The number in each id; None unless all have one, with the same letters around it."""
+    matches = {name: _NUMBERED.fullmatch(name) for name in names}
+    found = {name: int(match[2]) for name, match in matches.items() if match is not None and len(match[2]) < 10}
+    around = {(match[1], match[3]) for match in matches.values() if match is not None}
+    return found if len(found) == len(names) and len(around) == 1 else None

@@ -1,0 +1,93 @@
+"""Ids that walks logged against those of the landmark tables: other names, and names shifted by a constant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, longest_section
+from vislam2tag.intake.ids import IdComparison, NamedIds, compare_ids
+from vislam2tag.intake.shifted_ids import IdShift, shift_by_geometry
+
+SAME_IDS = (
+    "give the sheets the ids of the table in the app, or write the logged ids into the first column of marker_dict.csv"
+)
+"""What to do."""
+
+
+def compared_with_logs(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]) -> dict[int, IdComparison]:
+    """Compare the ids that all walks of each floor logged with the tables, for floors where they are of other kinds.
+
+    Ids of other floors' tables count as known: a walk may go there. Floors without a table are left out.
+    """
+    every = set(landmarks.ids)
+    found = {}
+    for floor, names in sorted(logged.items()):
+        table = landmarks.on_floor(floor).ids
+        seen = tuple(name for name in sorted(set(names), key=_natural) if name not in every or name in table)
+        if not table or not seen:
+            continue
+        elsewhere = len(seen) < len(set(names))
+        one = compare_ids(
+            NamedIds(f"the landmark table of floor {floor}", table), NamedIds("what the phones logged there", seen)
+        )
+        if one.differ and (one.pattern is not None or not elsewhere):
+            found[floor] = one
+    return found
+
+
+def other_ids_findings(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]) -> list[Finding]:
+    """Report floors whose walks logged ids of another kind than the table has."""
+    return [
+        Finding(
+            kind="other_ids",
+            file="",
+            count=len(one.unknown),
+            message=f"the ids do not match: {one.text}. Landmarks without a match are unsurveyed: {SAME_IDS}",
+            severity=Severity.ERROR,
+        )
+        for one in compared_with_logs(landmarks, logged).values()
+    ]
+
+
+def shifted_ids_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
+    """Report a walk whose ids are all shifted against the table's, by the distances between its landmarks."""
+    found = _shift_of(*longest_section(camera, log), landmarks)
+    if found is None:
+        return []
+    message = (
+        f"the ids seem to be shifted: {found.text}; the walk's labels are wrong. The phone logged landmarks "
+        f"{', '.join(sorted(log.ids, key=_natural)[:5])}, ...: {SAME_IDS}"
+    )
+    count = len(log.ids)
+    return [Finding(kind="shifted_ids", file="", count=count, message=message, severity=Severity.ERROR)]
+
+
+def _shift_of(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> IdShift | None:
+    """The shift of a walk's ids, each landmark taken where the camera was nearest to it."""
+    usable = np.flatnonzero(~log.lost & camera.usable[log.frame])
+    if not len(usable):
+        return None
+    apart = np.linalg.norm(log.position_acs[usable] - camera.position_acs[log.frame[usable]], axis=1)
+    order = usable[np.lexsort((apart, log.landmark[usable]))]
+    _, first = np.unique(log.landmark[order], return_index=True)
+    rows = order[first]
+    rows = rows[np.argsort(log.frame[rows], kind="stable")]
+    way = np.flatnonzero(camera.usable)
+    plane = camera.plane_acs[way]
+    walked = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(plane, axis=0), axis=1))))
+    surveyed = np.flatnonzero(landmarks.surveyed).tolist()
+    return shift_by_geometry(
+        [log.ids[i] for i in log.landmark[rows].tolist()],
+        as_complex(log.plane_acs[rows]),
+        walked[np.searchsorted(way, log.frame[rows])],
+        {landmarks.ids[i]: complex(*landmarks.position_bcs[i]) for i in surveyed},
+    )
+
+
+def _natural(name: str) -> tuple[int, int, str]:
+    """Numbers by their value, then names."""
+    return (0, int(name), "") if name.isdecimal() else (1, 0, name)

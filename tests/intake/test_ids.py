@@ -1,0 +1,81 @@
+"""The pattern that renames a set of ids is found, whatever the renaming; sets of one kind are left alone."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vislam2tag.intake.ids import IdComparison, NamedIds, compare_ids
+
+NUMBERS = [str(number) for number in range(1, 10)]
+AFFIX = st.text(alphabet="abcDEF_- ", max_size=6)
+
+
+def compared(ours: list[str], theirs: list[str]) -> IdComparison:
+    return compare_ids(NamedIds("the table", tuple(ours)), NamedIds("the phone", tuple(theirs)))
+
+
+@given(
+    numbers=st.sets(st.integers(1, 5000), min_size=2, max_size=30), ahead=AFFIX, behind=AFFIX, width=st.integers(1, 5)
+)
+def test_prefix_suffix_and_padding_are_found(numbers: set[int], ahead: str, behind: str, width: int) -> None:
+    ours = [str(number) for number in sorted(numbers)]
+    theirs = [f"{ahead}{number:0{width}d}{behind}" for number in sorted(numbers)]
+    found = compared(ours, theirs)
+    if len(found.unknown) >= 2:
+        assert found.differ
+        assert found.pattern is not None
+        renamed = dict(zip(theirs, ours, strict=True))
+        assert all(renamed[name] == own for name, own in found.pattern.mapping.items())
+        assert set(found.pattern.mapping) == set(found.unknown)
+        assert compared(theirs, ours).pattern is not None
+
+
+@given(count=st.integers(2, 40), shift=st.integers(50, 3000))
+def test_a_shift_of_whole_sets_is_found(count: int, shift: int) -> None:
+    ours = [str(number) for number in range(1, count + 1)]
+    found = compared(ours, [str(int(name) + shift) for name in ours])
+    assert found.differ
+    assert found.pattern is not None
+    assert found.pattern.kind == f"all shifted by -{shift}"
+
+
+@given(
+    ours=st.sets(st.text(min_size=1, max_size=6), max_size=15),
+    theirs=st.sets(st.text(min_size=1, max_size=6), max_size=15),
+)
+def test_whatever_the_ids_are_the_counts_hold(ours: set[str], theirs: set[str]) -> None:
+    found = compared(sorted(ours), sorted(theirs))
+    assert set(found.agree) == ours & theirs
+    assert set(found.unknown) == theirs - ours
+    if found.pattern is not None:
+        assert set(found.pattern.mapping) <= theirs - ours
+        assert set(found.pattern.mapping.values()) <= ours - theirs
+        assert len(set(found.pattern.mapping.values())) == len(found.pattern.mapping)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "pattern"),
+    [
+        (NUMBERS, [f"tag_{name}" for name in NUMBERS], "other prefix or suffix: tag_1 there is 1 here"),
+        (["LM1", "LM2", "LM3"], ["tag-1", "tag-2"], "other prefix or suffix: tag-1 there is LM1 here"),
+        (["Lobby", "Door"], ["lobby", "door"], "upper and lower case or separators: lobby there is Lobby here"),
+        (["tag_1", "tag_2"], ["tag_01", "tag_02"], "zero padding: tag_01 there is tag_1 here"),
+        (["A_1", "A_2"], ["B_2", "B_3"], None),
+        (NUMBERS, ["x", "y", "z"], None),
+        (NUMBERS, ["1", "2", "tag_5", "tag_6"], "other prefix or suffix: tag_5 there is 5 here"),
+    ],
+)
+def test_sets_of_other_kinds(ours: list[str], theirs: list[str], pattern: str | None) -> None:
+    found = compared(ours, theirs)
+    assert found.differ
+    assert found.pattern is None or pattern is None or found.pattern.text == pattern
+    assert (found.pattern is None) == (pattern is None) or ours == ["A_1", "A_2"]
+    assert f"the table has {len(ours)} ids ({ours[0]}" in found.text
+    assert f"the phone has {len(theirs)} ids ({theirs[0]}" in found.text
+
+
+@pytest.mark.parametrize("theirs", [["3", "4"], ["1", "2", "44"], ["1", "44", "45"], ["44"], [], ["1", "a", "b"]])
+def test_some_of_the_landmarks_and_new_ones_are_usual(theirs: list[str]) -> None:
+    assert not compared(NUMBERS, theirs).differ

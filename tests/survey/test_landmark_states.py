@@ -1,0 +1,103 @@
+"""Planned and measured landmarks: their file, what is about them, and surveys of before."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vislam2tag.common.errors import OutputError
+from vislam2tag.core.similarity import Similarity2
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.frame_change import FrameChange
+from vislam2tag.survey.landmark_states import (
+    LandmarkCounts,
+    LandmarkState,
+    StateRow,
+    changed_states_text,
+    planned_findings,
+    read_states,
+    write_states,
+)
+
+PLANNED = "id,x,y,sigma_m,heading_rad,heading_sigma_rad,sheet,width_m\n"
+ROW = "{},{},{},0.1,0.5,0.05,A4,0.19\n"
+
+
+def survey(root: Path, table: str) -> Path:
+    (root / "floor_1").mkdir(parents=True)
+    (root / "floor_dimensions.csv").write_text("id,width,height\n1,20,10\n")
+    (root / "floor_1" / "marker_dict.csv").write_text(table)
+    return root
+
+
+def kinds(root: Path) -> list[str]:
+    return [finding.kind for finding in read_site(root)[1] if finding.kind != "missing_plan"]
+
+
+def test_planned_until_the_table_says_something_else(tmp_path: Path) -> None:
+    root = survey(tmp_path / "s", "id,x,y\n1,1,2\n2,3,4\n3,,\n4,5,6\n")
+    plan = [StateRow(name, LandmarkState.PLANNED, "plan", x, y) for name, x, y in (("1", 1, 2), ("2", 3, 4.2))]
+    write_states(root, root / "floor_1", plan)
+    marks = read_site(root)[0].landmarks
+    assert marks.planned_ids == ("1",), "2 was moved by hand since"
+    assert str(LandmarkCounts.of(marks)) == "4 landmarks: 2 measured, 1 planned, 1 without position"
+    used = marks.without_planned_positions()
+    assert used.surveyed_ids == {"2", "4"}
+    assert used.planned_ids == ("1",)
+    assert str(LandmarkCounts.of(used)) == str(LandmarkCounts.of(marks))
+    (finding,) = planned_findings(marks, use_planned=False)
+    assert "landmarks 1 come from vislam2tag plan" in finding.message
+    assert "--use-planned" in finding.message
+    measured = StateRow("1", LandmarkState.MEASURED, "station", 1, 2)
+    write_states(root, root / "floor_1", [measured])
+    assert read_site(root)[0].landmarks.planned_ids == ()
+    assert set(read_states(root, root / "floor_1")[0]) == {"1", "2"}
+
+
+def test_states_of_a_floor_in_another_frame(tmp_path: Path) -> None:
+    root = survey(tmp_path / "s", "id,x,y\n1,1,2\n")
+    write_states(root, root / "floor_1", [StateRow("1", LandmarkState.PLANNED, "plan", 1, 2)])
+    text = changed_states_text(root, root / "floor_1", FrameChange.of(1, Similarity2(1j, 10 + 0j)))
+    assert text is not None
+    *start, y = text.splitlines()[1].split(",")
+    assert start == ["1", "planned", "plan", "8.0"]
+    assert float(y) == pytest.approx(1)
+    assert changed_states_text(root, root / "floor_2", FrameChange.of(2, Similarity2.identity())) is None
+
+
+def test_a_damaged_file_is_a_finding_and_is_not_replaced(tmp_path: Path) -> None:
+    root = survey(tmp_path / "s", "id,x,y\n1,1,2\n")
+    (root / "floor_1" / "landmark_states.csv").write_text("id,state,source,x,y\n1,perhaps,plan,1,2\n")
+    assert kinds(root) == ["malformed_lines"]
+    with pytest.raises(OutputError, match="nothing was written"):
+        write_states(root, root / "floor_1", [])
+
+
+def test_a_survey_of_before_whose_rows_are_as_a_plan_left_them(tmp_path: Path) -> None:
+    table = PLANNED + ROW.format(1, 1.25, 2.5) + ROW.format(2, 3.0, 4.0)
+    root = survey(tmp_path / "s", table)
+    (finding,) = (one for one in read_site(root)[1] if one.kind == "perhaps_planned")
+    assert (finding.count, finding.lines) == (2, (2, 3))
+    (root / "plan").mkdir()
+    proposed = [{"id": "1", "floor": 1, "x_m": 1.25, "y_m": 2.5}, {"id": "2", "floor": 1, "x_m": 9.0, "y_m": 4.0}]
+    (root / "plan" / "plan.json").write_text(json.dumps({"floors": [{"landmarks": proposed}]}))
+    (finding,) = (one for one in read_site(root)[1] if one.kind == "perhaps_planned")
+    assert finding.lines == (2,), "2 was measured: the plan had it elsewhere"
+    assert read_site(root)[0].landmarks.planned_ids == (), "that it is planned is not sure"
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "id,x,y\n1,1,2\n",
+        "id,x,y,sigma_m,heading_sigma_rad\n1,1,2,0.1,0.05\n",
+        PLANNED + "1,1,2,0.003,0.5,0.05,A4,0.19\n",
+    ],
+)
+def test_measured_tables_get_no_finding(table: str, tmp_path: Path) -> None:
+    root = survey(tmp_path / "s", table)
+    assert kinds(root) == []
+    assert np.isfinite(read_site(root)[0].landmarks.position_bcs).all()
