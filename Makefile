@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 
-# More options of pytest, such as TESTS=tests/cli or TESTS="--passed FILE" (tests/campaign.py).
+# More options of pytest, such as TESTS=tests/cli or TESTS=--passed=FILE (tests/campaign.py).
 TESTS ?=
 
 .PHONY: demo test test-all azurite campaign lint types examples benchmark studio check-page android docs docs-pages docs-serve
@@ -31,7 +31,7 @@ azurite:
 
 # Hundreds of runs, outside CI: goes on where it was stopped. docs/results/campaign.md and docs/results/hostile_input.md hold results with date and commit.
 campaign: $(VENV)/.torch
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --passed campaign.jsonl
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --passed=campaign.jsonl
 	$(BIN)/python benchmarks/fuzz_campaign.py
 
 lint: $(VENV)/.installed

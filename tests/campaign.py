@@ -1,4 +1,6 @@
-"""``--passed FILE``: no test runs twice at one commit, for campaigns of hundreds of runs and for CI's two users.
+"""``--passed=FILE``: no test runs twice at one commit, for campaigns of hundreds of runs and for CI's two users.
+
+The equals sign is needed: pytest takes a file after a space for a folder of tests.
 
 It leaves out tests that passed at the checked-out commit according to the file, and adds a line of JSON for each that
 passes: what it is, how long it took, and what it measured (``record_property``).

@@ -63,3 +63,9 @@ def test_an_artifact_that_is_published_is_one_that_was_uploaded() -> None:
         for kind in ("upload", "download")
     }
     assert names["download"] == names["upload"] == {"dist"}
+
+
+def test_the_file_of_passed_tests_is_one_word_with_its_option() -> None:
+    """Otherwise pytest looks for tests where the file is, and does not know the option."""
+    for file in ("Makefile", ".ci/run", ".ci/newcomer"):
+        assert "--passed " not in (ROOT / file).read_text(encoding="utf-8"), file

@@ -363,7 +363,7 @@ MISTAKES = (
         RECORD,
         "gave the labels for the survey",
         "inspect labels",
-        "it holds what another command wrote: give the survey that was made of",
+        "it contains the output of another command: give the survey that this output was made from",
         2,
     ),
     Mistake(
@@ -490,7 +490,7 @@ MISTAKES = (
         CHECK,
         "checked the labels, not the survey",
         "check labels",
-        "it holds what another command wrote: give the survey that was made of",
+        "it contains the output of another command: give the survey that this output was made from",
         2,
     ),
     Mistake(
@@ -534,7 +534,7 @@ MISTAKES = (
         CHECK,
         "diagnosed the labels, not the survey",
         "diagnose labels",
-        "it holds what another command wrote: give the survey that was made of",
+        "it contains the output of another command: give the survey that this output was made from",
         2,
     ),
     # --- dataset

@@ -129,7 +129,7 @@ def _instead(root: Path) -> str:
         if _FLOOR_FOLDER.fullmatch(parent.name):
             return f"; it lies in a floor's folder: give the survey's, {parent.parent}"
     if (root / "run.json").is_file():
-        return "; it holds what another command wrote: give the survey that was made of"
+        return "; it contains the output of another command: give the survey that this output was made from"
     if (root / "dataset.json").is_file():
         return "; it is a data set"
     within = [path.parent for path in sorted(root.glob("*/floor_*")) if _FLOOR_FOLDER.fullmatch(path.name)]
