@@ -145,7 +145,7 @@ def correct_all(page: Page, act: Act) -> None:
         act(page.locator(f"li[data-kind={kind}]").get_by_role("button", name="Correct"))
         expect(page.locator(f"li[data-kind={kind}]")).to_have_count(0, timeout=LATEST_MS)
         idle(page)
-    expect(page.get_by_text("No fault is known.")).to_be_visible(timeout=LATEST_MS)
+    expect(page.get_by_text("Nothing is wrong in what was looked at")).to_be_visible(timeout=LATEST_MS)
 
 
 def errors_m(folder: Path) -> dict[str, float]:

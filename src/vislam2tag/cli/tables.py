@@ -99,7 +99,7 @@ def site_record(summary: SiteSummary) -> dict[str, Any]:
         }
         for each in summary.floors
     ]
-    return {"floors": floors, "findings": summary.findings}
+    return {"floors": floors, "findings": summary.findings, "judgement": summary.judgement}
 
 
 def print_findings(findings: Iterable[Finding]) -> None:

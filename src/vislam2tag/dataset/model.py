@@ -208,6 +208,11 @@ class Dataset(Drawable):
         return self.tables[FINGERPRINTS]
 
     @property
+    def labelled(self) -> int:
+        """How many fingerprints have a position."""
+        return int(self.fingerprints.select(pl.col("x").count()).collect(engine="streaming").item())
+
+    @property
     def readings(self) -> pl.LazyFrame:
         """One row for each access point heard in a scan."""
         return self.tables[READINGS]

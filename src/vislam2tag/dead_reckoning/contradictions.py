@@ -48,4 +48,4 @@ def _too_far_m(walk: ReckonedWalk) -> FloatArray:
         *(np.diff(np.concatenate(([0.0], np.cumsum(each)))[at]) for each in (walked_m, MAX_M_S * duration_s))
     )
     excess_m = (np.abs(np.diff(walk.ties.position)) - possible_m - MARGIN_M).clip(0)
-    return np.maximum(np.append(excess_m, 0.0), np.append(0.0, excess_m))
+    return np.asarray(np.maximum(np.append(excess_m, 0.0), np.append(0.0, excess_m)))

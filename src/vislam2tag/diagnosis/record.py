@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from vislam2tag.common.files.toml_file import toml_value
+from vislam2tag.common.judgement import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.diagnosis.references import References
 
@@ -106,5 +107,7 @@ class Diagnosis(Record):
     """How many the survey has, by what is known of them: ``9 landmarks: 4 measured, 5 planned``."""
     failed: list[str] = []
     faults: list[Fault] = []
+    judgement: Judgement = NOT_RUN
+    """Whether the walks could show faults at all: an empty list of faults is not an answer."""
     references: References = References()
     """Every surveyed place, and what every walk saw of it, against all others."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.judgement import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.evaluation.control_points.odd_points import OddPoint, PressOffset
 from vislam2tag.evaluation.point_errors import TruthKind
@@ -177,6 +178,8 @@ class SurveyEvaluation(Record):
     sessions: list[SessionEvaluation]
     odd_points: list[OddPoint] = []
     """Control points that several sessions put elsewhere, farthest first."""
+    judgement: Judgement = NOT_RUN
+    """Whether control points could be compared with one another; ``odd_points`` may be empty if not."""
 
     @property
     def failed(self) -> int:

@@ -44,7 +44,7 @@ class Poses:
     @classmethod
     def of(cls, time_ns: IntArray, position: FloatArray, orientation: FloatArray) -> Poses:
         """Thin out poses with increasing times (n,), ns, and unit quaternions (n, 4), x, y, z, w."""
-        time_s = (time_ns - time_ns[:1]) * 1e-9
+        time_s = _seconds(time_ns, int(time_ns[0]))
         _, kept = np.unique(np.floor(time_s / FRAME_S), return_index=True)
         return cls(time_s[kept], position[kept], matrices(orientation[kept]))
 
@@ -68,7 +68,7 @@ class Inertial:
         if log is None or len(poses.time_s) < _MIN_PAIRS:
             return None
         first, last = poses.time_s[:-1] - lag_s, poses.time_s[1:] - lag_s
-        rate_s, force_s = (log.rate_ns - start_ns) * 1e-9, (log.force_ns - start_ns) * 1e-9
+        rate_s, force_s = _seconds(log.rate_ns, start_ns), _seconds(log.force_ns, start_ns)
         inside = (first > max(rate_s[0], force_s[0] + _FORCE_S)) & (last < min(rate_s[-1], force_s[-1] - _FORCE_S))
         pair = np.flatnonzero(inside & (last - first < MAX_STEP_S))
         turn = _mean(rate_s, log.rate, first[pair], last[pair])
@@ -130,6 +130,10 @@ class PoseEvidence:
             ahead=_ahead(-poses.rotation[:-1][near][slow][:, :, 2], step[slow]),
             inertial=None if inertial is None else _match(poses, inertial),
         )
+
+
+def _seconds(time_ns: IntArray, start_ns: int) -> FloatArray:
+    return np.asarray((time_ns - start_ns) * 1e-9, dtype=np.float64)
 
 
 def matrices(orientation: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ It is written last (``sessions/SLUG.json``) and so marks the session as done.
 from __future__ import annotations
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.judgement import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.core.faults import EventKind
 from vislam2tag.survey.georeference import Georeference
@@ -305,6 +306,8 @@ class Summary(Record):
     errors: ErrorRecord | None = None
     faults: list[str] = []
     """What is wrong with the survey, by the walks themselves (`vislam2tag diagnose`)."""
+    judgement: Judgement = NOT_RUN
+    """Whether the walks could show such faults: an empty list of ``faults`` is not an answer."""
     per_floor: dict[str, dict[str, float]]
     per_device: dict[str, dict[str, float]]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from vislam2tag.common.judgement import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
@@ -127,6 +128,9 @@ class SurveyCheck(Record):
     sessions: list[SessionCheck]
     floors: list[FloorCheck]
     bad_landmarks: list[BadLandmark]
+    judgement: Judgement = NOT_RUN
+    """Whether landmarks and known positions could be compared with one another; ``bad_landmarks`` may be empty if not.
+    """
     walked: list[WalkedFloor] = []
     """What of each floor's walkable space was walked; only where it is written to a folder."""
 
@@ -134,3 +138,8 @@ class SurveyCheck(Record):
     def failed(self) -> int:
         """Number of sessions that could not be read or mapped."""
         return sum(session.error is not None for session in self.sessions)
+
+    @property
+    def checked(self) -> int:
+        """Number of sessions of whose labels an error could be estimated."""
+        return sum(session.estimated_m is not None for session in self.sessions)

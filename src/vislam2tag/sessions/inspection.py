@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.store import shown
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.judgement import NOT_RUN, Answer, Judgement, counted
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
@@ -91,6 +93,14 @@ class Inspection(Record):
     findings: tuple[Finding, ...]
     links: tuple[Link, ...] = ()
     """All links below the survey's folder; a survey in a store has none."""
+    judgement: Judgement = NOT_RUN
+    """Whether anything is wrong with what was read: an empty list of findings is not an answer."""
+
+    @property
+    def usable(self) -> bool:
+        """Whether some session is to be mapped, and all that are can be."""
+        read = [session for session in self.sessions if not session.excluded]
+        return bool(read) and all(session.usable for session in read)
 
 
 def inspect_survey(
@@ -117,12 +127,14 @@ def _inspection(root: Path, finding_settings: FindingSettings | None, progress: 
         sessions.append(_session_overview(survey, ref, corrections, finding_settings or FindingSettings()))
     progress(len(survey.sessions), len(survey.sessions))
     links = tuple(links_in(root))
+    findings = (*survey.findings, *_id_findings(survey, sessions), *link_findings(links))
     return Inspection(
         survey=str(root),
         floors=_floors(survey),
         sessions=tuple(sessions),
-        findings=(*survey.findings, *_id_findings(survey, sessions), *link_findings(links)),
+        findings=findings,
         links=links,
+        judgement=_judgement(sessions, findings),
     )
 
 
@@ -132,6 +144,22 @@ def _id_findings(survey: Survey, sessions: list[SessionOverview]) -> list[Findin
     for session in sessions:
         logged[session.floor] |= set(session.landmarks_seen)
     return other_ids_findings(survey.site.landmarks, logged)
+
+
+def _judgement(sessions: Sequence[SessionOverview], findings: Sequence[Finding]) -> Judgement:
+    """What reading the sessions and the site's files says."""
+    excluded = sum(session.excluded for session in sessions)
+    read = len(sessions) - excluded
+    left_out = f"{counted(excluded, 'session')} excluded by corrections.toml" if excluded else ""
+    if not read:
+        return Judgement(answer=Answer.NOT_LOOKED_AT, why=f"no session was read: {left_out or 'the survey has none'}")
+    odd = sum(not one.usable or any(_grave(each) for each in one.findings) for one in sessions if not one.excluded)
+    odd += sum(map(_grave, findings))
+    return Judgement.of(odd, read, f"the site's files and {counted(read, 'session')}, not mapped", left_out)
+
+
+def _grave(finding: Finding) -> bool:
+    return finding.severity is not Severity.INFO
 
 
 def _floors(survey: Survey) -> tuple[FloorOverview, ...]:

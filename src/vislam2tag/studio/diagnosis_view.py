@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping
+from datetime import date, time
 
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.judgement import Answer, Judgement
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
 from vislam2tag.pipeline.labels.process import kept_faults
@@ -14,6 +18,7 @@ from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.work_messages import DiagnosisView, FaultPlace, FaultView
 from vislam2tag.studio.workspace import Snapshot, Workspace
 from vislam2tag.survey.corrections.edits import AddEntry
+from vislam2tag.survey.corrections.lines import corrections_text
 
 
 class Diagnoses:
@@ -22,23 +27,59 @@ class Diagnoses:
     def __init__(self, workspace: Workspace) -> None:
         """Nothing is looked for before it is asked for."""
         self._workspace = workspace
-        self._quick: tuple[str, list[Fault]] | None = None
+        self._quick: tuple[str, list[Fault], Judgement] | None = None
 
     def view(self) -> DiagnosisView:
         """The list."""
         version, full = self._workspace.refresh().sessions, self._workspace.diagnosis
         if full is not None and full[1] == version:
-            return DiagnosisView(state="full", stale=False, faults=fault_views(full[0].faults, self._workspace.now))
+            faults = fault_views(full[0].faults, self._workspace.now)
+            return DiagnosisView(state="full", stale=False, faults=faults, judgement=full[0].judgement)
+        open_before = [] if full is None else self._not_answered(full[0].faults)
         if not self._workspace.outputs[LABELS].stamp():
-            return DiagnosisView(state="none", stale=False, faults=[])
+            faults = fault_views(open_before, self._workspace.now)
+            return DiagnosisView(state="none", stale=full is not None, faults=faults, judgement=self._not_looked_at())
         if self._quick is None or self._quick[0] != version:
             now, folder = self._workspace.now, OutputFolder(self._workspace.out)
             refs = [ref for ref in now.survey.sessions if not now.corrections.excludes(ref.key)]
             results = folder.results(ref.slug for ref in thinned(refs))
             passes = {result.slug: result.passes for result in results if result.passes is not None}
-            self._quick = version, kept_faults(now.survey, refs, passes)
-        faults = fault_views(self._quick[1], self._workspace.now)
-        return DiagnosisView(state="quick", stale=full is not None, faults=faults)
+            self._quick = version, *kept_faults(now.survey, refs, passes)
+        faults = fault_views(_together(self._quick[1], open_before), self._workspace.now)
+        return DiagnosisView(state="quick", stale=full is not None, faults=faults, judgement=self._quick[2])
+
+    def _not_answered(self, faults: list[Fault]) -> list[Fault]:
+        """Those whose corrections are not all in the file; all of them while the file cannot be read."""
+        try:
+            written = tomllib.loads(corrections_text(self._workspace.root)[0])
+        except (SurveyError, tomllib.TOMLDecodeError):
+            return faults
+        return [
+            fault
+            for fault in faults
+            if not fault.corrections or not all(_is_written(entry, written) for entry in fault.corrections)
+        ]
+
+    def _not_looked_at(self) -> Judgement:
+        why = "no walk has labels yet" if self._workspace.now.survey.sessions else "the survey has no walk yet"
+        return Judgement(answer=Answer.NOT_LOOKED_AT, why=why)
+
+
+def _is_written(entry: CorrectionEntry, written: Mapping[str, object]) -> bool:
+    """Whether a file's tables have an entry; the page writes dates as texts."""
+    tables = written.get(entry.table, [])
+    if not isinstance(tables, list):
+        return False
+    wanted = _plain(entry.values).items()
+    return any(
+        isinstance(table, dict) and all(_plain(table).get(name) == value for name, value in wanted) for table in tables
+    )
+
+
+def _together(now: list[Fault], before: list[Fault]) -> list[Fault]:
+    """What the labels show, and what the last search found that they do not show: it is open until looked at again."""
+    known = {(fault.kind, fault.floor, *fault.landmarks, *fault.sessions) for fault in now}
+    return [*now, *(one for one in before if (one.kind, one.floor, *one.landmarks, *one.sessions) not in known)]
 
 
 def fault_views(faults: list[Fault], now: Snapshot) -> list[FaultView]:
@@ -77,15 +118,16 @@ def _fault_view(fault: Fault, places: Mapping[tuple[int, str], Point], now: Snap
         odds=fault.odds,
         gain=fault.gain,
         lines=fault.lines,
-        changes=[AddEntry(table=entry.table, values=_plain_values(entry)) for entry in fault.corrections],
+        changes=[AddEntry(table=entry.table, values=_plain(entry.values)) for entry in fault.corrections],
         places=_places(fault, places),
     )
 
 
-def _plain_values(entry: CorrectionEntry) -> dict[str, object]:
+def _plain(values: Mapping[str, object]) -> dict[str, object]:
+    """Values as JSON has them."""
     return {
-        name: value.isoformat() if hasattr(value, "isoformat") else value
-        for name, value in entry.values.items()
+        name: value.isoformat() if isinstance(value, date | time) else value
+        for name, value in values.items()
         if value is not None
     }
 

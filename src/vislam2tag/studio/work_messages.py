@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field
 
 from vislam2tag.common.findings import Severity
+from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.comparing.label_comparison import LabelComparison
 from vislam2tag.diagnosis.record import Gain
@@ -201,6 +202,9 @@ class DiagnosisView(FiniteRecord):
     stale: bool
     """Labels or corrections have changed since."""
     faults: list[FaultView]
+    """With ``stale`` also those of the last search that no correction answers."""
+    judgement: Judgement
+    """Whether faults could be found at all: an empty list is not an answer."""
 
 
 class ComparisonView(LabelComparison):

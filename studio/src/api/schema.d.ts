@@ -644,6 +644,12 @@ export interface components {
             notes: string[];
         };
         /**
+         * Answer
+         * @description What a check can say.
+         * @enum {string}
+         */
+        Answer: "nothing_wrong" | "wrong" | "not_looked_at" | "not_judged";
+        /**
          * ChangedPoint
          * @description An access point that changed; places are centres of cells, BCS metres.
          */
@@ -894,6 +900,7 @@ export interface components {
         DiagnosisView: {
             /** Faults */
             faults: components["schemas"]["FaultView"][];
+            judgement: components["schemas"]["Judgement"];
             /** Stale */
             stale: boolean;
             /**
@@ -1446,6 +1453,23 @@ export interface components {
         Jobs: {
             /** Jobs */
             jobs: components["schemas"]["Job"][];
+        };
+        /**
+         * Judgement
+         * @description The answer of a check, with what it looked at and why it did not look or could not judge.
+         */
+        Judgement: {
+            answer: components["schemas"]["Answer"];
+            /**
+             * Looked At
+             * @default
+             */
+            looked_at: string;
+            /**
+             * Why
+             * @default
+             */
+            why: string;
         };
         /**
          * Key

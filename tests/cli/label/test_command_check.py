@@ -23,7 +23,13 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
     before = bytes_of(survey)
     done = vislam2tag("check", survey, "--out", tmp_path / "out", "--jobs", "1")
     assert done.returncode == 0, done.stderr
-    for text in ("estimated", "90 % interval", "bad landmarks: none", "One more landmark", "sessions: 2 (0 failed)"):
+    for text in (
+        "estimated",
+        "90 % interval",
+        "landmarks and known positions: ",
+        "One more landmark",
+        "sessions: 2 (0 failed)",
+    ):
         assert text in done.stdout
     assert f"page: {tmp_path / 'out' / 'check.html'}\n" in done.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["check.html", "check.json"]

@@ -85,3 +85,33 @@ def test_serving_takes_no_scans_and_locating_needs_some(tmp_path: Path) -> None:
     arguments = ("locate", tmp_path / "model.v2t")
     assert "scans come over HTTP" in the_error(vislam2tag(*arguments, tmp_path / "scans.csv", "--serve"))
     assert "give SCANS, or --serve" in the_error(vislam2tag(*arguments))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "why", "step"),
+    [
+        ("loud.csv", "scan_id,bssid,rssi_dbm\ns1,02:1a:00:00:00:01,80\n", "no line could be used", "correct the lines"),
+        ("other.jsonl", '{"d": "x", "s": {"wifi": {}}}\n', "no line could be used", "correct the lines"),
+        ("none.csv", "scan_id,bssid,rssi_dbm\n", "there is no scan", "correct the lines"),
+        (
+            "strangers.csv",
+            "scan_id,bssid,rssi_dbm\ns1,stranger,-50\ns2,stranger,-60\n",
+            "no scan hears one of the model's 10 access points",
+            "take a model of the building",
+        ),
+    ],
+)
+def test_scans_without_any_position_are_no_success(
+    place: Path, tmp_path: Path, name: str, text: str, why: str, step: str
+) -> None:
+    scans, out = tmp_path / name, tmp_path / "positions.csv"
+    scans.write_text(text)
+    done = vislam2tag("locate", place / "model.v2t", scans, "--out", out)
+    assert done.returncode == 1
+    assert f"nothing could be located: {why}" in done.stdout
+    assert done.stdout.splitlines()[-1].startswith(f"next: {step}")
+    assert "draw x and y" not in done.stdout
+    told = vislam2tag("locate", place / "model.v2t", scans, "--out", out, "--json")
+    record = json.loads(told.stdout)
+    assert (told.returncode, record["located"]) == (1, 0)
+    assert record["judgement"] == {"answer": "not_judged", "looked_at": "", "why": why}

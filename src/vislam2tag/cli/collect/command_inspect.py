@@ -13,6 +13,7 @@ from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say_json, visible_console
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.judgement import Answer
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -24,8 +25,8 @@ Show what is in a survey and what is wrong with it, without mapping anything.
 
 Lists floors, sessions and all findings: which file, which lines, what was done about it. Nothing is written.
 
-Exit code: 0 all sessions can be read (findings are no failure), 1 at least one cannot be read or lacks what mapping
-needs, 2 not a survey.
+Exit code: 0 all sessions can be read (findings are no failure), 1 at least one cannot be read or has not what mapping
+needs, or all are excluded, 2 not a survey.
 
 \b
 Examples:
@@ -50,9 +51,14 @@ def _inspect(
         say_json(inspection)
     else:
         _print(inspection)
-    usable = all(session.usable for session in inspection.sessions)
+    usable = inspection.usable
     if not json:
-        next_step("inspect" if usable else "inspect, unusable", survey=survey)
+        none_read = inspection.judgement.answer is Answer.NOT_LOOKED_AT
+        next_step(
+            "inspect" if usable else "inspect, excluded" if none_read else "inspect, unusable",
+            survey=survey,
+            corrections=survey / "corrections.toml",
+        )
     raise typer.Exit(0 if usable else 1)
 
 
@@ -84,6 +90,7 @@ def _print(inspection: Inspection) -> None:
             console.print(line, soft_wrap=True)
     total = sum(len(findings) for _, findings in groups)
     console.print(f"sessions: {len(inspection.sessions)}, findings: {total}")
+    console.print(escape(inspection.judgement.sentence), soft_wrap=True)
 
 
 def _floor_table(floors: Iterable[FloorOverview]) -> Table:

@@ -87,7 +87,7 @@ def _sightings(
         say_json(found)
     else:
         table_console().print(_table(found))
-    failed = any(one.error for one in found)
+    failed = any(one.error for one in found) or all(one.skipped and not one.landmarks for one in found)
     if not json:
         next_step("sightings, failed" if failed else "sightings", survey=survey)
     raise typer.Exit(1 if failed else 0)

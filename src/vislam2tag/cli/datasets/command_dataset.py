@@ -41,8 +41,8 @@ Give a survey (it is processed first) or what `process` wrote; several of either
 scan: the mean of its readings' positions, weighted by their certainty. docs/reference/datasets.md tells what each
 column is.
 
-Exit code: 0 all right (what was odd is in the manifest and the report), 1 at least one walk has no label, 2 wrong
-usage, a source cannot be used, or DS cannot be written, 130 interrupted.
+Exit code: 0 all right (what was odd is in the manifest and the report), 1 at least one walk has no label, or no
+fingerprint has a position, 2 wrong usage, a source cannot be used, or DS cannot be written, 130 interrupted.
 
 \b
 Examples:
@@ -173,7 +173,8 @@ def _dataset(
         say_json(dataset.info)
     else:
         _print(dataset, out)
-    raise typer.Exit(1 if any(finding.kind == FAILED for finding in dataset.info.findings) else 0)
+    odd = any(finding.kind == FAILED for finding in dataset.info.findings)
+    raise typer.Exit(1 if odd or not dataset.labelled else 0)
 
 
 def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
@@ -218,4 +219,4 @@ def _print(dataset: Dataset, out: Path) -> None:
     for finding in info.findings:
         say(f"{finding.kind}: {finding.count} {finding.message}")
     say(f"page: {out / PAGE_FILE}")
-    next_step("dataset", dataset=out)
+    next_step("dataset" if dataset.labelled else "no position", dataset=out, page=out / PAGE_FILE)

@@ -12,7 +12,7 @@ from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, FollowLinks
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say_json, visible_console
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -26,7 +26,8 @@ Writes fingerprints by device and floor (the paper's Figure 8), coverage on the 
 a fingerprint, RSSI by device, sigma, and fingerprints over time as SVG and PDF; Table III as CSV, Markdown and
 LaTeX; coverage.json with each floor's coverage and the corners of the walks.
 
-Exit code: 0 all right, 2 wrong usage, no data set, or OUT cannot be written, 130 interrupted.
+Exit code: 0 all right, 1 no fingerprint has a position, 2 wrong usage, no data set, or OUT cannot be written, 130
+interrupted.
 
 \b
 Examples:
@@ -87,7 +88,12 @@ def _figures(
         say_json(made)
     else:
         _print(made, out)
-        next_step("figures", dataset=dataset)
+        if made.floors:
+            next_step("figures", dataset=dataset)
+        else:
+            say("coverage: could not be judged: no fingerprint has a position")
+            next_step("no position", page=dataset / "report.html")
+    raise typer.Exit(0 if made.floors else 1)
 
 
 def _print(made: CoverageRecord, out: Path) -> None:

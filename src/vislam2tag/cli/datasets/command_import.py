@@ -65,8 +65,9 @@ Formats, recognised by names and first lines unless --format says which:
 All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
 docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
 
-Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, 2 wrong
-usage, files that are not of the format, or DS cannot be written, 130 interrupted.
+Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, or
+no fingerprint has a position, 2 wrong usage, files that are not of the format, or DS cannot be written, 130
+interrupted.
 
 \b
 Examples:
@@ -117,6 +118,7 @@ def _import(
     json: AsJson = False,
 ) -> None:
     from vislam2tag.dataset.description import read_description
+    from vislam2tag.pipeline.datasets.finish import PAGE_FILE
     from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 
     options = ImportOptions(
@@ -140,8 +142,9 @@ def _import(
         say_json(dataset.info)
     else:
         say("\n".join(_summary(dataset, out)))
-        next_step("import", dataset=out)
-    raise typer.Exit(1 if any(finding.severity is Severity.ERROR for finding in dataset.info.findings) else 0)
+        next_step("import" if dataset.labelled else "no position", dataset=out, page=out / PAGE_FILE)
+    odd = any(finding.severity is Severity.ERROR for finding in dataset.info.findings)
+    raise typer.Exit(1 if odd or not dataset.labelled else 0)
 
 
 def _bytes(gigabytes: float) -> int:

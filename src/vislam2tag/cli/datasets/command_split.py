@@ -28,8 +28,8 @@ Lists the splits saved with the data set: each fold, its size, and how near in p
 to those that train. With --by it makes one more and saves it. docs/reference/splits.md tells what each kind holds
 out.
 
-Exit code: 0 all right, 2 wrong usage, no data set, the data cannot give the split, or it cannot be written, 130
-interrupted.
+Exit code: 0 all right, 1 there is no split, 2 wrong usage, no data set, the data cannot give the split, or it cannot be
+written, 130 interrupted.
 
 \b
 Examples:
@@ -83,12 +83,18 @@ def _split(
     found = leakage(opened, shown)
     if json:
         say_json(found)
-        return
-    _print(found, opened if by is None else None)
-    if found:
-        next_step("split", dataset=dataset, split=found[0].name)
     else:
-        next_step("split, none", dataset=dataset)
+        _print(found, opened if by is None else None)
+        _tell_next(found, opened, dataset)
+    raise typer.Exit(0 if found else 1)
+
+
+def _tell_next(found: tuple[SplitLeakage, ...], opened: Dataset, folder: Path) -> None:
+    """Go on with the first split, or with what makes one."""
+    if found:
+        next_step("split", dataset=folder, split=found[0].name)
+    else:
+        next_step("split, none" if opened.labelled else "no position", page=folder / "report.html")
 
 
 def _settings(by: SplitKind | None, config: Path | None, given: Mapping[str, float]) -> SplitSettings:

@@ -43,8 +43,8 @@ are named, and on each floor the three places where one more landmark would lowe
 walkable space of the plans was walked, room by room, which rooms nobody entered, and the walk that would fill it.
 Nothing is written but --out.
 
-Exit code: 0 all sessions checked (whatever was found), 1 at least one session cannot be read or mapped, 2 wrong usage,
-not a survey, or the folder cannot be written, 130 interrupted.
+Exit code: 0 all sessions checked (whatever was found), 1 at least one session cannot be read or mapped, or the labels
+of none could be judged, 2 wrong usage, not a survey, or the folder cannot be written, 130 interrupted.
 
 \b
 Examples:
@@ -85,14 +85,15 @@ def _check(
     selection = selection_of(floor, device)
     with outputs_of_interrupted(*(() if out is None else (out / CHECK_FILE, out / PAGE_FILE))):
         found = _with_progress(survey, settings, out, landmarks, selection, follow_links, jobs)
+    sound = found.checked and not found.failed
     if json:
         say_json(found)
-        raise typer.Exit(1 if found.failed else 0)
+        raise typer.Exit(0 if sound else 1)
     _print(found)
     if out is not None:
         say(f"page: {out / PAGE_FILE}")
-    next_step("check, failed" if found.failed else "check", survey=survey)
-    raise typer.Exit(1 if found.failed else 0)
+    next_step("check" if sound else "check, failed", survey=survey)
+    raise typer.Exit(0 if sound else 1)
 
 
 def _with_progress(
@@ -127,7 +128,9 @@ def _print(found: SurveyCheck) -> None:
     console.print(_session_table(found))
     if any(session.stated_m is not None and not session.well_founded for session in found.sessions):
         console.print("(in brackets: fewer than three could be left out, hardly more than what is stated)")
-    console.print(_bad_table(found.bad_landmarks) if found.bad_landmarks else "bad landmarks: none")
+    if found.bad_landmarks:
+        console.print(_bad_table(found.bad_landmarks))
+    console.print(f"landmarks and known positions: {found.judgement.sentence}", soft_wrap=True, markup=False)
     if any(session.doubtful_fixes for session in found.sessions):
         console.print(_doubtful_table(found.sessions))
     if found.floors:

@@ -14,6 +14,7 @@ from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.common.judgement import Answer
 
 if TYPE_CHECKING:
     from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
@@ -28,8 +29,11 @@ twice; landmark tables that are mirrored or in another unit than metres; session
 phones that deliver old scans again, and the odd one out: a surveyed place, what one walk or all of a day saw of a
 landmark, or what a device takes for a metre, that all others contradict.
 
-Exit code: 0 nothing is wrong, 1 something is, or a session cannot be read, 2 wrong usage or not a survey, 130
-interrupted; with --apply and --revert 0 where that was done.
+"Nothing is wrong" comes with what was looked at. Where no walk passes enough landmarks the answer is that nothing
+could be judged.
+
+Exit code: 0 nothing is wrong, 1 something is, a session cannot be read, or nothing could be judged, 2 wrong usage or
+not a survey, 130 interrupted; with --apply and --revert 0 where that was done.
 
 \b
 Examples:
@@ -91,17 +95,21 @@ def _diagnose(
         add_entries(survey, lines)
         say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
     if not json:
-        next_step(_after(found, apply=apply), survey=survey)
-    raise typer.Exit(0 if apply or not (found.faults or found.failed) else 1)
+        next_step(_after(found, bool(lines), apply), survey=survey)
+    sound = found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
+    raise typer.Exit(0 if sound or (apply and lines) else 1)
 
 
-def _after(found: Diagnosis, *, apply: bool) -> str:
+def _after(found: Diagnosis, correctable: bool, applied: bool) -> str:
     """Name what to go on with."""
     from vislam2tag.diagnosis.record import FaultKind
 
-    if any(fault.kind in (FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANNED) for fault in found.faults):
+    by_hand = (FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
+    if any(fault.kind in by_hand for fault in found.faults) or (found.faults and not correctable):
         return "diagnose, by hand"
-    return "diagnose, faults" if any(fault.corrections for fault in found.faults) and not apply else "diagnose"
+    if correctable:
+        return "diagnose" if applied else "diagnose, faults"
+    return "diagnose" if found.judgement.answer is Answer.NOTHING_WRONG else "diagnose, not judged"
 
 
 def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
@@ -126,7 +134,7 @@ def _write_conflicts(page: Path, survey: Path, settings: Settings, found: Diagno
 
 def _text(found: Diagnosis) -> str:
     parts = [_paragraph(number, fault) for number, fault in enumerate(found.faults, start=1)]
-    named = f"{len(found.faults)} named" if found.faults else "nothing is wrong that the walks could tell"
+    named = f"{len(found.faults)} named" if found.faults else found.judgement.sentence
     failed = f", {len(found.failed)} failed" if found.failed else ""
     aside = f" of {found.sessions + found.left_aside}" if found.left_aside else ""
     marks = f"; {found.landmarks}" if found.landmarks else ""

@@ -119,6 +119,7 @@ def _evaluate(
         _print(found)
         for odd in found.odd_points:
             say(f"odd one out: {odd.summary}")
+        say(f"control points: {found.judgement.sentence}")
         say(f"page: {out / PAGE_FILE}")
         next_step("evaluate, failed" if found.failed or not found.rows else "evaluate", survey=survey)
     if not found.rows:

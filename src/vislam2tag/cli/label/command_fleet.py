@@ -17,7 +17,10 @@ from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.files.store import shown
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from vislam2tag.pipeline.fleet.catalogue import FleetTotals
+    from vislam2tag.pipeline.fleet.dry_run import PlannedSurvey
     from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey
     from vislam2tag.pipeline.run.workers import Executor
 
@@ -59,8 +62,9 @@ Map every session of a fleet's surveys; what is done and unchanged is not repeat
 Writes STORE/labels/SURVEY (as process), STORE/tables (by survey and floor), STORE/report and the catalogue. Settings
 are those of --config, or of the vislam2tag.toml in each survey.
 
-Exit code: 0 all right, 1 at least one session or survey cannot be read or mapped, 2 wrong usage, or STORE cannot be
-read or written, 130 interrupted. Whatever ended a run early, the same command goes on, from any machine.
+Exit code: 0 all right, 1 at least one session or survey cannot be read or mapped, or no frame has a position, 2 wrong
+usage, or STORE cannot be read or written, 130 interrupted. Whatever ended a run early, the same command goes on, from
+any machine.
 
 \b
 Examples:
@@ -200,22 +204,30 @@ def _process(
         totals, failed = _process_with_progress(store, tuple(survey or ()), config, run_all, follow_links)
     _print_totals(totals, json)
     if not json:
-        after = "fleet process, failed" if failed else "fleet process"
+        after = "fleet process, failed" if failed or not totals.frames_labelled else "fleet process"
         next_step(after, fleet=store, page=store / "report" / "index.html")
-    raise typer.Exit(1 if failed else 0)
+    raise typer.Exit(1 if failed or not totals.frames_labelled else 0)
 
 
 def _print_dry_run(store: Path, surveys: tuple[str, ...], config: Path | None, executor: Executor, json: bool) -> None:
     from vislam2tag.pipeline.fleet.dry_run import fleet_dry_run
 
-    planned = fleet_dry_run(store, lambda folder: settings_of(config, {}, folder), surveys=surveys, executor=executor)
+    planned = list(
+        fleet_dry_run(store, lambda folder: settings_of(config, {}, folder), surveys=surveys, executor=executor)
+    )
     if json:
-        say_json(list(planned))
-        return
+        say_json(planned)
+        raise typer.Exit(0 if _any_session(planned) else 1)
     for one in planned:
         why = one.error or ", ".join(f"{count} {reason}" for reason, count in one.reasons.items())
         say(f"{one.survey}: would process {one.to_process}, keep {one.kept}{f' ({why})' if why else ''}")
-    next_step("fleet process, dry run", fleet=store)
+    some = _any_session(planned)
+    next_step("fleet process, dry run" if some else "fleet process, failed", fleet=store)
+    raise typer.Exit(0 if some else 1)
+
+
+def _any_session(planned: Sequence[PlannedSurvey]) -> bool:
+    return any(one.to_process or one.kept for one in planned)
 
 
 def _process_with_progress(

@@ -45,9 +45,9 @@ Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OU
 OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
 same OUT finished, and that have not changed since, are not repeated.
 
-Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, or landmark
-ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted. Whatever ended a run early,
-the same command goes on.
+Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, no frame has a
+position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted. Whatever
+ended a run early, the same command goes on.
 
 \b
 Examples:
@@ -125,14 +125,23 @@ def _process(
         summary = _process_with_progress(
             survey, out, settings, lines=on_cluster, executor=run_all, follow_links=follow_links, **options
         )
+    code = 1 if summary.failed or summary.has_wrong_ids or not has_labels(summary) else 0
     if json:
         say_json(summary)
-        raise typer.Exit(1 if summary.failed or summary.has_wrong_ids else 0)
+        raise typer.Exit(code)
     _print_summary(summary, out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
+    say(f"the survey by its walks: {summary.judgement.sentence}")
     next_step(_after(summary), survey=survey, out=out)
-    raise typer.Exit(1 if summary.failed or summary.has_wrong_ids else 0)
+    raise typer.Exit(code)
+
+
+def has_labels(summary: Summary) -> bool:
+    """Whether any frame has a position, certain or not."""
+    from vislam2tag.core.status import Status
+
+    return any(summary.frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
 
 
 def _after(summary: Summary) -> str:
@@ -140,8 +149,8 @@ def _after(summary: Summary) -> str:
     from vislam2tag.report.run_page.verdict import joining_helps
 
     found = {
-        "process, unsure": joining_helps(summary) and not summary.faults,
-        "process, failed": summary.failed > 0,
+        "process, unsure": joining_helps(summary) and not summary.faults and has_labels(summary),
+        "process, failed": summary.failed > 0 or not has_labels(summary),
         "process, faults": bool(summary.faults),
     }
     return next((name for name, so in found.items() if so), "process")
@@ -153,10 +162,14 @@ def _print_dry_run(survey: Path, out: Path, settings: Settings, json: bool, **op
     found = dry_run(survey, out, settings, **options)
     if json:
         say_json(found)
-        return
+        raise typer.Exit(0 if found else 1)
     for one in found:
         if one.reasons:
             say(f"{one.session}: {', '.join(reason.value for reason in one.reasons)}")
+    if not found:
+        say("would process nothing: the survey has no session that is not excluded")
+        next_step("process, failed", survey=survey)
+        raise typer.Exit(1)
     count = sum(bool(one.reasons) for one in found)
     say(f"would process {count} of {len(found)} sessions; the others are done and unchanged")
     next_step("process, dry run", survey=survey, out=out)

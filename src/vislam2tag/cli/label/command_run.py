@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.interrupted import contents_there, interrupted_with
+from vislam2tag.cli.label.command_process import has_labels
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
@@ -27,8 +28,8 @@ Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as dia
 OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything: what
 is done and unchanged is kept. Each step has a command of its own with more options.
 
-Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, or landmark
-ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted.
+Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, no frame has a
+position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted.
 
 \b
 Examples:
@@ -68,7 +69,8 @@ def _run(
         say_json(made)
     else:
         _print(made, survey, out)
-    raise typer.Exit(1 if made.labels.failed or made.labels.has_wrong_ids else 0)
+    failed = made.labels.failed or made.labels.has_wrong_ids or not has_labels(made.labels)
+    raise typer.Exit(1 if failed else 0)
 
 
 def _with_progress(
@@ -113,4 +115,5 @@ def _print(made: SurveyRun, survey: Path, out: Path) -> None:
     if made.kept:
         say(f"unchanged and kept: {', '.join(made.kept)}")
     say(f"page: {out / 'index.html'}")
-    next_step("run, faults" if made.faults else "run", survey=survey, dataset=out / "dataset")
+    after = "run, faults" if made.faults else "run" if has_labels(made.labels) else "process, failed"
+    next_step(after, survey=survey, dataset=out / "dataset")

@@ -29,8 +29,8 @@ it), walk past all of them: each gets a position, a heading and their standard d
 all floors, the surveyed ones as they are; beside it stands what errors they share (FILE with the ending
 .covariance.parquet). `process --landmarks FILE` reads both. The survey stays as it is.
 
-Exit code: 0 all right, 1 at least one session cannot be read or is not tied to the survey, 2 wrong usage, not a survey,
-or FILE cannot be written, 130 interrupted (nothing is written).
+Exit code: 0 all right, 1 all sessions are excluded, at least one session cannot be read or is not tied to the survey, 2
+wrong usage, not a survey, or FILE cannot be written, 130 interrupted (nothing is written).
 
 \b
 Examples:
@@ -73,8 +73,9 @@ def _survey_landmarks(
         say_json(result)
     else:
         _print(result, out)
-        next_step("survey-landmarks", survey=survey, landmarks=out)
-    raise typer.Exit(0 if all(session.used for session in result.sessions) else 1)
+        used = any(session.used for session in result.sessions)
+        next_step("survey-landmarks" if used else "process, failed", survey=survey, landmarks=out)
+    raise typer.Exit(0 if result.sessions and all(session.used for session in result.sessions) else 1)
 
 
 def _with_progress(survey: Path, settings: Settings, floors: tuple[int, ...], jobs: int) -> JointSurvey:

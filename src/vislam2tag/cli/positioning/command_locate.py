@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,7 +43,8 @@ docs/how-to/locate.md tells the form.
 
 Lines that cannot be used are counted and left out. docs/how-to/locate.md describes both formats.
 
-Exit code: 0 all right, 2 wrong usage, no model, scans that cannot be read, or FILE cannot be written, 130 interrupted.
+Exit code: 0 at least one scan has a position, 1 none has, 2 wrong usage, no model, scans that cannot be read, or FILE
+cannot be written, 130 interrupted.
 
 \b
 Examples:
@@ -117,10 +119,18 @@ def _locate(
     with on_interrupt, _written(out) as write, visible_console(stderr=True).status("locating"):
         found = locate(model, scans, write, as_json=as_json, key=key, walks=walks)
     if json:
-        say_json(found)
-        return
-    _print(found, out)
-    next_step("locate", err=out is None)
+        say_json(asdict(found) | {"located": found.located, "judgement": found.judgement})
+    else:
+        _print(found, out)
+        next_step(_after(found), err=out is None, model=model)
+    raise typer.Exit(0 if found.located else 1)
+
+
+def _after(found: LocatedScans) -> str:
+    """Name what to go on with."""
+    if found.located:
+        return "locate"
+    return "locate, other access points" if found.usable else "locate, nothing usable"
 
 
 def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None:
@@ -158,11 +168,12 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
 def _print(found: LocatedScans, out: Path | None) -> None:
     """Sum up: on standard error where standard output holds the positions."""
     err = out is None
-    say(
-        f"{found.scans} scans: {found.scans - found.unknown} located, {found.unknown} unknown "
-        f"(they hear none of the model's {found.access_points} access points)",
-        err=err,
-    )
+    unknown = f"{found.unknown} unknown"
+    if found.located:
+        unknown += f" (they hear none of the model's {found.access_points} access points)"
+    say(f"{found.scans} scans: {found.located} located, {unknown}", err=err)
+    if not found.located:
+        say(f"nothing could be located: {found.judgement.why}", err=err)
     if found.unlike:
         say(f"{found.unlike} of them are unlike all that was learned: their radii cannot be relied on", err=err)
     if found.in_walks:

@@ -96,7 +96,9 @@ def _show(
     print_site(summary)
     if out is not None:
         say(f"drawn: {out}")
-    next_step("site show", site=site)
+    drawn = any(floor.pixel_m is not None for floor in summary.floors)
+    say(f"site files: {summary.judgement.sentence}")
+    next_step("site show" if drawn else "site show, no plan", site=site)
 
 
 def _write(

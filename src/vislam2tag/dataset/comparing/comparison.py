@@ -43,7 +43,7 @@ def compare(first: AnyPath, second: AnyPath, tolerance: float, progress: Progres
     """Compare two folders, or addresses of folders in object storage, one table of one session at a time.
 
     ``tolerance``: metres for positions, the own unit of any other column with fractions.
-    Raises UsageError where a folder holds nothing to compare or both hold different kinds, DatasetError where a
+    Raises UsageError where the folders contain nothing to compare or different kinds, DatasetError where a
     table cannot be read.
     """
     first, second = Path(first), Path(second)
@@ -60,6 +60,8 @@ def _comparison(first: Path, second: Path, tolerance: float, progress: Progress[
         )
     missing, extra = sorted(one.sessions - other.sessions), sorted(other.sessions - one.sessions)
     compared = sorted(key for key in {*one.tables, *other.tables} if key[0] not in {*missing, *extra})
+    if not (compared or missing or extra):
+        raise UsageError(f"{first} and {second}: neither contains a table, so there is nothing to compare")
     found = []
     for done, (session, table) in enumerate(compared, start=1):
         found.append(_compared(session, table, one, other, tolerance))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vislam2tag.common.judgement import Judgement, counted
 from vislam2tag.common.records import Record
 from vislam2tag.core.robust import TRUSTED_MEAN_SQUARE, trusted
 from vislam2tag.evaluation.point_errors import PointErrors
@@ -79,6 +80,13 @@ def odd_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> list[Odd
     """Name the control points that are odd, farthest first, from the floor and the presses of each session."""
     found = [odd for place, one in pooled_offsets(pressed).items() if (odd := _odd(place, one)) is not None]
     return sorted(found, key=lambda odd: -odd.size_m)
+
+
+def judgement_of_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]], odd: int) -> Judgement:
+    """Whether control points could be compared with one another, ``odd`` of which are named."""
+    judged = sum(one.sessions >= FEWEST_SESSIONS for one in pooled_offsets(pressed).values())
+    why = f"no control point has presses of {FEWEST_SESSIONS} sessions that pressed at {FEWEST_POINTS} or more"
+    return Judgement.of(odd, judged, counted(judged, "control point"), "" if judged else why)
 
 
 def pooled_offsets(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> dict[tuple[int, str], PooledOffset]:

@@ -19,8 +19,10 @@ from vislam2tag import __version__
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.diagnosis.judged import judgement_of
 from vislam2tag.diagnosis.other_ids import id_faults
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.references import References
@@ -344,10 +346,11 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     shown = run.shown
     rooms = RoomsOnPlans(shown.root, shown.site)
     summary = summarise(results(), settings.strategy, __version__)
-    faults = kept_faults(run.survey, refs, passes, rooms)
+    faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
     survey = dataclasses.replace(shown, findings=(*shown.findings, *map(_fault_finding, faults)))
     said = {
         "faults": [fault.summary for fault in faults],
+        "judgement": judgement,
         "site_findings": findings_by_kind(survey.findings),
         "contradictions": [
             one.model_copy(update={"room": rooms(one.floor, complex(*one.surveyed_m))})
@@ -362,12 +365,18 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
 
 
 def kept_faults(
-    survey: Survey, refs: Sequence[SessionRef], passes: Mapping[str, PassesRecord], rooms: RoomsOnPlans | None = None
-) -> list[Fault]:
-    """What the walks tell to be wrong with the survey, by what is kept of their passes (by slug)."""
+    survey: Survey,
+    refs: Sequence[SessionRef],
+    passes: Mapping[str, PassesRecord],
+    rooms: RoomsOnPlans | None = None,
+    failed: int = 0,
+) -> tuple[list[Fault], Judgement]:
+    """What is wrong with the survey by what is kept of the walks' passes (by slug), and whether these could show it."""
     walks = [kept_walk(ref.key, passes[ref.slug]) for ref in refs if ref.slug in passes]
     of_ids, walks = id_faults(survey.site.landmarks, walks)
-    return [*of_ids, *found_faults(survey_evidence(survey, walks, rooms))[0]]
+    evidence = survey_evidence(survey, walks, rooms)
+    faults = [*of_ids, *found_faults(evidence)[0]]
+    return faults, judgement_of(evidence, len(refs), failed, len(faults))
 
 
 def _fault_finding(fault: Fault) -> Finding:

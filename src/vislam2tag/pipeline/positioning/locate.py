@@ -12,6 +12,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.judgement import Answer, Judgement, counted
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
@@ -88,6 +89,26 @@ class LocatedScans:
     """Scans that others of their walk helped to locate."""
     tracked: int = 0
     """Of those, scans that a track tells the motion of."""
+    usable: int = 0
+    """Scans with at least one usable reading."""
+
+    @property
+    def located(self) -> int:
+        """How many got a position."""
+        return self.scans - self.unknown
+
+    @property
+    def judgement(self) -> Judgement:
+        """Whether any scan got a position, and if not, why."""
+        if self.located:
+            return Judgement(answer=Answer.NOTHING_WRONG, looked_at=f"{self.located} of {counted(self.scans, 'scan')}")
+        if self.usable:
+            why = f"no scan hears one of the model's {counted(self.access_points, 'access point')}"
+        elif self.findings:
+            why = "no line could be used"
+        else:
+            why = "there is no scan"
+        return Judgement(answer=Answer.NOT_JUDGED, why=why)
 
 
 @dataclass(frozen=True)
@@ -149,10 +170,11 @@ def locate(
         blocks = scan_blocks(scans, bad, name)
     helping = _WalkEstimation(walks)
     head = "" if as_json else ",".join(LOCATED) + "\n"
-    count = unknown = unlike = 0
+    count = unknown = unlike = usable = 0
     for block in blocks:
         found = helping.helped(saved.model.predict(block.scans), block)
         count, unknown = count + len(found), unknown + int((~found.known).sum())
+        usable += int(np.count_nonzero(block.scans.heard))
         rows = located_table(block.ids, found)
         unlike += int((rows["status"] == UNLIKE).sum())
         write(head + (rows.write_ndjson() if as_json else rows.write_csv(include_header=False)))
@@ -160,7 +182,7 @@ def locate(
     write(head)
     advice = None if key is not None or is_dataset(scans) else hashing_advice(saved)
     points = len(saved.model.access_points_)
-    return LocatedScans(count, unknown, unlike, points, bad.findings(), advice, helping.scans, helping.tracked)
+    return LocatedScans(count, unknown, unlike, points, bad.findings(), advice, helping.scans, helping.tracked, usable)
 
 
 def hashing_advice(saved: SavedModel) -> str | None:

@@ -32,6 +32,7 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.check_page import write_check_page
 from vislam2tag.self_check.bad_landmarks import bad_landmarks
 from vislam2tag.self_check.gain_map import GainMap
+from vislam2tag.self_check.judged import judgement_of
 from vislam2tag.self_check.record import FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
@@ -111,15 +112,15 @@ def check(
     shown = shared_survey(survey, follow_links=follow_links)
     tell(left_out_of(shown.findings))
     walked = walked_floors(shown.root, shown.site, collected.places, walkable)
+    bad = bad_landmarks([session for session in collected.sessions if not session.fixes])
+    doubtful = sum(len(session.doubtful_fixes) for session in collected.sessions)
     found = SurveyCheck(
         version=__version__,
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
         sessions=collected.sessions,
         floors=[_with_rooms(floor, walked) for floor in collected.gains.floors(survey.site.landmarks)],
-        bad_landmarks=[
-            bad.model_copy(update={"room": _room(walked, bad.floor, bad.surveyed_m)})
-            for bad in bad_landmarks([session for session in collected.sessions if not session.fixes])
-        ],
+        bad_landmarks=[one.model_copy(update={"room": _room(walked, one.floor, one.surveyed_m)}) for one in bad],
+        judgement=judgement_of(collected.sessions, len(bad) + doubtful),
         walked=[floor.record for floor in walked.values()],
     )
     if out is not None:

@@ -13,6 +13,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.diagnosis.judged import FEWEST_FIXES, judgement_of
 from vislam2tag.diagnosis.other_ids import id_faults
 from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind, Gain
 from vislam2tag.diagnosis.references import References
@@ -75,7 +76,8 @@ def diagnose(
     sessions.sort(key=lambda session: session.key)
     walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
     of_ids, walks = id_faults(survey.site.landmarks, walks)
-    faults, corrected = found_faults(survey_evidence(survey, walks))
+    evidence = survey_evidence(survey, walks)
+    faults, corrected = found_faults(evidence)
     heard = {session.key: session.heard for session in sessions if session.heard is not None}
     ways = {key: one.as_way for key, one in heard.items()}
     faults = told_by_plan(faults, corrected, ways, _walkable_floors(survey))
@@ -89,12 +91,15 @@ def diagnose(
         found = _references(survey, settings, sessions, faults)
     faults = [*of_ids, *faults, *odd_faults(found, faults)]
     shares = {session.key: session.share for session in sessions}
+    failed = [session.error for session in sessions if session.error is not None]
+    fixes = sum(session.fixes for session in sessions if session.fixes >= FEWEST_FIXES)
     return Diagnosis(
         version=__version__,
         sessions=len(sessions),
         left_aside=len(chosen) - len(refs),
-        failed=[session.error for session in sessions if session.error is not None],
+        failed=failed,
         faults=_with_gains(survey, settings, refs, faults, shares),
+        judgement=judgement_of(evidence, len(sessions), len(failed), len(faults), fixes),
         references=found,
         landmarks=str(LandmarkCounts.of(survey.site.landmarks)) if survey.site.landmarks.ids else "",
     )

@@ -63,6 +63,8 @@ class DiagnosedSession:
     """What the session tells alone."""
     heard: HeardOnWalk | None = None
     """The scans and the way in the frame of the passes."""
+    fixes: int = 0
+    """Known positions of a session without poses that could be compared with its others."""
     landmark_map: ReducedSession | None = None
     """Its landmarks in its own frame; None where they cannot be joined with those of others."""
 
@@ -89,11 +91,13 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     whole = mappable_session(task, inertial=settings.inertial)
     if whole.session.camera.without_poses:
         walk = reckoned(whole, settings)
-        doubtful = doubtful_fixes(walk, LeftOut.of(walk))
+        left_out = LeftOut.of(walk)
+        doubtful = doubtful_fixes(walk, left_out)
         return DiagnosedSession(
             task.ref.key,
             signs=stream_signs(whole.session),
             faults=tuple(_doubtful(task.ref.key, fix) for fix in doubtful),
+            fixes=int(np.isfinite(left_out.sigma_m).sum()),
         )
     prepared = whole.longest_section()
     session, landmarks = prepared.session, prepared.landmarks

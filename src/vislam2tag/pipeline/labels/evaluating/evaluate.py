@@ -12,7 +12,7 @@ from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.evaluation.control_points.odd_points import odd_points
+from vislam2tag.evaluation.control_points.odd_points import judgement_of_points, odd_points
 from vislam2tag.evaluation.dense import dense_rows, survey_drift
 from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
@@ -152,6 +152,8 @@ def _may_have_truth(job: EvaluationJob) -> bool:
 
 
 def _summed(settings: ProcessSettings, names: Sequence[str], sessions: Sequence[SessionEvaluation]) -> SurveyEvaluation:
+    pressed = [(session.floor, session.presses) for session in sessions]
+    odd = odd_points(pressed)
     return SurveyEvaluation(
         version=__version__,
         strategies=list(names),
@@ -161,7 +163,8 @@ def _summed(settings: ProcessSettings, names: Sequence[str], sessions: Sequence[
         drift=survey_drift(sessions, names),
         retention={name: _mean([session.retention.get(name) for session in sessions]) for name in names},
         sessions=list(sessions),
-        odd_points=odd_points((session.floor, session.presses) for session in sessions),
+        odd_points=odd,
+        judgement=judgement_of_points(pressed, len(odd)),
     )
 
 

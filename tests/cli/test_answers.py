@@ -1,0 +1,129 @@
+"""Commands distinguish nothing wrong, not looked at and could not judge, and end with 0 only if something was done."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import make_survey
+from vislam2tag.dataset.folder import open_dataset
+
+EXCLUDED = '[[exclude_session]]\nfloor = 0\nreason = "test"\n'
+
+
+@pytest.fixture(scope="module")
+def surveys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three surveys of the same walks: as they are, with all sessions excluded, and without any surveyed landmark."""
+    folder = tmp_path_factory.mktemp("surveys")
+    sound = make_survey(folder / "sound", sessions=2, seconds=120)
+    for name in ("excluded", "unsurveyed"):
+        shutil.copytree(sound, folder / name)
+    (folder / "excluded" / "corrections.toml").write_text(EXCLUDED)
+    table = folder / "unsurveyed" / "floor_0" / "marker_dict.csv"
+    table.write_text(table.read_text().splitlines()[0] + "\n")
+    return folder
+
+
+def answer_of(command: str, survey: Path) -> tuple[int, dict[str, Any]]:
+    done = vislam2tag("-q", command, survey, "--json", *(() if command == "inspect" else ("--jobs", "1")))
+    judgement: dict[str, Any] = json.loads(done.stdout)["judgement"]
+    return done.returncode, judgement
+
+
+@pytest.mark.parametrize("command", ["inspect", "diagnose", "check"])
+def test_a_sound_survey_is_sound_in_what_was_looked_at(command: str, surveys: Path) -> None:
+    code, judgement = answer_of(command, surveys / "sound")
+    assert (code, judgement["answer"]) == (0, "nothing_wrong")
+    assert judgement["looked_at"]
+
+
+@pytest.mark.parametrize("command", ["inspect", "diagnose", "check"])
+def test_excluded_sessions_were_not_looked_at(command: str, surveys: Path) -> None:
+    code, judgement = answer_of(command, surveys / "excluded")
+    assert (code, judgement["answer"], judgement["looked_at"]) == (1, "not_looked_at", "")
+    said = vislam2tag("-q", command, surveys / "excluded").stdout
+    assert "not looked at: " in said
+    assert "vislam2tag inspect" in said.splitlines()[-1]
+    assert "nothing is wrong" not in said
+
+
+@pytest.mark.parametrize("command", ["diagnose", "check"])
+def test_without_surveyed_landmarks_nothing_can_be_judged(command: str, surveys: Path) -> None:
+    code, judgement = answer_of(command, surveys / "unsurveyed")
+    assert (code, judgement["answer"]) == (1, "not_judged")
+    assert judgement["why"]
+    said = vislam2tag("-q", command, surveys / "unsurveyed", "--jobs", "1").stdout
+    assert "could not be judged: " in said
+    assert said.splitlines()[-1] == f"next: vislam2tag inspect {surveys / 'unsurveyed'}"
+
+
+def test_pages_say_which_answer_it_is(surveys: Path, tmp_path: Path) -> None:
+    for name, words in (("sound", "nothing is wrong (looked at: "), ("unsurveyed", "could not be judged: ")):
+        out = tmp_path / name
+        vislam2tag("-q", "check", surveys / name, "--out", out / "check", "--jobs", "1")
+        assert f"Landmarks and known positions: {words}" in (out / "check" / "check.html").read_text()
+        vislam2tag("-q", "process", surveys / name, "--out", out / "labels", "--jobs", "1")
+        page = (out / "labels" / "report.html").read_text()
+        assert f"The survey by its walks: {words}" in page
+        assert "no landmark contradicts the rest" not in page
+
+
+@pytest.mark.parametrize("options", [(), ("--dry-run",)])
+def test_process_without_a_session_to_map_is_no_success(
+    surveys: Path, tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    done = vislam2tag("-q", "process", surveys / "excluded", "--out", tmp_path / "labels", *options)
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[-1] == f"next: vislam2tag inspect {surveys / 'excluded'}"
+
+
+def test_outputs_without_a_table_are_not_called_the_same(surveys: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        vislam2tag("-q", "process", surveys / "excluded", "--out", tmp_path / name)
+    assert "nothing to compare" in the_error(vislam2tag("verify", tmp_path / "a", tmp_path / "b"))
+
+
+def test_landmarks_of_no_session_are_no_success(surveys: Path, tmp_path: Path) -> None:
+    done = vislam2tag("-q", "survey-landmarks", surveys / "excluded", "--out", tmp_path / "landmarks.csv")
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[-1].startswith("next: vislam2tag inspect")
+
+
+def test_a_fleet_of_excluded_sessions_is_no_success(surveys: Path, tmp_path: Path) -> None:
+    assert vislam2tag("-q", "fleet", "add", tmp_path / "fleet", surveys / "excluded").returncode == 0
+    for options in ((), ("--dry-run",)):
+        done = vislam2tag("-q", "fleet", "process", tmp_path / "fleet", *options)
+        assert done.returncode == 1, options
+        assert done.stdout.splitlines()[-1] == f"next: vislam2tag fleet list {tmp_path / 'fleet'}"
+
+
+def test_a_set_without_positions_is_not_trained_on(surveys: Path, tmp_path: Path) -> None:
+    made = vislam2tag("-q", "dataset", surveys / "unsurveyed", "--out", tmp_path / "set", "--jobs", "1")
+    assert made.returncode == 1
+    assert "train" not in made.stdout.splitlines()[-1]
+    for command in (("split", tmp_path / "set"), ("figures", tmp_path / "set", "--out", tmp_path / "figures")):
+        done = vislam2tag("-q", *command)
+        assert done.returncode == 1, command
+        assert done.stdout.splitlines()[-1].startswith(f"next: read in {tmp_path / 'set' / 'report.html'}")
+    plain, again = tmp_path / "plain", tmp_path / "again"
+    assert vislam2tag("-q", "export", tmp_path / "set", "--format", "parquet", "--out", plain).returncode == 0
+    taken = vislam2tag("-q", "import", plain, "--out", again)
+    assert (open_dataset(again).labelled, taken.returncode) == (0, 1)
+    assert taken.stdout.splitlines()[-1].startswith(f"next: read in {again / 'report.html'}")
+
+
+def test_a_site_without_plans_says_what_could_not_be_judged(tmp_path: Path, surveys: Path) -> None:
+    sound = vislam2tag("site", "show", surveys / "sound")
+    assert "site files: nothing is wrong (looked at: 1 floor, 1 plan, 12 landmarks)" in sound.stdout
+    assert json.loads(vislam2tag("site", "show", surveys / "sound", "--json").stdout)["judgement"]["answer"] == (
+        "nothing_wrong"
+    )
+    (tmp_path / "site" / "floor_1").mkdir(parents=True)
+    bare = vislam2tag("site", "show", tmp_path / "site")
+    assert "whether landmarks are on it could not be judged" in bare.stdout
+    assert "vislam2tag plan" not in bare.stdout.splitlines()[-1]

@@ -1,0 +1,25 @@
+"""The answers of checks: each of them reads differently, and none is an empty list."""
+
+from __future__ import annotations
+
+from vislam2tag.common.judgement import NOT_RUN, Answer, Judgement, counted
+
+
+def test_nothing_wrong_says_how_much_was_looked_at_and_what_is_left_open() -> None:
+    found = Judgement.of(0, 2, "2 landmarks in 1 walk", "1 landmark could not be judged")
+    assert found.answer is Answer.NOTHING_WRONG
+    assert found.sentence == "nothing is wrong (looked at: 2 landmarks in 1 walk); 1 landmark could not be judged"
+
+
+def test_faults_make_something_wrong_however_little_was_judged() -> None:
+    assert Judgement.of(3, 0, "", "no walk passes enough").answer is Answer.WRONG
+    assert Judgement.of(3, 1, "1 plan", "").sentence == "something is wrong (looked at: 1 plan)"
+
+
+def test_without_anything_judged_nothing_is_called_sound() -> None:
+    assert Judgement.of(0, 0, "0 landmarks", "there are none").sentence == "could not be judged: there are none"
+    assert NOT_RUN.sentence == "not looked at: the check was not run"
+
+
+def test_one_is_singular() -> None:
+    assert (counted(1, "walk"), counted(0, "walk")) == ("1 walk", "0 walks")
