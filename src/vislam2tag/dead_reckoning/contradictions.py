@@ -43,9 +43,9 @@ def _too_far_m(walk: ReckonedWalk) -> FloatArray:
     """How much farther each fix (f,) is from its neighbours than the steps or the time allow, metres."""
     nodes, at = walk.nodes, walk.ties.node
     duration_s = np.diff(nodes.time_s)
-    walked_m = np.where(nodes.known, MAX_SCALE * nodes.length_m, MAX_M_S * duration_s)
-    possible_m = np.minimum(
-        *(np.diff(np.concatenate(([0.0], np.cumsum(each)))[at]) for each in (walked_m, MAX_M_S * duration_s))
-    )
+    in_time_m = MAX_M_S * duration_s
+    walked_m = np.where(nodes.known, MAX_SCALE * nodes.length_m, in_time_m)
+    so_far_m = np.vstack((np.zeros(2), np.cumsum(np.column_stack((walked_m, in_time_m)), axis=0)))
+    possible_m = np.diff(so_far_m[at], axis=0).min(axis=1)
     excess_m = (np.abs(np.diff(walk.ties.position)) - possible_m - MARGIN_M).clip(0)
     return np.asarray(np.maximum(np.append(excess_m, 0.0), np.append(0.0, excess_m)))

@@ -45,7 +45,7 @@ class SiteSummary:
     def judgement(self) -> Judgement:
         """Whether something is wrong with the site's files, and what was there to look at."""
         plans = sum(one.pixel_m is not None for one in self.floors)
-        marks = sum(one.landmarks for one in self.floors)
+        marks = sum(one.landmarks.total for one in self.floors)
         wrong = sum(one.severity is not Severity.INFO for one in self.findings)
         missing = len(self.floors) - plans
         why = f"{counted(missing, 'floor')} without a plan: whether landmarks are on it could not be judged"
