@@ -100,6 +100,20 @@ def in_unit(ns_per_unit: int) -> Callable[[Path], None]:
     return put
 
 
+def change_fields(file: str, column: int, change: Callable[[str], str]) -> Callable[[Path], None]:
+    """Change a column of a file of the published layout, counted from either end."""
+
+    def put(folder: Path) -> None:
+        lines = []
+        for line in (folder / file).read_text(encoding="utf-8").splitlines():
+            fields = line.split("; ")
+            fields[column] = change(fields[column])
+            lines.append("; ".join(fields))
+        (folder / file).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    return put
+
+
 def _empty(folder: Path) -> None:
     (folder / "poses.csv").write_bytes(b"")
 
@@ -120,6 +134,16 @@ FAULTS = {
     "z up": Fault(_both(z_up), error="the z axis points up"),
     "left-handed": Fault(_both(left_handed), error="left-handed"),
     "millimetres": Fault(_both(in_millimetres), error="lengths are in millimetres"),
+    "signs lost": Fault(change_fields("wifi.csv", -1, lambda level: level.lstrip("-")), frozenset({"lost_sign"})),
+    "masked addresses": Fault(
+        change_fields("wifi.csv", -2, lambda _: "02:00:00:00:00:00"), frozenset({"masked_addresses"})
+    ),
+    "ids shifted by one": Fault(
+        change_fields("initPoses.csv", 0, lambda name: str(int(name) + 1)), frozenset({"shifted_ids"})
+    ),
+    "ids of another kind": Fault(
+        change_fields("initPoses.csv", 0, lambda name: f"tag_{name}"), frozenset({"other_ids"})
+    ),
     "times in ms": Fault(in_unit(10**6), kinds=frozenset({"time_unit"})),
     "times in us": Fault(in_unit(10**3), kinds=frozenset({"time_unit"})),
 }
