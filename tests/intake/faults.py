@@ -122,6 +122,17 @@ def _damaged(folder: Path) -> None:
     (folder / "poses.csv").write_bytes(b"\0" * (folder / "poses.csv").stat().st_size)
 
 
+def _planned(folder: Path) -> None:
+    """The floor's table says where sheets are planned, and they hang elsewhere."""
+    floor = folder.parents[1]
+    header, *rows = (floor / "marker_dict.csv").read_text(encoding="utf-8").splitlines()
+    at = [(name, f"{float(x) + 1.5:.4f}", y) for name, x, y in (row.split(",") for row in rows)]
+    table = [header, *(",".join(row) for row in at)]
+    states = ["id,state,source,x,y", *(f"{name},planned,plan,{x},{y}" for name, x, y in at)]
+    (floor / "marker_dict.csv").write_text("\n".join(table) + "\n", encoding="utf-8")
+    (floor / "landmark_states.csv").write_text("\n".join(states) + "\n", encoding="utf-8")
+
+
 FAULTS = {
     "empty poses": Fault(_empty, error="no usable camera frame"),
     "damaged poses": Fault(_damaged, error="no usable camera frame"),
@@ -144,6 +155,7 @@ FAULTS = {
     "ids of another kind": Fault(
         change_fields("initPoses.csv", 0, lambda name: f"tag_{name}"), frozenset({"other_ids"})
     ),
+    "planned positions": Fault(_planned, frozenset({"planned_landmarks"})),
     "times in ms": Fault(in_unit(10**6), kinds=frozenset({"time_unit"})),
     "times in us": Fault(in_unit(10**3), kinds=frozenset({"time_unit"})),
 }

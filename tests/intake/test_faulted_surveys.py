@@ -19,7 +19,8 @@ NAMES = sorted(FAULTS)
 SEVERITIES = ("none", "default", "severe")
 KINDS = {
     *("pose_convention", "implausible_poses", "far_landmarks", "time_unit", "contradicting_fixes"),
-    *("lost_sign", "absurd_levels", "masked_addresses", "other_ids", "shifted_ids", "perhaps_planned"),
+    *("lost_sign", "absurd_levels", "masked_addresses"),
+    *("other_ids", "shifted_ids", "perhaps_planned", "planned_landmarks"),
 }
 
 
