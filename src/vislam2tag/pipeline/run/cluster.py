@@ -22,35 +22,33 @@ _CONFIG = {
 }
 _THREADS = 2
 """Of a worker, of one core: while one maps a session, the other fetches the next one or puts the one before."""
-_KUBERNETES: dict[str, Any] = {
-    "worker_command": ["dask-worker", "--nthreads", str(_THREADS)],
-    "env": {
-        "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "2",
-        "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
-        "POLARS_MAX_THREADS": "1",
-    },
-}
-"""The same for pods, which this process's settings do not reach."""
 _CONNECT_S = 30
-_PACKAGES = {"ssh": "asyncssh", "slurm": "dask-jobqueue", "kubernetes": "dask-kubernetes"}
+_PACKAGES = {"ssh": "asyncssh", "slurm": "dask-jobqueue"}
+_REMOVED = {
+    "kubernetes": "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey "
+    "(docs/how-to/many-surveys.md)"
+}
+"""What to use instead, by the name of a kind that earlier versions had."""
 
 
 class ClusterSettings(FiniteRecord):
     """A cluster that is made for one command and ends with it."""
 
-    kind: Literal["local", "ssh", "slurm", "kubernetes"]
-    """Processes of this machine, of others by SSH, or those that Slurm or Kubernetes gives."""
+    kind: Literal["local", "ssh", "slurm"]
+    """Processes of this machine, of others by SSH, or those that Slurm gives."""
     workers: int = Field(default=1, ge=1)
     """Worker processes, each of which maps one session at a time."""
     options: dict[str, Any] = {}
-    """Further arguments of Dask's class, by name: ``hosts`` of SSHCluster, ``queue`` and ``memory`` of SLURMCluster,
-    ``name`` and ``image`` of KubeCluster."""
+    """Further arguments of Dask's class, by name: ``hosts`` of SSHCluster, ``queue`` and ``memory`` of SLURMCluster."""
 
 
 def read_cluster(file: Path) -> ClusterSettings:
     """Read the description of a cluster; raises UsageError that names file and entry."""
     try:
-        return ClusterSettings.model_validate(read_toml_values(file))
+        values = read_toml_values(file)
+        if str(values.get("kind")) in _REMOVED:
+            raise UsageError(f"{file}: {_REMOVED[str(values['kind'])]}")
+        return ClusterSettings.model_validate(values)
     except (OSError, ValueError) as error:
         if isinstance(error, ValidationError):
             first = error.errors()[0]
@@ -94,7 +92,7 @@ def _made(file: Path) -> Iterator[Any]:
     except ModuleNotFoundError as error:
         package = _PACKAGES.get(settings.kind, error.name)
         raise UsageError(f"{file}: a cluster of the kind {settings.kind} needs {package}: pip install it") from error
-    except Exception as error:  # of an SSH connection, a batch system or Kubernetes: each has its own
+    except Exception as error:  # of an SSH connection or a batch system: each has its own
         raise OutputError(f"{file}: the cluster cannot be made: {first_line(error)}") from error
     with cluster:
         yield cluster
@@ -111,11 +109,7 @@ def cluster_of(settings: ClusterSettings) -> Any:
         hosts = options.get("hosts", ["localhost"])  # the scheduler's first
         made = {"worker_options": {"nthreads": _THREADS, "n_workers": workers}} | options | {"hosts": hosts}
         return import_extra("distributed").SSHCluster(**made)
-    if settings.kind == "slurm":
-        jobs = importlib.import_module("dask_jobqueue")
-        cluster = jobs.SLURMCluster(**{"cores": _THREADS, "processes": 1, "job_cpu": 1} | options)
-        cluster.scale(jobs=workers)
-        return cluster
-    pods = {"n_workers": workers} | _KUBERNETES | options
-    pods["env"] = _KUBERNETES["env"] | options.get("env", {})
-    return importlib.import_module("dask_kubernetes.operator").KubeCluster(**pods)
+    jobs = importlib.import_module("dask_jobqueue")
+    cluster = jobs.SLURMCluster(**{"cores": _THREADS, "processes": 1, "job_cpu": 1} | options)
+    cluster.scale(jobs=workers)
+    return cluster
