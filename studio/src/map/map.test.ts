@@ -6,7 +6,6 @@ import { colouring } from './colours';
 import { ellipseOf } from './paint';
 import { nearestRow } from './pick';
 import { stepOf } from './raster';
-import { Density } from './density';
 
 const floor = (number: number): Floor => ({
   number,
@@ -104,15 +103,6 @@ test('the nearest point of a walk that is shown is picked, within reach', () => 
   expect(nearestRow(points, placing, Uint8Array.of(1, 1), [1.15, 0], 1)).toBe(2);
   expect(nearestRow(points, placing, Uint8Array.of(1, 0), [1.15, 0], 1)).toBe(1);
   expect(nearestRow(points, placing, Uint8Array.of(1, 1), [9, 9], 1)).toBe(-1);
-});
-
-test('points in view are counted by cells that lie whole in it', () => {
-  const density = new Density(100, 70);
-  for (const [x, y] of [[1, 1], [40, 1], [40, 40], [99, 69], [-1, 5], [5, 200]]) density.add(x, y);
-  expect(density.within(0, 0, 128, 96)).toBe(4);
-  expect(density.within(-500, -500, 500, 500)).toBe(4);
-  expect(density.within(32, 0, 96, 64)).toBe(2);
-  expect(density.within(33, 0, 95, 64)).toBe(0);
 });
 
 test('cells of radio maps are coloured between the ends, and left out below the threshold or where nothing is known', () => {

@@ -2,7 +2,6 @@
 import { type Track, runs } from '../api/arrow';
 import { type Affine, type Placing, at } from './affine';
 import type { Colouring } from './colours';
-import { Density } from './density';
 
 export interface Plan {
   floor: number;
@@ -23,8 +22,6 @@ export interface Picture {
   chosen: number;
   band: boolean;
   stacked: boolean;
-  /** Whether every frame is drawn that there is. */
-  whole: boolean;
 }
 
 /** 95 % of a two-dimensional normal distribution lie within so many standard deviations: sqrt(chi2(0.95, 2)). */
@@ -32,9 +29,8 @@ const BAND = 2.4477;
 /** Points nearer than this to the last one drawn add nothing to see (pixels). */
 const NEAR = 1.5;
 
-/** Paint a picture; `extent` is [left, low, right, high] of the map, `scale` pixels a metre. Returns where points of walks are. */
-export function paint(context: CanvasRenderingContext2D, picture: Picture, extent: number[], scale: number): Density {
-  const drawn = new Density(context.canvas.width, context.canvas.height);
+/** Paint a picture; `extent` is [left, low, right, high] of the map, `scale` pixels a metre. */
+export function paint(context: CanvasRenderingContext2D, picture: Picture, extent: number[], scale: number): void {
   const toPixels = (placed: Affine): Affine => {
     const [a, b, c, d, e, f] = placed;
     return [a * scale, b * scale, (c - extent[0]) * scale, -d * scale, -e * scale, (extent[3] - f) * scale];
@@ -46,10 +42,9 @@ export function paint(context: CanvasRenderingContext2D, picture: Picture, exten
   context.lineJoin = 'round';
   for (const track of picture.tracks) {
     if (picture.band) paintBand(context, track, picture, placing);
-    paintWalks(context, track, picture, placing, drawn);
+    paintWalks(context, track, picture, placing);
   }
   if (picture.scans) paintScans(context, picture.scans, picture, placing);
-  return drawn;
 }
 
 function paintPlan(context: CanvasRenderingContext2D, plan: Plan, placed: Affine | undefined, faint: boolean): void {
@@ -64,7 +59,7 @@ function paintPlan(context: CanvasRenderingContext2D, plan: Plan, placed: Affine
   context.drawImage(plan.image, 0, 0);
 }
 
-function paintWalks(context: CanvasRenderingContext2D, track: Track, picture: Picture, placing: Placing, drawn: Density): void {
+function paintWalks(context: CanvasRenderingContext2D, track: Track, picture: Picture, placing: Placing): void {
   const { width, height } = context.canvas;
   const paths = runs(track.path.length ? track.path : track.session);
   const order = [...paths.filter(([from]) => track.session[from] !== picture.chosen), ...paths.filter(([from]) => track.session[from] === picture.chosen)];
@@ -74,7 +69,7 @@ function paintWalks(context: CanvasRenderingContext2D, track: Track, picture: Pi
     const chosen = track.session[from] === picture.chosen;
     context.globalAlpha = picture.chosen < 0 || chosen ? 1 : 0.3;
     context.lineWidth = chosen ? 3 : 1.6;
-    paintPath(context, track, from, to, placed, picture.colouring, width, height, drawn);
+    paintPath(context, track, from, to, placed, picture.colouring, width, height);
   }
 }
 
@@ -87,7 +82,6 @@ function paintPath(
   colouring: Colouring,
   width: number,
   height: number,
-  drawn: Density,
 ): void {
   let [lastX, lastY, lastIn, colour, open] = [NaN, NaN, false, -1, false];
   for (let row = from; row < to; row++) {
@@ -108,7 +102,6 @@ function paintPath(
         open = true;
       }
       context.lineTo(x, y);
-      drawn.add(x, y);
     }
     [lastX, lastY, lastIn, colour] = [x, y, inside, index];
   }

@@ -16,8 +16,6 @@ import type RenderEvent from 'ol/render/Event';
 import ImageCanvas from 'ol/source/ImageCanvas';
 import VectorSource from 'ol/source/Vector';
 import { Circle, Fill, Stroke, Style } from 'ol/style';
-import type { Density } from './density';
-import { FrameTrace } from './frame_trace';
 import type { Mark } from './marks';
 import { type Picture, paint } from './paint';
 
@@ -33,7 +31,6 @@ class Painting {
   picture: Picture | null = null;
   readonly layer: ImageLayer<ImageCanvas>;
   private readonly source: ImageCanvas;
-  private drawn: { density: Density; extent: number[]; scale: number } | null = null;
 
   constructor(projection: Projection) {
     this.source = new ImageCanvas({
@@ -44,19 +41,11 @@ class Painting {
         [canvas.width, canvas.height] = size.map(Math.round);
         // Read often: kept in main memory, where drawing thousands of short lines is quick without a graphics processor.
         const context = canvas.getContext('2d', { willReadFrequently: true })!;
-        const scale = ratio / resolution;
-        if (this.picture) this.drawn = { density: paint(context, this.picture, extent, scale), extent, scale };
+        if (this.picture) paint(context, this.picture, extent, ratio / resolution);
         return canvas;
       },
     });
     this.layer = new ImageLayer({ source: this.source });
-  }
-
-  /** Points of walks drawn in a part of the map. */
-  pointsWithin([left, low, right, high]: number[]): number {
-    if (!this.drawn) return 0;
-    const { density, extent, scale } = this.drawn;
-    return density.within((left - extent[0]) * scale, (extent[3] - high) * scale, (right - extent[0]) * scale, (extent[3] - low) * scale);
   }
 
   show(picture: Picture | null): void {
@@ -68,7 +57,6 @@ class Painting {
 
 export class SiteMap {
   readonly map: OlMap;
-  readonly trace: FrameTrace;
   private readonly main: Painting;
   private readonly other: Painting;
   private readonly areas = new VectorSource();
@@ -97,7 +85,6 @@ export class SiteMap {
       ],
       view: new View({ projection, center: [0, 0], resolution: 0.1, minResolution: 0.002, maxResolution: 5, enableRotation: false, smoothExtentConstraint: false }),
     });
-    this.trace = new FrameTrace(this.map, () => ({ points: this.main.pointsWithin(this.view.calculateExtent()), whole: this.main.picture?.whole ?? false }));
     this.map.on('singleclick', (event: MapBrowserEvent) => {
       const feature = this.map.forEachFeatureAtPixel(event.pixel, (found) => found as Feature, { hitTolerance: 10 });
       heard.clicked(event.coordinate, this.view.getResolution()!, feature);
