@@ -16,15 +16,7 @@ import argparse
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
-from data_sets import (
-    Walk,
-    every_kth,
-    like_the_real_ones,
-    real_walks,
-    second_generator,
-    second_with_tracker,
-    with_tracker,
-)
+from data_sets import Walk, every_kth, real_walks, with_tracker
 
 from vislam2tag.common.bootstrap import FEWEST_WALKS, draws, multiplicities
 from vislam2tag.core.arrays import FloatArray
@@ -44,9 +36,7 @@ def main() -> None:
     """Print one row for each kind of walk."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=300, help="the first")
-    parser.add_argument(
-        "--count", type=int, default=12, help="how many; two simulated walks, one of the second's, each"
-    )
+    parser.add_argument("--count", type=int, default=12, help="how many; two simulated walks each")
     parser.add_argument("--rows", nargs="+", default=[""], help="only rows whose names hold one of these")
     options = parser.parse_args()
     seeds = range(options.seeds, options.seeds + options.count)
@@ -68,12 +58,6 @@ ROWS: Rows = {
     "simulator, severe": simulated(1.0, "severe"),
     "simulator, tracker twice better": simulated(0.5, "default"),
     "simulator, tracker twice worse": simulated(2.0, "default"),
-    "second generator, mild": lambda seeds: second_generator(seeds, "mild"),
-    "second generator, default": lambda seeds: second_generator(seeds, "default"),
-    "second generator, severe": lambda seeds: second_generator(seeds, "severe"),
-    "second generator, tracker twice better": lambda seeds: second_with_tracker(seeds, 0.5),
-    "second generator, tracker twice worse": lambda seeds: second_with_tracker(seeds, 2.0),
-    "surveyed in two frames": lambda seeds: like_the_real_ones(seeds, two_frames=True),
     "real": lambda _: real_walks(),
     "real, every 3rd landmark": lambda _: every_kth(real_walks(), 3),
     "real, every 5th landmark": lambda _: every_kth(real_walks(), 5),

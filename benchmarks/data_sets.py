@@ -1,4 +1,4 @@
-"""The walks that the benchmarks map: of two generators, the real ones and those the published program was run on."""
+"""The walks that the benchmarks map: generated ones, real ones and those the published program was run on."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from second_generator import MadeWalk, Severity, iphone, make_walk, surveyed_in_two_frames
-from second_generator.habits import Habits
-from second_generator.styles import draw_style
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -20,7 +17,6 @@ from vislam2tag.evaluation.truth import (
     Residuals,
     Truth,
     errors_at_frames,
-    errors_at_truth,
     read_truth,
     residuals_at_truth,
 )
@@ -54,7 +50,7 @@ class Walk:
             return np.full(len(trajectory.time_ns), np.nan)
         if self.truth_at_frames:
             return errors_at_frames(trajectory, self.truth)
-        return errors_at_truth(trajectory, self.truth)
+        return np.asarray(np.linalg.norm(residuals_at_truth(trajectory, self.truth).error_m, axis=1))
 
     def residuals(self, trajectory: Trajectory) -> Residuals:
         """Errors as vectors with the covariances stated, at the same points (usable frames inside the truth)."""
@@ -141,23 +137,6 @@ def with_tracker(seeds: Iterable[int], times: float, severity: str = "default", 
             yield Walk(f"{seed} {planned.key.device}", camera, log.landmarks, surveyed, truth)
 
 
-def second_with_tracker(seeds: Iterable[int], times: float) -> Iterator[Walk]:
-    """Walks of the second generator whose tracker drifts, and errs in sightings, so many ``times`` as usual."""
-
-    def style(rng: np.random.Generator) -> Habits:
-        habits = draw_style(rng)(rng)
-        errors = replace(
-            habits.errors,
-            pass_bias_m=times * habits.errors.pass_bias_m,
-            frame_noise_m=times * habits.errors.frame_noise_m,
-            heading_noise_rad=times * habits.errors.heading_noise_rad,
-        )
-        return replace(habits, drift=habits.drift.times(times), errors=errors)
-
-    for seed in seeds:
-        yield _as_walk(make_walk(seed, "default", style))
-
-
 def every_kth(walks: Iterable[Walk], k: int) -> Iterator[Walk]:
     """Each walk k times, with every k-th landmark, starting with each of the first k; the others are not logged."""
     for walk in walks:
@@ -165,24 +144,6 @@ def every_kth(walks: Iterable[Walk], k: int) -> Iterator[Walk]:
             kept = walk.landmarks.select(list(range(first, len(walk.landmarks.ids), k)))
             logged = [i for i, name in enumerate(walk.log.ids) if name in kept.index]
             yield replace(walk, name=f"{walk.name} {first}", landmarks=kept, log=walk.log.select(logged))
-
-
-def second_generator(seeds: Iterable[int], severity: Severity = "default") -> Iterator[Walk]:
-    """Walks of the second generator at this severity, one for each seed."""
-    for seed in seeds:
-        yield _as_walk(make_walk(seed, severity))
-
-
-def like_the_real_ones(seeds: Iterable[int], severity: Severity = "default", *, two_frames: bool) -> Iterator[Walk]:
-    """Walks of the second generator with two poses a second; ``two_frames``: of a survey in two that do not fit."""
-    for seed in seeds:
-        made = make_walk(seed, severity, iphone)
-        yield _as_walk(surveyed_in_two_frames(made, seed) if two_frames else made)
-
-
-def _as_walk(made: MadeWalk) -> Walk:
-    truth = Truth(made.camera.time_ns, made.truth_bcs)
-    return Walk(made.name, made.camera, made.log, made.landmarks, truth)
 
 
 def real_walks() -> Iterator[Walk]:
@@ -201,11 +162,3 @@ def extract_agreement(into: Path) -> Path | None:
         packed.extraction_filter = getattr(tarfile, "data_filter", None)  # Python 3.11.2 has none
         packed.extractall(into)
     return into
-
-
-def agreement() -> Iterator[Walk]:
-    """The six sessions that the published program was run on; they have no truth."""
-    with tempfile.TemporaryDirectory() as folder:
-        root = extract_agreement(Path(folder))
-        if root is not None:
-            yield from walks_of(root / "raw", truth_at_frames=True)

@@ -1,12 +1,10 @@
-"""Errors of every registered strategy on the walks of two generators and on real ones, in metres.
+"""Errors of every registered strategy on generated and on real walks, in metres.
 
 Generated walks are compared at every camera frame, real ones at their true points; nothing is marked uncertain. Each
 walk counts once: a figure is the average of the walks' figures. Coverage is pooled over all points. The smoother is
 also compared with each other strategy on the points that both label.
 
-    python benchmarks/strategy_errors.py                               96 generated, 60 of the second generator, 3 real
-    python benchmarks/strategy_errors.py --data second --severity mild default severe
-    python benchmarks/strategy_errors.py --data iphone two-frames      two poses a second; also surveys that do not fit
+    python benchmarks/strategy_errors.py                               96 generated, 3 real
     python benchmarks/strategy_errors.py --seeds 21 22 --severity none mild default severe
     python benchmarks/strategy_errors.py --walks --csv errors.csv      also every walk; the same figures as CSV
 """
@@ -18,12 +16,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import polars as pl
-from data_sets import Walk, generated, like_the_real_ones, real_walks, second_generator
-from second_generator import Severity
+from data_sets import Walk, generated, real_walks
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status
@@ -36,9 +32,8 @@ from vislam2tag.mapping.settings import MappingSettings
 FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
 HEADS = ("mean", "median", "p75", "p95", "max", "labelled")
 STATED = (0.68, 0.95)
-DATA = ("generated", "second", "real")
-ASKED_FOR = ("iphone", "two-frames")
-"""Further data sets, made only where they are named."""
+DATA = ("generated", "real")
+SEVERITIES = ("none", "mild", "default", "severe")
 OURS = "smoother"
 
 
@@ -71,16 +66,9 @@ Results = dict[str, dict[str, Mapped]]
 def main() -> None:
     """Map every walk with every strategy and print the tables of each data set."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--data", nargs="+", choices=DATA + ASKED_FOR, default=DATA, help="default: generated second real"
-    )
-    parser.add_argument(
-        "--seeds",
-        type=int,
-        nargs="+",
-        help="default: 1 to 8; of the second generator 1 to 60, iphone and two-frames 1 to 100",
-    )
-    parser.add_argument("--severity", nargs="+", choices=get_args(Severity), default=["default"])
+    parser.add_argument("--data", nargs="+", choices=DATA, default=DATA, help="default: both")
+    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(1, 9)), help="default: 1 to 8")
+    parser.add_argument("--severity", nargs="+", choices=SEVERITIES, default=["default"])
     parser.add_argument("--walks", action="store_true", help="also a table of every walk's mean error and share")
     parser.add_argument("--csv", type=Path, help="write every walk's figures there")
     options = parser.parse_args()
@@ -99,19 +87,11 @@ def main() -> None:
         write_csv(data_sets, options.csv)
 
 
-def chosen(data: Sequence[str], severities: Sequence[Severity], seeds: list[int] | None) -> dict[str, Iterable[Walk]]:
+def chosen(data: Sequence[str], severities: Sequence[str], seeds: list[int]) -> dict[str, Iterable[Walk]]:
     """Walks of the data sets asked for, by the name of their tables."""
     walks: dict[str, Iterable[Walk]] = {}
     if "generated" in data:
-        walks |= {f"generated, {level}": generated(seeds or list(range(1, 9)), level) for level in severities}
-    if "second" in data:
-        walks |= {f"second generator, {level}": second_generator(seeds or range(1, 61), level) for level in severities}
-    for name in ASKED_FOR:
-        if name in data:
-            some = seeds or range(1, 101)
-            walks |= {
-                f"{name}, {level}": like_the_real_ones(some, level, two_frames=name != "iphone") for level in severities
-            }
+        walks |= {f"generated, {level}": generated(seeds, level) for level in severities}
     if "real" in data:
         walks["real"] = real_walks()
     return walks

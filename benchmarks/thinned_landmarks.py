@@ -5,7 +5,6 @@ another one for each walk; the others are taken out of the logs too. With "+ uns
 logged but not surveyed. Nothing is marked uncertain; each walk counts once.
 
     python benchmarks/thinned_landmarks.py                                seeds 1 to 4: 32 generated walks
-    python benchmarks/thinned_landmarks.py --figure docs/images/thinned_landmarks.svg
 """
 
 from __future__ import annotations
@@ -13,12 +12,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
-import plotly.graph_objects as go
 from data_sets import Walk, generated, real_walks
-from plotly.subplots import make_subplots
-from static_figure import write_svg
 
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
@@ -28,25 +23,15 @@ from vislam2tag.simulation.settings import BuildingSettings
 LANDMARKS = 24
 SMOOTHER = "smoother"
 UNSURVEYED = "smoother + unsurveyed"
-COLOURS = {
-    "global": "#b0b0b0",
-    "global-affine": "#707070",
-    "local": "#e69f00",
-    "local-corrected": "#d55e00",
-    SMOOTHER: "#0072b2",
-    UNSURVEYED: "#56b4e9",
-}
-
 Curves = dict[str, dict[int, ErrorSummary]]
 """By strategy, then by k."""
 
 
 def main() -> None:
-    """Map every walk with every thinning and strategy, print the tables, draw the figure."""
+    """Map every walk with every thinning and strategy, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4])
     parser.add_argument("--severity", default="default")
-    parser.add_argument("--figure", type=Path, help="write the curves there (SVG)")
     options = parser.parse_args()
     floors = BuildingSettings(landmarks=LANDMARKS)
     data_sets = {
@@ -56,8 +41,6 @@ def main() -> None:
     for name, found in data_sets.items():
         if found:
             print_table(name, found)
-    if options.figure is not None:
-        write_svg(drawn({name: found for name, found in data_sets.items() if found}), options.figure, 920, 620)
 
 
 def curves(walks: Iterable[Walk], sparsest: int) -> Curves:
@@ -93,33 +76,6 @@ def print_table(name: str, found: Curves) -> None:
     for strategy, errors in found.items():
         cells = [f"{e.mean_m:.2f} / {e.p95_m:.2f} ({e.labelled_share:.0%})" for e in map(errors.get, columns) if e]
         print(f"| {strategy} | {' | '.join(cells)} |")
-
-
-def drawn(data_sets: dict[str, Curves]) -> go.Figure:
-    """Draw mean error, 95th percentile and share labelled over k, one column for each data set."""
-    rows = {"mean_m": "mean error, m", "p95_m": "95th percentile, m", "labelled_share": "share labelled"}
-    figure = make_subplots(
-        len(rows), len(data_sets), column_titles=list(data_sets), shared_xaxes=True, shared_yaxes=True
-    )
-    for column, found in enumerate(data_sets.values(), start=1):
-        for row, attribute in enumerate(rows, start=1):
-            for strategy, errors in found.items():
-                line = go.Scatter(
-                    x=list(errors),
-                    y=[getattr(error, attribute) for error in errors.values()],
-                    name=strategy,
-                    legendgroup=strategy,
-                    showlegend=row == column == 1,
-                    line={"color": COLOURS.get(strategy)},
-                )
-                figure.add_trace(line, row, column)
-        figure.update_xaxes(title="every k-th landmark", dtick=1, row=len(rows), col=column)
-    for row, (attribute, title) in enumerate(rows.items(), start=1):
-        scale = {"type": "log", "dtick": 1} if attribute.endswith("_m") else {"range": [0, 1.05]}
-        figure.update_yaxes(row=row, **scale)
-        figure.update_yaxes(title=title, row=row, col=1)
-    figure.update_layout(template="plotly_white", legend={"orientation": "h", "y": -0.12}, margin={"t": 40, "r": 20})
-    return figure
 
 
 if __name__ == "__main__":

@@ -16,7 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 from calibration import cells, points
-from chance import greatest, losses
 from data_sets import Walk
 
 from landmark_survey import SETTINGS, SIGMA_M, Site, chosen, complete, generated_sites, real_site, spread
@@ -42,11 +41,8 @@ def main() -> None:
     parser.add_argument("--real", action="store_true")
     options = parser.parse_args()
     sites = [real_site()] if options.real else list(generated_sites(options.seeds, options.severity))
-    print(
-        "| surveyed | mapped | walks | mean | inside 68 % | inside 95 % | least | most | long | others | worse "
-        "| by chance |"
-    )
-    print("| --- " * 12 + "|")
+    print("| surveyed | mapped | walks | mean | inside 68 % | inside 95 % | least | most | long | others | worse |")
+    print("| --- " * 11 + "|")
     for count in (3, 5, 8):
         for name, choose in (("spread", spread), ("at random", lambda marks, count: chosen(marks, count, 0))):
             choices = [choose(site.landmarks, count) for site in sites]
@@ -57,7 +53,7 @@ def main() -> None:
 def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
     """Figures of all walks that can be mapped alone: alone, with completed landmarks, told of landmarks, together."""
     found: dict[str, list[FloatArray]] = {"alone": [], "completed": [], "landmarks": [], "together": []}
-    long, chances, draw = [], list[FloatArray](), np.random.default_rng(0)
+    long = []
     for site, surveyed in zip(sites, choices, strict=True):
         known = only(site.landmarks, surveyed)
         completed = complete(site, surveyed)[0]
@@ -73,9 +69,6 @@ def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
                 camera = replace(walk.camera, tracker=tracker)
                 trajectory = strategy_named("smoother", SETTINGS.mapping).map(camera, walk.log, landmarks)
                 found[name].append(points(walk, trajectory))
-            if len(found["alone"][-1]):
-                range_m = SETTINGS.mapping.smoother.sighting_range_m
-                chances.append(losses(walk, known, told[number], range_m, draw))
     rows = [i for i, one in enumerate(found["alone"]) if len(one)]
     means = {name: np.array([one[i][:, 0].mean() for i in rows]) for name, one in found.items()}
     far = np.array(long)[rows]
@@ -84,8 +77,7 @@ def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
         figures = cells(one[i] for i in rows)
         gains = " | ".join(gain(means["alone"][those], means[name][those]) for those in (far, ~far))
         worse = (means[name] - means["alone"]).max()
-        by_chance = greatest(chances) if name == "together" else "-"
-        result.append(f"{name} | {figures} | {gains} | {worse:.3f} m | {by_chance}")
+        result.append(f"{name} | {figures} | {gains} | {worse:.3f} m")
     return result
 
 

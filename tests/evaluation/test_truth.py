@@ -14,7 +14,6 @@ from vislam2tag.evaluation.truth import (
     Truth,
     covariances_at,
     errors_at_frames,
-    errors_at_truth,
     press_covariance,
     read_truth,
     residuals_at_presses,
@@ -71,12 +70,6 @@ def test_rows_without_time_or_position_are_left_out_and_counted(tmp_path: Path) 
     assert finding.lines == (3, 4, 5, 6, 8)
 
 
-def test_errors_at_truth_interpolate_the_labels() -> None:
-    walk = without(straight_walk(shift=(0.3, 0.4)), slice(50, 60), Status.BREAK)
-    errors = errors_at_truth(walk, truth_along_x([1.0, 2.55, 5.5, 20.0]))
-    np.testing.assert_allclose(errors, [0.5, 0.5, np.nan, np.nan], atol=1e-9)
-
-
 def test_errors_at_frames_interpolate_the_truth() -> None:
     walk = without(straight_walk(shift=(0.0, 2.0)), slice(0, 20), Status.BEFORE_FIRST_LANDMARK)
     errors = errors_at_frames(walk, truth_along_x([1.0, 4.0, 8.0]))
@@ -97,7 +90,6 @@ def test_errors_are_label_minus_truth() -> None:
     truth = Truth(at(1.0, 2.55, 5.5, 20.0), np.column_stack(([1.0, 2.55, 5.5, 20.0], np.zeros(4))))
     residuals = residuals_at_truth(walk, truth)
     np.testing.assert_allclose(residuals.error_m, [[0.3, 0.4], [0.3, 0.4], [np.nan] * 2, [np.nan] * 2], atol=1e-9)
-    np.testing.assert_allclose(np.linalg.norm(residuals.error_m, axis=1), errors_at_truth(walk, truth))
 
 
 def test_presses_are_compared_with_the_nearest_point() -> None:

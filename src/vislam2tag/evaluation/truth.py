@@ -85,12 +85,6 @@ def rows_left_out(file: str, lines: list[int]) -> tuple[Finding, ...]:
     return (Finding.at_lines("unusable_truth_rows", file, lines, message),) if lines else ()
 
 
-def errors_at_truth(trajectory: Trajectory, truth: Truth) -> FloatArray:
-    """Distance (t,) in the plane between each true point and the label at its time, metres; NaN without a label."""
-    labels = label_by_interpolation(truth.time_ns, trajectory, MAX_GAP_S)
-    return np.asarray(np.linalg.norm(labels.position_bcs[:, :2] - truth.position_bcs, axis=1))
-
-
 def errors_at_frames(trajectory: Trajectory, truth: Truth) -> FloatArray:
     """Distance (n,) in the plane between each mapped frame and the truth interpolated at its time, metres.
 

@@ -12,10 +12,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sheets.features import Features
 
 ENOUGH_INLIERS = 20
-"""Features that must agree on a homography before an image counts as recognised; chance reaches 10.
-
-docs/results/sheets.md tells more.
-"""
+"""Features that must agree on a homography before an image counts as recognised; chance reaches 10."""
 FEATURES = 400
 """Features kept of an image, the strongest."""
 FRAME_FEATURES = 800

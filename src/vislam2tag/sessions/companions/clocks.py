@@ -22,7 +22,7 @@ from vislam2tag.sessions.model import Session
 MOTION, LEVELS, TAPS = "motion", "levels", "taps"
 WAYS = (MOTION, LEVELS, TAPS)
 ACCELERATION_SIGMA_S = 0.01
-"""Two places of one body are not accelerated at once: taken from docs/results/clocks.md, devices half a metre apart."""
+"""Two places of one body are not accelerated at once: measured with devices half a metre apart."""
 _FEWEST = 20
 """Readings; fewer are no series."""
 
