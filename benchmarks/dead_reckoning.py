@@ -3,8 +3,6 @@
     python benchmarks/dead_reckoning.py site2/F4                 # with the speed model of the package
     python benchmarks/dead_reckoning.py site1/F1 --cross-validate # learned on the other four fifths of these walks
     python benchmarks/dead_reckoning.py site2/F4 --carried        # other phones, carried otherwise
-    python benchmarks/dead_reckoning.py site2/F4 --together       # beside them walks that help each other
-    python benchmarks/dead_reckoning.py site2/F4 --budget         # what the errors with all taps but one are made of
 
 The folder is a floor of the Indoor Location Competition 2.0. The step model is the one that its organisers gave out
 (steps from peaks of the accelerometer, stride from their period and strength, heading from the rotation vector), its
@@ -19,21 +17,19 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from carrying import IN_POCKET_DEG, held, on_thigh, sampled, swung
 from scipy.signal import butter, lfilter
 from scipy.spatial.transform import Rotation
+from training import carried_walks, train
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
-from vislam2tag.dead_reckoning.carrying import IN_POCKET_DEG, held, on_thigh, sampled, swung
+from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
-from vislam2tag.dead_reckoning.training import carried_walks, train
-from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.dead_reckoning.walk import SensedWalk
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
@@ -77,11 +73,6 @@ def main() -> None:
         "without the plan": lambda walk, kept: reckoned(walk, kept, own[id(walk)], None),
         "dead reckoning": lambda walk, kept: reckoned(walk, kept, own[id(walk)], area),
     }
-    if "--budget" in sys.argv:
-        budget_table(walks, own, area)
-        return
-    if "--together" in sys.argv:
-        ways = helped_ways(walks, own, area)
     start = time.process_time()
     for walk in walks:
         walk.sensed.path(walk.taps, own[id(walk)], SETTINGS, area)
@@ -93,65 +84,6 @@ def main() -> None:
     print("| way | " + " | ".join(COLUMNS) + " |")
     for name, guess in ways.items():
         print(f"| {name} | " + " | ".join(cell(walks, every, guess) for every in COLUMNS.values()) + " |")
-
-
-def helped_ways(walks: list[Walk], own: dict[int, SpeedModel], area: WalkableArea | None) -> dict[str, Guess]:
-    """Dead reckoning alone and with what the others' paths, through all their taps, tell; with the plan and without."""
-    led = [walk.sensed.path(walk.taps, own[id(walk)], SETTINGS, area).way() for walk in walks]
-    others = {id(walk): ways_beside(led, number) for number, walk in enumerate(walks)}
-
-    def guess(plan: WalkableArea | None, told: dict[int, WalkedWays]) -> Guess:
-        return lambda walk, kept: reckoned(walk, kept, own[id(walk)], plan, told.get(id(walk)))
-
-    return {
-        "with the plan, alone": guess(area, {}),
-        "with the plan, together": guess(area, others),
-        "without the plan, alone": guess(None, {}),
-        "without the plan, together": guess(None, others),
-    }
-
-
-def budget_table(walks: list[Walk], own: dict[int, SpeedModel], area: WalkableArea | None) -> None:
-    """Print errors with all taps but one, along and across the way, by where the hidden tap is."""
-    rows = []
-    for walk in walks:
-        count = len(walk.taps.time_ns)
-        for kept in masks(count, None):
-            led, hidden_s = led_through(walk, kept, own[id(walk)], area)
-            (hidden,) = np.flatnonzero(~kept).tolist()
-            course = np.interp(hidden_s, led.sensed.signals.time_s, led.course_rad)
-            error = (led.at(hidden_s)[0] - walk.taps.position_bcs[hidden]) @ (1, 1j) * np.exp(-1j * course)
-            apart_s = np.abs(walk.taps.time_ns[kept] - walk.taps.time_ns[hidden]).min() * 1e-9
-            outer = hidden in (1, count - 2)
-            rows.append((error[0], apart_s, outer, count, led.path.fix_sigma_m))
-    columns: list[NDArray[Any]] = [np.array(column) for column in zip(*rows, strict=True)]
-    errors_m, gaps_s, outermost, counts, sigma_m = columns
-    limits = np.quantile(gaps_s, (0.25, 0.5, 0.75)).tolist()
-    groups = {
-        "all": counts > 0,
-        "beside the first or last tap": outermost,
-        "farther inside": ~outermost,
-        f"nearest kept tap less than {limits[0]:.1f} s away": gaps_s < limits[0],
-        f"{limits[0]:.1f} to {limits[2]:.1f} s": (gaps_s >= limits[0]) & (gaps_s < limits[2]),
-        f"{limits[2]:.1f} s or more": gaps_s >= limits[2],
-        "walks of 12 taps or more": counts >= 12,
-    }
-    print("| hidden tap | taps | mean | along, rms | across, rms | scatter found, per axis |")
-    for name, group in groups.items():
-        part, scatter_m = errors_m[group], np.sqrt(np.mean(sigma_m[group] ** 2))
-        along_m, across_m = (np.sqrt(np.mean(axis**2)) for axis in (part.real, part.imag))
-        cells = name, len(part), *(f"{each:.2f}" for each in (np.abs(part).mean(), along_m, across_m, scatter_m))
-        print("| " + " | ".join(map(str, cells)) + " |")
-
-
-def ways_beside(led: list[WalkedWays], own: int) -> WalkedWays:
-    """The ways of all walks but one."""
-    others = [(number, way) for number, way in enumerate(led) if number != own]
-    return WalkedWays(
-        np.concatenate([way.position_bcs for _, way in others]),
-        np.concatenate([way.course_rad for _, way in others]),
-        np.repeat([number for number, _ in others], [len(way.walk) for _, way in others]),
-    )
 
 
 def carried_table(walks: list[Walk], area: WalkableArea | None) -> None:
@@ -248,21 +180,13 @@ def between(taps: FixLog, kept: BoolArray, path: FloatArray) -> FloatArray:
 
 
 def reckoned(
-    walk: Walk, kept: BoolArray, model: SpeedModel, area: WalkableArea | None, others: WalkedWays | None = None
+    walk: Walk, kept: BoolArray, model: SpeedModel, area: WalkableArea | None
 ) -> tuple[FloatArray, FloatArray]:
     """Positions and covariances at the hidden taps by the path through the kept ones."""
-    led, hidden_s = led_through(walk, kept, model, area, others)
-    return led.at(hidden_s)
-
-
-def led_through(
-    walk: Walk, kept: BoolArray, model: SpeedModel, area: WalkableArea | None, others: WalkedWays | None = None
-) -> tuple[ReckonedWalk, FloatArray]:
-    """The path through the kept taps of a walk, and when (h,) the hidden ones were, seconds of it."""
     fixes = FixLog(walk.taps.time_ns[kept], walk.taps.position_bcs[kept], ("",) * int(kept.sum()))
     signals = walk.sensed.signals
     hidden_s = (walk.taps.time_ns[~kept] - signals.start_ns) * 1e-9
-    return walk.sensed.path(fixes, model, SETTINGS, area, others), np.clip(hidden_s, 0, signals.time_s[-1])
+    return walk.sensed.path(fixes, model, SETTINGS, area).at(np.clip(hidden_s, 0, signals.time_s[-1]))
 
 
 def step_path(log: InertialLog, taps: FixLog) -> FloatArray:

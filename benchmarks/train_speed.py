@@ -12,10 +12,11 @@ import json
 import sys
 from pathlib import Path
 
+from training import carried_walks, train
+
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.dead_reckoning.features import NAMES
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.dead_reckoning.training import carried_walks, train
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from carrying import on_thigh
 from scipy.spatial.transform import Rotation
 
 from tests.dead_reckoning.walks import corners, walked
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.dead_reckoning.carrying import on_thigh
 from vislam2tag.dead_reckoning.gait import turned_by_gait
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import speed_model

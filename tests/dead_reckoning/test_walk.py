@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from carrying import swung
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from training import train
 
 from tests.dead_reckoning.walks import corners, walked
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.dead_reckoning.carrying import swung
 from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
-from vislam2tag.dead_reckoning.training import train
 from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
 
 SETTINGS = DeadReckoningSettings()

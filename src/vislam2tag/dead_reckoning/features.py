@@ -44,14 +44,13 @@ NAMES = (*_SHAPES, *(f"{name}, swinging" for name in _SHAPES))
 @dataclass(frozen=True)
 class WindowFeatures:
     """``time_s`` (m,) the windows' middles; ``values`` (m, 28) by :data:`NAMES`; ``moving`` (m,) from 0, standing, to
-    1; ``swinging`` (m,) from 0, a phone held still, to 1; ``cadence_hz`` (m,) steps a second.
+    1; ``swinging`` (m,) from 0, a phone held still, to 1.
     """
 
     time_s: FloatArray
     values: FloatArray
     moving: FloatArray
     swinging: FloatArray
-    cadence_hz: FloatArray
 
     @classmethod
     def of(cls, signals: WalkSignals, up: FloatArray) -> WindowFeatures:
@@ -95,7 +94,7 @@ class WindowFeatures:
         moving = _rather(_log_rms(power), STANDING_M_S2)
         swinging = _rather(_log_rms(mean["tilt"]), SWINGING_RAD_S)
         values = np.column_stack((shapes * (1 - swinging)[:, None], shapes * swinging[:, None]))
-        return cls(signals.time_s[middle], values, moving, swinging, cadence)
+        return cls(signals.time_s[middle], values, moving, swinging)
 
 
 def _windows(values: FloatArray, middle: IntArray, size: int) -> FloatArray:

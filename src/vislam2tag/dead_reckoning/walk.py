@@ -76,7 +76,7 @@ class SensedWalk:
         model = PathModel(nodes, settings, walls)
         alone = ReckonedWalk(self, nodes, ties, smooth_path(model, ties), fixes.name)
         if ways is None or not len(ways.walk) or walls is not None:
-            return alone  # beside walls others tell nothing (docs/results/dead_reckoning-tried.md)
+            return alone  # beside walls others tell nothing (benchmarks/NOTES.md)
         lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
         return replace(alone, path=smooth_path(replace(model, lines=lines), ties))
 

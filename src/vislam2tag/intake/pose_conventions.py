@@ -26,8 +26,6 @@ class Convention:
     cure: str
     read: Callable[[Poses], Poses]
     """Turns poses in this convention into poses as expected."""
-    keeps_positions: bool = False
-    """Whether only the camera's own axes differ: positions are right."""
 
 
 def _inverted(poses: Poses) -> Poses:
@@ -94,14 +92,11 @@ CONVENTIONS = (
         "Change the signs of z, qx and qy: a right-handed frame is expected.",
         _in_axes(_MIRROR),
     ),
-    Convention(
-        "quaternions begin with their real part w", "Write qx, qy, qz, qw in this order.", _real_part_first, True
-    ),
+    Convention("quaternions begin with their real part w", "Write qx, qy, qz, qw in this order.", _real_part_first),
     Convention(
         "the camera's y axis points down and its z axis ahead",
         "Turn each orientation by half a turn about the camera's x axis: y must point up, z back.",
         lambda poses: replace(poses, rotation=poses.rotation @ np.diag((1.0, -1.0, -1.0))),
-        True,
     ),
     Convention("times are in milliseconds", "Divide them by 1000: seconds are expected.", _of_time(1e-3)),
     Convention("times are in microseconds", "Divide them by 1,000,000: seconds are expected.", _of_time(1e-6)),

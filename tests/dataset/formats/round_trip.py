@@ -18,7 +18,6 @@ from vislam2tag.dataset.format_registry import ExportContext, ImportContext, exp
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 
-IMPORTED = ("comford", "parquet", "uji")
 ODD_DEVICE = 'Pho"ne; 7, "pro"'
 ODD_BSSID = 'a,b";c'
 Signature = tuple[int, float, float, str | None, tuple[tuple[str, float], ...]]

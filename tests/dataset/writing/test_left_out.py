@@ -13,9 +13,19 @@ from tests.dataset.factory import small_dataset
 from tests.dataset.formats.round_trip import with_split
 from vislam2tag.dataset.format_registry import export_formats
 from vislam2tag.dataset.schema import SCHEMAS
-from vislam2tag.dataset.writing.left_out import DERIVED, OF_SET, SET, left_out, left_out_of_dataset
+from vislam2tag.dataset.writing.left_out import (
+    DERIVED,
+    MANIFEST,
+    ONE_SPLIT,
+    PLANS,
+    SET,
+    SPLITS,
+    left_out,
+    left_out_of_dataset,
+)
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 
+OF_SET = (MANIFEST, SPLITS, ONE_SPLIT, PLANS)
 Schemas = Mapping[str, Mapping[str, object]]
 DOCS = Path(__file__).parents[3] / "docs" / "reference" / "exporting.md"
 OF_DATASET = {name: each for name, each in export_formats().items() if each.source == "dataset"}

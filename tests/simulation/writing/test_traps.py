@@ -18,9 +18,11 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.writing.table_traps import TABLE_TRAPS
 from vislam2tag.simulation.writing.text_traps import TEXT_TRAPS
-from vislam2tag.simulation.writing.traps import FOUND_BY_PROCESSING, SITE_TRAPS, check_traps, trap_tables, trap_text
+from vislam2tag.simulation.writing.traps import SITE_TRAPS, check_traps, trap_tables, trap_text
 from vislam2tag.simulation.writing.writer import session_text
 
+FOUND_BY_PROCESSING = frozenset({"landmark_without_position", "landmark_never_passed", "pose_lag", "too_few_landmarks"})
+"""Kinds that need the whole pipeline; the reader alone finds the others."""
 VISITS_ONLY = "high_landmark"
 """A trap for strategies that want landmarks passed within a radius in space."""
 

@@ -10,9 +10,8 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.model import Dataset
 
 SET = "set"
-"""Stands among tables for what belongs to the set as a whole: :data:`OF_SET`."""
+"""Stands among tables for what belongs to the set as a whole."""
 MANIFEST, SPLITS, ONE_SPLIT, PLANS = "manifest", "splits", "one split", "plans"
-OF_SET = (MANIFEST, SPLITS, ONE_SPLIT, PLANS)
 DERIVED: Mapping[str, frozenset[str]] = {
     "fingerprints": frozenset({"readings"}),
     "access_points": frozenset(

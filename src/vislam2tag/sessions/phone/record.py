@@ -14,7 +14,6 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.records import Record
 
 RECORD_FILE = "session.json"
-FORMAT = "vislam2tag-phone"
 VERSION = 1
 SESSION_NAME = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{6}(-[0-9]{1,6})?")
 DEVICE_NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9._ -]{0,62}[A-Za-z0-9_-])?")

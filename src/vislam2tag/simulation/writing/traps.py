@@ -19,10 +19,6 @@ SITE_TRAPS = {
 """The site file that each of these traps leaves out."""
 
 
-FOUND_BY_PROCESSING = frozenset({"landmark_without_position", "landmark_never_passed", "pose_lag", "too_few_landmarks"})
-"""Kinds that need the whole pipeline; the reader alone finds the others."""
-
-
 def check_traps(names: Iterable[str]) -> frozenset[str]:
     """Return the names as a set; raises UsageError for one that is no trap."""
     traps = frozenset(names)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from carrying import swung
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.dead_reckoning.carrying import swung
 from vislam2tag.dead_reckoning.features import NAMES
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.signals import RATE_HZ
