@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from calibration import cells, points
 from data_sets import Walk, walks_of
-from further_ties import true_at
 from together import only, together, told_noise
 
 from landmark_survey import SETTINGS, Site, chosen, generated_floor, site_of, spread
@@ -95,6 +94,12 @@ def compared(walks: list[Walk], heard: list[RadioScans], landmarks: list[Landmar
             variance = np.diag(told.covariance_m2)[::2]
         square = (off**2).sum(axis=1) / (2 * variance)
         yield Compared(points(walk, before), points(walk, after), np.hypot(*off.T), square)
+
+
+def true_at(walk: Walk, time_s: FloatArray) -> FloatArray:
+    """True places (n, 2) at some moments."""
+    assert walk.truth is not None
+    return np.column_stack([np.interp(time_s, walk.truth.time_ns * 1e-9, axis) for axis in walk.truth.position_bcs.T])
 
 
 def mapped(walks: list[Walk], landmarks: list[Landmarks], ties: Sequence[PlaceTies | None]) -> list[Trajectory]:

@@ -96,7 +96,7 @@ def test_the_size_of_errors_is_found() -> None:
     way_m = np.arange(0, 120, 3.0)
     nothing, ones = np.zeros(len(way_m)), np.ones(len(way_m))
     path = np.column_stack((way_m, nothing))
-    blank = Fixes(way_m.astype(np.int64), path, path, way_m, 0.5 * ones, 0.2 * ones[:, None], ones)
+    blank = Fixes(way_m.astype(np.int64), path, path, way_m, 0.5 * ones, 0.2 * ones, ones)
     true = MatchErrors(1.39, 0.6, 5.0)
     root = np.linalg.cholesky(blank.covariance(true) + blank.path_covariance())
     fixes = [replace(blank, position=path + root @ rng.normal(size=path.shape)) for _ in range(12)]

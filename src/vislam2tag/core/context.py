@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -124,19 +122,12 @@ class PlaceTies:
     """Where other walks say that a walk was, at ``k`` moments of it.
 
     ``time_ns`` (k,) boot clock, in time order; ``position_bcs`` (k, 2) metres; ``covariance_m2`` (2k, 2k) of x and y
-    of each, were the landmarks where they are taken to be: moments near each other share errors. Of a direction in
-    which nothing is known it is large.
+    of each, were the landmarks where they are taken to be: moments near each other share errors.
     """
 
     time_ns: IntArray
     position_bcs: FloatArray
     covariance_m2: FloatArray
-
-    def least_sigma_m(self) -> FloatArray:
-        """(k,) standard deviation in the direction in which each is known best, metres."""
-        column = np.arange(2 * len(self.time_ns)).reshape(-1, 2)
-        own = self.covariance_m2[column[:, :, None], column[:, None, :]]
-        return np.asarray(np.sqrt(np.linalg.eigvalsh(own)[:, 0]))
 
 
 @dataclass(frozen=True)

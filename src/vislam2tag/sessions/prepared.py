@@ -55,7 +55,7 @@ class SessionTask:
     ways: WalkedWays | None = None
     """Where the other sessions without poses led on its floor; None where it is mapped alone."""
     ties: PlaceTies | None = None
-    """Where other sessions say that it was, by what they heard and felt; None where they tell nothing."""
+    """Where other sessions say that it was, by what they heard; None where they tell nothing."""
     tracker: TrackerNoise | None = None
     """How noisy other sessions of its device say that the tracker is; None where it is mapped alone."""
 
@@ -281,10 +281,10 @@ def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[F
     )
     findings = [_finding("told_by_others", "", len(told.ids), message)] if told.ids else []
     if ties is not None:
+        variance_m2 = np.diag(ties.covariance_m2).reshape(-1, 2).mean(axis=1)
         message = (
-            f"other sessions heard the like of its Wi-Fi scans, or felt its magnetic field, and so place it at "
-            f"{len(ties.time_ns)} moments, to {np.median(ties.least_sigma_m()):.1f} m each (one standard deviation in "
-            "the direction that is known best, median)"
+            f"other sessions heard the like of its Wi-Fi scans and so place it at {len(ties.time_ns)} moments, to "
+            f"{np.sqrt(np.median(variance_m2)):.1f} m each (one standard deviation, median)"
         )
         findings.append(_finding("placed_by_others", "", len(ties.time_ns), message))
     return findings

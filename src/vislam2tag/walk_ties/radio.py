@@ -101,7 +101,7 @@ def _fixes(floor: HeardFloor, asked: _Asked, usual_away: float) -> Fixes:
         path=floor.place[rows],
         way_m=floor.way_m[rows],
         path_m=floor.sigma_m[rows],
-        label_m=(weight * sigma_m).sum(axis=1, keepdims=True),
+        label_m=(weight * sigma_m).sum(axis=1),
         unit_m=np.sqrt(SPREAD_SHARE * spread_m2 + unlike_m2 + gap_m**2 + LEAST_M2),
     )
 

@@ -1,8 +1,6 @@
-"""What a walk is told of where it was, put together and rounded."""
+"""What a walk is told of where it was, rounded."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,22 +9,6 @@ from vislam2tag.core.context import PlaceTies
 
 ROUNDED_M, ROUNDED_SIGMA_M = 0.01, 0.05
 """Places are rounded to this, and their covariance to the square of this; no direction is known better."""
-
-
-def told_together(parts: Sequence[PlaceTies | None]) -> PlaceTies | None:
-    """What several kinds of ties, whose errors are independent, say of one walk; None where none says anything."""
-    said = [part for part in parts if part is not None and len(part.time_ns)]
-    if not said:
-        return None
-    time_ns = np.concatenate([part.time_ns for part in said])
-    order = np.argsort(time_ns, kind="stable")
-    column = (2 * order[:, None] + (0, 1)).ravel()
-    covariance, first = np.zeros((len(column), len(column))), 0
-    for part in said:
-        own = slice(first, first + len(part.covariance_m2))
-        covariance[own, own], first = part.covariance_m2, own.stop
-    position = np.concatenate([part.position_bcs for part in said])
-    return PlaceTies(time_ns[order], position[order], covariance[np.ix_(column, column)])
 
 
 def rounded(ties: PlaceTies) -> PlaceTies:

@@ -1,8 +1,7 @@
-"""``process --together`` where walks go far without a landmark: others' radio scans and magnetic fields say where they
-were.
+"""``process --together`` where walks go far without a landmark: others' radio scans say where they were.
 
-Each session of such a floor is mapped once with what is told of landmarks; where it led, what it heard and what it felt
-is all that is kept (:mod:`vislam2tag.walk_ties`).
+Each session of such a floor is mapped once with what is told of landmarks; where it led and what it heard is all that
+is kept (:mod:`vislam2tag.walk_ties`).
 """
 
 from __future__ import annotations
@@ -23,7 +22,6 @@ from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.walk_ties.felt_ways import FeltField, FeltWay
 from vislam2tag.walk_ties.traces import WalkTrace
 
 MOST_KEPT = 256
@@ -32,14 +30,11 @@ MOST_KEPT = 256
 
 @dataclass(frozen=True)
 class HeardWalk:
-    """Where a session led, what it heard on the way and which magnetic field it felt; without a trace it neither tells
-    nor is told anything.
-    """
+    """Where a session led, and what it heard on the way; without both it neither tells nor is told anything."""
 
     key: SessionKey
     trace: WalkTrace | None = None
     scans: RadioScans | None = None
-    felt: FeltWay | None = None
     error: str | None = None
 
 
@@ -48,14 +43,12 @@ def heard_walk(strategy: str, settings: MappingSettings, task: SessionTask) -> H
     key = task.ref.key
     try:
         prepared = mappable_session(task)
-        camera, log, tables = prepared.session.camera, prepared.session.landmarks, prepared.session.tables
-        if camera.without_poses or not {"wifi", "sensors"} & tables.keys():
+        camera, log, wifi = prepared.session.camera, prepared.session.landmarks, prepared.session.tables.get("wifi")
+        if wifi is None or camera.without_poses:
             return HeardWalk(key)
         mapped = strategy_named(strategy, settings).map(camera, log, prepared.landmarks)
         trace = WalkTrace.of(mapped, key.floor, LandmarkPriors.of(log.ids, prepared.landmarks))
-        scans = scans_of(key.device, tables["wifi"]) if "wifi" in tables else None
-        felt = FeltField.of(tables["sensors"]) if "sensors" in tables else None
-        return HeardWalk(key, trace, scans, None if trace is None or felt is None else FeltWay.of(trace, felt))
+        return HeardWalk(key, trace, scans_of(key.device, wifi))
     except SessionError as error:
         return HeardWalk(key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
@@ -77,14 +70,9 @@ def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
 
 def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
     """What each walk of a floor is told of where it was, rounded; of those that are told something."""
-    from vislam2tag.walk_ties.magnetic import magnetic_ties  # SciPy, which workers alone need otherwise
-    from vislam2tag.walk_ties.radio import radio_ties
-    from vislam2tag.walk_ties.told import rounded, told_together
+    from vislam2tag.walk_ties.radio import radio_ties  # SciPy, which workers alone need otherwise
+    from vislam2tag.walk_ties.told import rounded
 
-    known = sorted((walk for walk in walks if walk.trace is not None), key=lambda walk: walk.key)
-    heard = [walk for walk in known if walk.scans]
-    radio = radio_ties([walk.trace for walk in heard], [walk.scans for walk in heard if walk.scans])
-    by_radio = dict(zip([walk.key for walk in heard], radio, strict=True))
-    felt = magnetic_ties([walk.felt for walk in known])
-    told = [(walk.key, told_together((by_radio.get(walk.key), one))) for walk, one in zip(known, felt, strict=True)]
-    return {key: rounded(ties) for key, ties in told if ties is not None}
+    known = sorted((walk for walk in walks if walk.trace is not None and walk.scans), key=lambda walk: walk.key)
+    told = radio_ties([walk.trace for walk in known], [walk.scans for walk in known if walk.scans])
+    return {walk.key: rounded(ties) for walk, ties in zip(known, told, strict=True) if ties is not None}

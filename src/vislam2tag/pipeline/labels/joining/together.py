@@ -2,7 +2,7 @@
 
 Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
 survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). On
-floors where a walk still goes far without a landmark, others' radio scans and magnetic fields say where it was
+floors where a walk still goes far without a landmark, others' radio scans say where it was
 (:mod:`vislam2tag.pipeline.labels.joining.heard_walks`). What a session is told is a part of what its result follows
 from, rounded, so that one more session repeats others only where it tells them something new.
 """
@@ -51,8 +51,7 @@ SETTLED_SHARE = 0.1
 ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
 """So are the ways of walks without poses."""
 FAR_M = 40.0
-"""What others sensed tells a walk nothing that is never this far from one landmark to the next
-(docs/results/walk-ties.md)."""
+"""Radio tells a walk nothing that is never this far from one landmark to the next (docs/results/walk-ties.md)."""
 
 
 def refuse_together(strategy: str) -> None:
@@ -89,7 +88,7 @@ class ReduceJob(JoiningJob):
 
 @dataclass(frozen=True)
 class HearJob(JoiningJob):
-    """Reduce a session to where it led, and what it heard and felt there."""
+    """Reduce a session to where it led and what it heard there."""
 
     def given_up(self, error: str) -> HeardWalk:
         """A session that could not be mapped tells others nothing of where it was."""
@@ -166,7 +165,7 @@ def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:
 
 
 def _heard_ties(ask: list[HearJob], run_all: Executor, progress: Progress[SessionKey]) -> dict[SessionKey, PlaceTies]:
-    """Where the scans and magnetic fields of others say that sessions were."""
+    """Where the scans of others say that sessions were."""
     walks: list[HeardWalk] = []
 
     def keep(walk: HeardWalk) -> None:
