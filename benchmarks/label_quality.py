@@ -93,7 +93,7 @@ def main() -> None:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--models", nargs="+", default=["weighted-knn", "extra-trees"])
+    parser.add_argument("--models", nargs="+", default=["weighted-knn"])
     parser.add_argument("--severity", nargs="+", default=["default", "severe"])
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
     parser.add_argument("--cache", type=Path, help="folder that keeps the surveys' data sets for later calls")
