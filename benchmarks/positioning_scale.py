@@ -3,10 +3,10 @@
     python benchmarks/positioning_scale.py --plot docs/images/positioning_scale.svg
     python benchmarks/positioning_scale.py --sizes 1000 20000 --models weighted-knn local-kriging --kept costs.jsonl
 
-Fingerprints are drawn as in ``positioning_speed.py``. Each model and size has a process of its own; memory is its
-greatest while learning and answering, less what it had with the data alone (Linux). Times are wall times and, in
-brackets, the processor's, of one thread. What ``--kept`` holds already is not measured again, so that a campaign can be
-stopped and go on.
+Fingerprints are drawn on five storeys of 100 x 60 m with 30 access points each, whose levels fall with distance; 40
+walks. Each model and size has a process of its own; memory is its greatest while learning and answering, less what it
+had with the data alone (Linux). Times are wall times and, in brackets, the processor's, of one thread. What ``--kept``
+holds already is not measured again, so that a campaign can be stopped and go on.
 """
 
 from __future__ import annotations
@@ -20,13 +20,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from positioning_speed import drawn
 
+from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.places import ScanPlaces
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 SIZES = (1_000, 5_000, 20_000, 50_000, 200_000)
 MODELS = ("weighted-knn", "local-kriging")
 ASKED, ALONE = 500, 50
+STOREYS, ACCESS_POINTS, WALKS = 5, 30, 40
+SIZE_M = np.array([100.0, 60.0])
+FAINTEST_DBM = -92.0
 _MEBI = 1024
 
 
@@ -98,6 +103,24 @@ def measured(task: tuple[str, int]) -> Cost:
     batch_ms, batch_cpu_ms = (1000 * seconds / ASKED for seconds in (batch_s, batch_cpu_s))
     alone_ms, alone_cpu_ms = (1000 * seconds / ALONE for seconds in (alone_s, alone_cpu_s))
     return Cost(name, size, learn_s, learn_cpu_s, batch_ms, batch_cpu_ms, alone_ms, alone_cpu_ms, grown)
+
+
+def drawn(count: int) -> tuple[RadioScans, ScanPlaces]:
+    """Draw fingerprints: exponent 3, 15 dB a storey, shadows and fading of 4 dB."""
+    rng = np.random.default_rng(0)
+    stands, stands_on = rng.uniform(0, 1, (STOREYS * ACCESS_POINTS, 2)) * SIZE_M, np.arange(STOREYS * ACCESS_POINTS)
+    storey, xy = np.arange(count) % STOREYS, rng.uniform(0, 1, (count, 2)) * SIZE_M
+    z, sigma_m = np.full(count, np.nan), np.full(count, 0.2)
+    away_m = np.hypot(np.linalg.norm(xy[:, None] - stands, axis=2), 2.0)
+    between = np.abs(storey[:, None] - stands_on // ACCESS_POINTS)
+    level = -35 - 30 * np.log10(away_m) - 15.0 * between + rng.normal(0, 4, away_m.shape)
+    row, column = np.nonzero(level > FAINTEST_DBM)
+    session = np.char.add("walk", (np.arange(count) * WALKS // count).astype(np.str_))
+    scans = scans_from_readings(
+        row, np.char.add("ap", column.astype(np.str_)), level[row, column], count, session=session
+    )
+    storeys = tuple(Storey("", number) for number in range(STOREYS))
+    return scans, ScanPlaces(storeys, storey, xy, z, sigma_m)
 
 
 def memory_mib(name: str) -> float:

@@ -69,7 +69,7 @@ class Inputs:
     @cached_property
     def model(self) -> Path:
         """A positioning model."""
-        return self._made("model.v2t", "train", self.dataset, "--model", "knn")
+        return self._made("model.v2t", "train", self.dataset, "--model", "weighted-knn")
 
     @cached_property
     def table(self) -> Path:
@@ -217,9 +217,9 @@ CASES = (
         stored=True,
         slow=True,
     ),
-    Case("train", lambda inputs, out: (inputs.dataset, "--model", "knn", "--out", out), output="model.v2t"),
+    Case("train", lambda inputs, out: (inputs.dataset, "--model", "weighted-knn", "--out", out), output="model.v2t"),
     Case("locate", lambda inputs, out: (inputs.model, inputs.dataset, "--out", out), output="places.csv"),
-    Case("benchmark", lambda inputs, out: (inputs.dataset, "--model", "knn", "--out", out), slow=True),
+    Case("benchmark", lambda inputs, out: (inputs.dataset, "--model", "weighted-knn", "--out", out), slow=True),
     Case("label", lambda inputs, out: (inputs.table, "--labels", inputs.labels, "--out", out), output="co2.parquet"),
     Case(
         "survey-landmarks",

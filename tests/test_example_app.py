@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,9 @@ from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_mode
 from vislam2tag.positioning.registry import model_named, model_names
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
-NETWORKS = ("cell-density-networks", "multi-cel", "regression-net")
+NETWORKS = ("multi-cel", "regression-net")
 NAMES = tuple(name for name in model_names() if not name.startswith("example-"))
 SETTINGS: dict[str, list[dict[str, Any]]] = {
-    "combined": [
-        {"models": ("local-kriging", "weighted-knn", "extra-trees"), "settings": ({"k": 20}, {"distance": "cosine"})}
-    ],
-    "extra-trees": [{"trees": 20}],
     "multi-cel": [{"epochs": 3, "backbone": (16,), "heads": (8,), "device": "cpu"}],
     "regression-net": [{"epochs": 3, "backbone": (16, 8), "head": (), "device": "cpu"}],
     "weighted-knn": [{}, {"distance": "euclidean", "representation": "exponential"}, {"distance": "cosine", "k": 999}],
@@ -39,15 +34,9 @@ def scans_asked() -> RadioScans:
 
 
 @pytest.mark.parametrize(("name", "settings"), KINDS, ids=lambda value: value if isinstance(value, str) else "")
-def test_the_app_says_what_the_model_says(
-    name: str, settings: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_app_says_what_the_model_says(name: str, settings: dict[str, Any], tmp_path: Path) -> None:
     if name in NETWORKS:
         pytest.importorskip("torch", reason="networks need the extra 'models'")
-        from vislam2tag.positioning.cell_density import network_training
-
-        brief = partial(network_training.NetworkSchedule, steps=20, widths=(16, 8))
-        monkeypatch.setattr(network_training, "NetworkSchedule", brief)
     model = model_named(name, **settings).fit(*radio_world(seed=1))
     save_model(SavedModel(name, model, ModelOrigin(dataset="world", scans=1)), tmp_path / "model.v2t")
     scans = scans_asked()

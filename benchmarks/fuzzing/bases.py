@@ -148,7 +148,7 @@ def _ran(root: Path, out: Path) -> None:
 
 
 def _benchmarked(root: Path, out: Path) -> None:
-    cli("benchmark", root / "set", "--model", "knn", "--split", "random", "--seeds", "1", "--out", out)
+    cli("benchmark", root / "set", "--model", "weighted-knn", "--split", "random", "--seeds", "1", "--out", out)
 
 
 def _tables(root: Path, out: Path) -> None:
@@ -248,8 +248,8 @@ _BASES: dict[str, Callable[[Path, Path], None]] = {
     "comford": _made_by("export", "--format", "comford"),
     "parquet": _made_by("export", "--format", "parquet"),
     "gia": _gia,
-    "knn": _model("weighted-knn"),
-    "trees": _model("extra-trees"),
+    "neighbours": _model("weighted-knn"),
+    "kriging": _model("local-kriging"),
     "cells": _model("cell-density"),
     "imports": _imports,
     "small": _small,

@@ -38,9 +38,9 @@ _OF_A_SURVEY = {
 _OF_A_SET = {
     **{
         f"train {model}": f"train {{base}} --model {model} --out {{out}}/m.v2t"
-        for model in ("weighted-knn", "knn", "probabilistic", "extra-trees", "cell-density")
+        for model in ("weighted-knn", "local-kriging", "cell-density")
     },
-    "benchmark": "benchmark {base} --model knn --split random --seeds 1 --out {out}/b",
+    "benchmark": "benchmark {base} --model weighted-knn --split random --seeds 1 --out {out}/b",
     "figures": "figures {base} --out {out}/f",
     "radio-maps": "radio-maps {base} --config {all}/small/texts/radio.toml --out {out}/r --cell 5m --most 1",
     **{
@@ -50,7 +50,7 @@ _OF_A_SET = {
     "join": "join {all}/set {base} --out {out}/j",
     "join before": "join {base} {all}/set --out {out}/j",
     "verify": "verify {all}/set {base}",
-    "locate a set": "locate {all}/knn/model.v2t {base} --out {out}/p.csv",
+    "locate a set": "locate {all}/neighbours/model.v2t {base} --out {out}/p.csv",
     "rebase a set": "site rebase {base} --by {all}/small/texts/rebase.toml --to {all}/survey --out {out}/b",
 }
 _OF_LABELS = {
@@ -60,7 +60,7 @@ _OF_LABELS = {
     "rebase labels": "site rebase {base} --by {all}/small/texts/rebase.toml --to {all}/survey --out {out}/b",
     "verify labels": "verify {base} {all}/labels",
     "label": "label {all}/tables/boot.csv --labels {base} --clock boot --out {out}/l.csv",
-    "locate by labels": "locate {all}/knn/model.v2t {all}/set --track {base} --out {out}/p.csv",
+    "locate by labels": "locate {all}/neighbours/model.v2t {all}/set --track {base} --out {out}/p.csv",
 }
 _OF_A_SITE = {
     "site show": "site show {base}",
@@ -129,14 +129,14 @@ _OTHERS: dict[str, tuple[str, tuple[str, ...], str]] = {
     ),
     **{
         f"locate {name}": (name, _MODEL, "locate {base}/model.v2t {all}/set --out {out}/p.csv")
-        for name in ("knn", "trees", "cells")
+        for name in ("neighbours", "kriging", "cells")
     },
     "locate scans": (
         "small",
         ("scans/scans.csv", "scans/track.csv"),
-        "locate {all}/knn/model.v2t {base}/scans/scans.csv --track {base}/scans/track.csv --out {out}/p.csv",
+        "locate {all}/neighbours/model.v2t {base}/scans/scans.csv --track {base}/scans/track.csv --out {out}/p.csv",
     ),
-    "locate lines": ("small", ("scans/scans.jsonl",), "locate {all}/knn/model.v2t {base}/scans/scans.jsonl"),
+    "locate lines": ("small", ("scans/scans.jsonl",), "locate {all}/neighbours/model.v2t {base}/scans/scans.jsonl"),
     "label by Unix time": (
         "tables",
         ("*",),
@@ -186,7 +186,7 @@ _WRITE_THERE: dict[str, tuple[str, tuple[str, ...], str]] = {
     "benchmark again": (
         "benchmarked",
         ("*", "*/*"),
-        "benchmark {all}/set --model knn --split random --seeds 1 --out {base}",
+        "benchmark {all}/set --model weighted-knn --split random --seeds 1 --out {base}",
     ),
     "diagnose --apply": ("survey", _SURVEY_FILES, "diagnose {base} --apply --jobs 1"),
     "diagnose --revert": ("site", ("corrections.toml",), "diagnose {base} --revert"),

@@ -148,7 +148,7 @@ READERS_ATTACKED: tuple[Target, ...] = (
     _reader("data set", "set", SET_FILES, _dataset),
     *(
         _reader(f"model {name}", name, ("model.v2t",), lambda run: load_model(run.base / "model.v2t"))
-        for name in ("knn", "trees", "cells")
+        for name in ("neighbours", "kriging", "cells")
     ),
     *(
         _reader(f"import {name}", "imports", (f"{name}/**/*",), _import_below(name))

@@ -1,13 +1,11 @@
-// `cell-density` and `cell-density-networks`: a density over cells by kernel regression.
+// `cell-density`: a density over cells by kernel regression.
 
 import { row, rows } from "./model_file.mjs";
-import { dense, softmax } from "./networks.mjs";
-import { along, direction, largest, positive, regressedShares, stepCosine, steps, sum } from "./scans.mjs";
+import { softmax } from "./networks.mjs";
+import { along, direction, largest, regressedShares, stepCosine, steps, sum } from "./scans.mjs";
 import { mean, median } from "./votes.mjs";
 
 const LEAST_DENSITY = 1e-9;
-const NETWORKS_WEIGHT = 2;
-const INPUT_LENGTH = 5;
 const OFFSET_DB = 4;
 const COMPARED = 3;
 const PLACED = 5;
@@ -15,12 +13,11 @@ const TIE = 1e-7;
 const LEAST_EXCESS = 1e-6;
 const SMALLEST_SCALE_M = 0.1;
 
-export function cellDensity({ access_points: { length: width }, parameters }, arrays) {
+export function cellDensity(_, arrays) {
   const centres = rows(arrays.centre);
   const places = rows(arrays.cell_centre_m);
   const thresholds = Array.from(arrays.storey_threshold.data);
   const counts = centres.map((_, m) => stepsOf(row(arrays.storey_above, m), thresholds.length));
-  const networks = parameters.networks.map((exponent, number) => network(arrays, number, exponent, width));
   const [sharpness, half] = [arrays.sharpness.data[0], arrays.half.data[0]];
   return (asked) =>
     asked.map((scan) => {
@@ -29,9 +26,6 @@ export function cellDensity({ access_points: { length: width }, parameters }, ar
       const byDirection = cosines.map((cosine) => Math.exp(2 * sharpness * (cosine - 1)));
       const { density_weight: weight, density_mean: base } = arrays;
       const density = regressedShares(byDirection, weight, base, LEAST_DENSITY, LEAST_DENSITY);
-      for (const one of networks) {
-        one(scan).forEach((share, c) => (density[c] += (NETWORKS_WEIGHT * share) / networks.length));
-      }
       const count = steps(scan, thresholds);
       const both = cosines.map(
         (cosine, m) => Math.exp(2 * (cosine - 1)) + Math.exp(2 * (stepCosine(count, counts[m]) - 1)),
@@ -56,26 +50,6 @@ export function cellDensity({ access_points: { length: width }, parameters }, ar
 function stepsOf(above, count) {
   const columns = Array.from({ length: above.length / count }, (_, column) => column);
   return { columns, values: columns.map((column) => sum(above.subarray(column * count, (column + 1) * count))) };
-}
-
-/** A network's probabilities of cells for a scan. */
-function network(arrays, number, exponent, width) {
-  const layers = [];
-  for (let at = 0; `network_${number}_weight_${at}` in arrays; at++) {
-    const { shape: [inputs, outputs], data } = arrays[`network_${number}_weight_${at}`];
-    const turned = new Float64Array(inputs * outputs);
-    data.forEach((value, i) => (turned[(i % outputs) * inputs + Math.floor(i / outputs)] = value));
-    const bias = arrays[`network_${number}_bias_${at}`].data;
-    layers.push({ weight: { shape: [outputs, inputs], data: turned }, bias });
-  }
-  return (scan) => {
-    const inputs = new Float64Array(width);
-    const { values } = direction(scan, exponent);
-    scan.columns.forEach((column, i) => {
-      inputs[column] = exponent === 1 ? positive(scan.dbm[i]) : INPUT_LENGTH * values[i];
-    });
-    return softmax(dense(layers, inputs));
-  };
 }
 
 /** How far the most similar scans' places lie from the answer, and how unlike all of them the scan is. */

@@ -9,27 +9,30 @@ import { localKriging } from "./local_kriging.mjs";
 import { readModel } from "./model_file.mjs";
 import { neighbours } from "./neighbours.mjs";
 import { multiCel, regressionNet } from "./networks.mjs";
-import { probabilistic } from "./probabilistic.mjs";
-import { largest, sum } from "./scans.mjs";
-import { trees } from "./trees.mjs";
+import { sum } from "./scans.mjs";
 
 /** From a header and arrays to a function from scans that hear something known to answers. */
 const MODELS = {
   "cell-density": cellDensity,
-  "cell-density-networks": cellDensity,
-  combined,
-  "extra-trees": trees,
-  knn: neighbours,
   "local-kriging": localKriging,
   "multi-cel": multiCel,
-  probabilistic,
   "regression-net": regressionNet,
   "weighted-knn": neighbours,
+};
+
+/** Models of version 0.2 that were removed, and what to do instead. */
+const REMOVED = {
+  knn: "use weighted-knn",
+  probabilistic: "use weighted-knn",
+  "extra-trees": "use weighted-knn",
+  combined: "train without --model, which takes the best one",
+  "cell-density-networks": "use cell-density",
 };
 
 /** From a model's file (Uint8Array) to a function from `[{scan_id, readings, session}]` to their positions. */
 export function openModel(bytes) {
   const { header, arrays } = readModel(bytes);
+  refuseRemoved(header);
   const answer = MODELS[header.model](header, arrays);
   const known = columnsByName(header.access_points);
   return (scans) => {
@@ -54,6 +57,12 @@ export function openModel(bytes) {
   };
 }
 
+function refuseRemoved({ model, parameters }) {
+  if (model in REMOVED) throw new Error(`the model ${model} was removed; ${REMOVED[model]}. Train a new file`);
+  if (model === "cell-density" && parameters.networks?.length)
+    throw new Error("the parameter networks of cell-density was removed; use cell-density without it. Train a new file");
+}
+
 function columnsByName(accessPoints) {
   const lower = accessPoints.map((name, column) => [name.toLowerCase(), column]);
   return new Map([...lower, ...accessPoints.map((name, column) => [name, column])]);
@@ -68,32 +77,6 @@ function heardBy({ readings, session = "" }, known) {
   }
   const columns = [...levels.keys()].sort((one, other) => one - other);
   return { columns, dbm: columns.map((column) => sum(levels.get(column)) / levels.get(column).length), session };
-}
-
-/** `combined`: the storey that its parts find likeliest on average, and the mean of those that chose it. */
-function combined(header, arrays) {
-  const { models, settings } = header.parameters;
-  if (settings?.length !== models.length) throw new Error("the file does not hold its parts' settings: train again");
-  const parts = models.map((model, number) => {
-    const own = Object.entries(arrays).filter(([name]) => name.startsWith(`${number}.`));
-    const named = Object.fromEntries(own.map(([name, array]) => [name.slice(`${number}.`.length), array]));
-    return MODELS[model]({ ...header, model, parameters: settings[number] }, named);
-  });
-  return (scans) => {
-    const all = parts.map((part) => part(scans));
-    return scans.map((_, at) => meanAnswer(all.map((answers) => answers[at])));
-  };
-}
-
-function meanAnswer(found) {
-  const mean = (some, valueOf) => sum(some.map(valueOf)) / some.length;
-  const probability = found[0].probability.map((_, s) => mean(found, (one) => one.probability[s]));
-  const storey = largest(probability);
-  const agreed = found.filter((one) => one.storey === storey);
-  const some = agreed.length ? agreed : found;
-  const names = ["x", "y", "z", "radius68", "radius95"];
-  const numbers = Object.fromEntries(names.map((name) => [name, mean(some, (one) => one[name])]));
-  return { storey, probability, ...numbers, unlike: found.some((one) => one.unlike) };
 }
 
 if (typeof process !== "undefined" && process.argv[1]?.endsWith("locate.mjs")) {

@@ -1,4 +1,4 @@
-// `knn` and `weighted-knn`: the nearest learned scans vote.
+// `weighted-knn`: the nearest learned scans vote.
 
 import { learnedScans, positive, sum, vector } from "./scans.mjs";
 import { voted, withRadii } from "./votes.mjs";

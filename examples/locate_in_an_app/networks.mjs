@@ -16,7 +16,7 @@ export function softmax(logs) {
 const relu = (values) => values.map((value) => Math.max(value, 0));
 
 /** What layers make of inputs, each `weight (outputs, inputs) @ inputs + bias`, with ReLU between them. */
-export function dense(layers, inputs) {
+function dense(layers, inputs) {
   return layers.reduce((hidden, { weight, bias }, at) => {
     const values = rows(weight).map((line, o) => line.reduce((total, one, i) => total + one * hidden[i], bias[o]));
     return at < layers.length - 1 ? relu(values) : values;

@@ -2,6 +2,7 @@
 
 const FAINTEST_DBM = -105;
 const LEAST_LENGTH = 1e-9;
+const EXPONENT = 1.7;
 
 export const sum = (values) => values.reduce((total, value) => total + value, 0);
 export const largest = (values) => values.reduce((best, value, at) => (value > values[best] ? at : best), 0);
@@ -24,9 +25,9 @@ export function vector(scan, levelOf) {
   return { columns: scan.columns, values: Array.from(scan.dbm, levelOf) };
 }
 
-/** The vector of a scan's levels to a power, scaled to length 1. */
-export function direction(scan, exponent = 1.7) {
-  const { columns, values } = vector(scan, (dbm) => positive(dbm) ** exponent);
+/** The vector of a scan's levels to the power of 1.7, scaled to length 1. */
+export function direction(scan) {
+  const { columns, values } = vector(scan, (dbm) => positive(dbm) ** EXPONENT);
   const length = Math.max(Math.sqrt(sum(values.map((value) => value * value))), LEAST_LENGTH);
   return { columns, values: values.map((value) => value / length) };
 }

@@ -131,8 +131,8 @@ def test_what_reads_a_data_set_and_what_changes_it(folders: Folders, tmp_path: P
     done = [
         vislam2tag(*command)
         for command in (
-            ("train", at, "--model", "knn", "--out", tmp_path / "model.v2t"),
-            ("benchmark", at, "--model", "knn", "--seeds", "1", "--out", tmp_path / "benchmark"),
+            ("train", at, "--model", "weighted-knn", "--out", tmp_path / "model.v2t"),
+            ("benchmark", at, "--model", "weighted-knn", "--seeds", "1", "--out", tmp_path / "benchmark"),
             ("radio-maps", at, "--out", f"{BUCKET}/maps", "--most", "1"),
             ("export", at, "--format", "uji", "--out", f"{BUCKET}/export"),
             ("split", at, "--by", "random", "--name", "second"),
@@ -189,8 +189,11 @@ def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None
             f"{BUCKET}/x: `vislam2tag dataset",
         ),
         (("dataset", f"{BUCKET}/nothing", "--out", "out"), f"{BUCKET}/nothing: nothing is stored there"),
-        (("train", f"{BUCKET}/nothing", "--model", "knn", "--out", "x"), f"{BUCKET}/nothing: nothing is stored there"),
-        (("train", f"{BUCKET}/labels", "--model", "knn", "--out", "x"), f"{BUCKET}/labels: is no data set"),
+        (
+            ("train", f"{BUCKET}/nothing", "--model", "weighted-knn", "--out", "x"),
+            f"{BUCKET}/nothing: nothing is stored there",
+        ),
+        (("train", f"{BUCKET}/labels", "--model", "weighted-knn", "--out", "x"), f"{BUCKET}/labels: is no data set"),
     ],
 )
 def test_addresses_that_cannot_be_used_are_told(folders: Folders, arguments: tuple[str, ...], said: str) -> None:

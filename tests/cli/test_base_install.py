@@ -87,9 +87,9 @@ NEEDED = {
     "site walkable survey --out walkable": "prepare",
     "simulate walked --site survey": "prepare",
     "receive survey --port 0": "receive",
-    "train set --model knn --out model.v2t": "positioning",
+    "train set --model weighted-knn --out model.v2t": "positioning",
     "locate model.v2t scans.csv": "positioning",
-    "benchmark set --model knn --out compared": "positioning",
+    "benchmark set --model weighted-knn --out compared": "positioning",
     "radio-maps set --out maps": "positioning",
     "inspect s3://bucket/survey": "fleet",
 }

@@ -77,7 +77,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for command in (
         ("process", folder / "survey", "--out", folder / "labels", "--jobs", "1"),
         ("dataset", folder / "labels", "--out", folder / "set", "--jobs", "1"),
-        ("train", folder / "set", "--model", "knn", "--out", folder / "m.v2t"),
+        ("train", folder / "set", "--model", "weighted-knn", "--out", folder / "m.v2t"),
     ):
         assert vislam2tag(*command).returncode == 0
     times = "".join(f"{second}\n" for second in range(0, 40, 5))
@@ -129,9 +129,9 @@ RUNS = (
     "site walkable survey --floor 5 --out walkable",
     "receive survey scans.csv",
     "radio-maps set --out maps --most 1",
-    "train set --model knn --out again.v2t",
+    "train set --model weighted-knn --out again.v2t",
     "locate m.v2t scans.csv --out positions.csv",
-    "benchmark set --model knn --split random --out compared",
+    "benchmark set --model weighted-knn --split random --out compared",
 )
 
 

@@ -28,7 +28,7 @@ HEARD = ((-61, 8), (-87, 5), (-60, 10), (-75, 11), (-77, 0), (-66, 2), (-97, 3))
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("place")
     write_dataset(small_dataset(), root / "set")
-    train(root / "set", TrainPlan("knn", {"k": 1}), root / "model.v2t")
+    train(root / "set", TrainPlan("weighted-knn", {"k": 1}), root / "model.v2t")
     return root
 
 

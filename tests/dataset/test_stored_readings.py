@@ -39,6 +39,6 @@ def test_training_leaves_impossible_levels_of_older_data_sets_out(tmp_path: Path
     made = write_dataset(type(old)(old.info, odd, old.splits, old.files), tmp_path / "odd")
     assert made.readings.collect().height == old.readings.collect().height - 3
     assert made.fingerprints.collect()["readings"].sum() == made.readings.collect().height
-    done = vislam2tag("train", tmp_path / "odd", "--model", "knn", "--out", tmp_path / "odd.v2t")
+    done = vislam2tag("train", tmp_path / "odd", "--model", "weighted-knn", "--out", tmp_path / "odd.v2t")
     assert done.returncode == 0, done.stderr
     assert "absurd_levels 3: signal strengths must be from -126 to -1 dBm" in done.stdout

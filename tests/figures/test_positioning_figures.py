@@ -47,9 +47,9 @@ def predictions(n: int = 40, radius_m: float | None = 2.0) -> pl.DataFrame:
 
 def test_curves_end_at_the_share_answered() -> None:
     errors = predictions()["error_m"].fill_null(np.nan).to_numpy()
-    figure = error_distributions_by_model({"knn": errors, "nothing": np.full(3, np.nan)})
+    figure = error_distributions_by_model({"weighted-knn": errors, "nothing": np.full(3, np.nan)})
     lines = {line.get_label(): line for line in figure.axes[0].lines}
-    knn = np.asarray(lines["knn"].get_xydata())
+    knn = np.asarray(lines["weighted-knn"].get_xydata())
     assert knn[-1, 1] == pytest.approx(39 / 40)
     assert np.interp(2.0, knn[:, 0], knn[:, 1]) == pytest.approx(0.5, abs=0.03)
     assert len(np.asarray(lines["nothing"].get_xydata())) == 0
@@ -66,7 +66,7 @@ def test_the_map_shows_wrong_floors_apart() -> None:
 
 
 def test_confusion_is_in_shares_of_the_true_floor() -> None:
-    counts = {"knn": np.array([[9.0, 1.0], [0.0, 0.0]])}
+    counts = {"weighted-knn": np.array([[9.0, 1.0], [0.0, 0.0]])}
     figure = floor_confusion(["0", "1"], counts)
     image = np.asarray(figure.axes[0].images[0].get_array())
     np.testing.assert_allclose(image, np.array([[0.9, 0.1], [0.0, 0.0]]))
@@ -75,7 +75,7 @@ def test_confusion_is_in_shares_of_the_true_floor() -> None:
 
 
 def test_calibration_compares_errors_with_radii() -> None:
-    figure = calibration({"knn": predictions(), "mute": predictions(radius_m=None)})
+    figure = calibration({"weighted-knn": predictions(), "mute": predictions(radius_m=None)})
     shares = [float(np.asarray(line.get_xdata())[0]) for line in figure.axes[0].lines[:2]]
     assert shares == [pytest.approx(0.5, abs=0.03), 1.0]
     radius_m, error_m = np.asarray(figure.axes[1].lines[0].get_xydata(), dtype=np.float64).T

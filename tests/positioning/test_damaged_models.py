@@ -74,7 +74,10 @@ HEADER_DAMAGE: dict[str, Callable[[Header], object]] = {
     "parameters zero": lambda header: header.update(parameters=dict.fromkeys(header["parameters"], 0)),
     "no parameters": lambda header: header.update(parameters={}),
     "scans infinite": lambda header: header["origin"].update(scans=float("inf")),
-    "another model": lambda header: header.update(model="knn" if header["model"] != "knn" else "extra-trees"),
+    "another model": lambda header: header.update(
+        model="weighted-knn" if header["model"] != "weighted-knn" else "cell-density"
+    ),
+    "a removed model": lambda header: header.update(model="knn"),
     "an unknown model": lambda header: header.update(model="../../x"),
 }
 
@@ -109,7 +112,7 @@ def answered(path: Path, scans: RadioScans, what: str) -> str | None:
     return None
 
 
-@pytest.mark.parametrize("name", [name for name in SMALL if name != "cell-density-networks"] + ["probabilistic"])
+@pytest.mark.parametrize("name", [*SMALL, "local-kriging"])
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # numbers that overflow are no crash
 def test_a_damaged_model_is_one_message_or_answers(name: str, tmp_path: Path) -> None:
     path = tmp_path / "model.v2t"
@@ -140,21 +143,3 @@ def test_numbers_that_numpy_has_not_are_one_message(kind: object, tmp_path: Path
     path.write_bytes(len(head).to_bytes(8, "little") + head.encode() + bytes(4))
     with pytest.raises(ModelError, match=r"model\.v2t: is "):
         load_model(path)
-
-
-def test_trees_that_point_in_a_circle_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "model.v2t"
-    save_model(fitted("extra-trees"), path)
-    header, arrays = content_of(path)
-    inner = int(np.flatnonzero(arrays["feature"] >= 0)[3])
-    for side in ("left", "right"):
-        looped = arrays[side].copy()
-        looped[inner] = inner
-        with pytest.raises(ModelError, match="leads back"):
-            _load_with(path, header, arrays | {side: looped})
-
-
-def _load_with(path: Path, header: Header, arrays: Arrays) -> None:
-    fields = {**header, "checksum": model_file._checksum(header, arrays)}
-    save_file(arrays, path, {KEY: json.dumps(fields)})
-    load_model(path)

@@ -88,18 +88,18 @@ def test_unknown_models_are_told() -> None:
     [
         (
             {"neighbours": 3},
-            "model knn has no parameter 'neighbours'; there are: distance, exponent, k, representation",
+            "model weighted-knn has no parameter 'neighbours'; there are: distance, exponent, k, representation",
         ),
-        ({"k": "five"}, "model knn: k='five': give something like 3"),
-        ({"k": 2.5}, "model knn: k=2.5: give something like"),
-        ({"k": True}, "model knn: k=True: give something like"),
-        ({"k": 10**20}, "model knn: k=100000000000000000000: give something like"),
-        ({"exponent": -1e300}, r"model knn: exponent=-1e\+300: give something like"),
-        ({"exponent": float("nan")}, "model knn: exponent=nan: give something like 0.0"),
-        ({"distance": ["cosine"]}, r"model knn: distance=\['cosine'\]: give something like 'sorensen'"),
+        ({"k": "five"}, "model weighted-knn: k='five': give something like 5"),
+        ({"k": 2.5}, "model weighted-knn: k=2.5: give something like"),
+        ({"k": True}, "model weighted-knn: k=True: give something like"),
+        ({"k": 10**20}, "model weighted-knn: k=100000000000000000000: give something like"),
+        ({"exponent": -1e300}, r"model weighted-knn: exponent=-1e\+300: give something like"),
+        ({"exponent": float("nan")}, "model weighted-knn: exponent=nan: give something like 4.0"),
+        ({"distance": ["cosine"]}, r"model weighted-knn: distance=\['cosine'\]: give something like 'sorensen'"),
     ],
 )
 def test_wrong_parameters_are_told(parameters: dict[str, object], message: str) -> None:
     with pytest.raises(UsageError, match=message):
-        model_named("knn", **parameters)
-    assert model_named("knn", exponent=2, k=4).get_params()["k"] == 4
+        model_named("weighted-knn", **parameters)
+    assert model_named("weighted-knn", exponent=2, k=4).get_params()["k"] == 4

@@ -77,7 +77,7 @@ def radio_maps(folder: Path) -> Path:
 
 
 def benchmark(folder: Path) -> Path:
-    runs = [record("knn", "LG", None, 2.0), record("extra-trees", "LG", None, 2.5)]
+    runs = [record("weighted-knn", "LG", None, 2.0), record("local-kriging", "LG", None, 2.5)]
     rows = benchmark_rows(runs)
     found = Benchmark(
         version="1",
@@ -89,7 +89,7 @@ def benchmark(folder: Path) -> Path:
         failed=[],
         best=best_models(rows),
     )
-    parts = [FigurePart("map.device.knn", "On the plan", "About it.", PICTURE, 7.0)]
+    parts = [FigurePart("map.device.weighted-knn", "On the plan", "About it.", PICTURE, 7.0)]
     write_benchmark_page(folder / "page.html", found, parts, None)
     return folder / "page.html"
 

@@ -116,8 +116,8 @@ resolved settings are kept with each result. An option is named like its setting
 of its number.
 
 A positioning model's parameters are no settings of this tree but arguments of its `__init__`, as in scikit-learn, and
-described there with their defaults (`vislam2tag.positioning.models`). `train --model knn --set k=3` and
-`benchmark --set knn.k=3` set one; the model's file and the benchmark's record keep them.
+described there with their defaults (`vislam2tag.positioning.models`). `train --model weighted-knn --set k=3` and
+`benchmark --set weighted-knn.k=3` set one; the model's file and the benchmark's record keep them.
 
 | setting | default | range | |
 | --- | --- | --- | --- |"""

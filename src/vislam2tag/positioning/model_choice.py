@@ -1,4 +1,4 @@
-"""Which model is nearest on walks that it did not learn from, within a time budget, alone or two together."""
+"""Which model has the smallest error on walks that it did not learn from, within a time budget."""
 
 from __future__ import annotations
 
@@ -13,18 +13,14 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.positioning.metrics import FLOOR_PENALTY_M, plane_error_m
-from vislam2tag.positioning.models.combined import NAME as COMBINED
-from vislam2tag.positioning.models.combined import mean_positions
 from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.scans.held_out import folds, walk_numbers
 from vislam2tag.positioning.scans.places import LabelledScans, Positions
 
-CANDIDATES = ("weighted-knn", "local-kriging", "extra-trees", "cell-density")
+CANDIDATES = ("weighted-knn", "local-kriging", "cell-density")
 """Tried in this order, the quickest first."""
 BUDGET_S = 300.0
 _FOLDS = 5
-TOGETHER = 0.01
-"""Two are taken together even where they err by so much more: by walks this is no difference, and two are safer."""
 _PROBED_WITH = 300
 """A model learns so many scans first, to tell how long all will take."""
 _SEED = 0
@@ -35,13 +31,11 @@ class TriedModel:
     """A model in cross-validation over walks."""
 
     name: str
-    models: tuple[str, ...]
-    """Its parts; itself, where it is a single one."""
     mean_m: float
     """Mean error in the plane, metres; NaN where it was not tried."""
     floor_hit: float
     score_m: float
-    """Mean error and 15 m for each scan on a wrong floor: the least is chosen, of two together if 1 % more."""
+    """Mean error and 15 m for each scan on a wrong floor: the least is chosen."""
     behind_m: tuple[float, float] | None
     """95 % interval, over walks, of how much greater its score is than the chosen one's; None for few walks."""
     why: str
@@ -64,8 +58,7 @@ class ModelTrial:
 class _Outcome:
     """Answers to all held-out scans, fold after fold."""
 
-    names: tuple[str, ...]
-    found: tuple[Positions, ...]
+    name: str
     error_m: FloatArray
     right: BoolArray
 
@@ -78,10 +71,6 @@ class _Outcome:
         """Of all scans."""
         return float(self.cost_m.mean())
 
-    def compared_m(self) -> float:
-        """What the choice compares: the mean cost, of two together a little less."""
-        return self.mean_cost_m() / (1 + TOGETHER if len(self.names) > 1 else 1)
-
 
 def tried_models(
     labelled: LabelledScans,
@@ -90,7 +79,7 @@ def tried_models(
     clock: Callable[[], float] = time.monotonic,
     candidates: Sequence[str] = CANDIDATES,
 ) -> ModelTrial:
-    """Cross-validate the candidates over walks, of data without walks over scans, and the best two together.
+    """Cross-validate the candidates over walks, of data without walks over scans.
 
     One that would overrun the budget is left out, but never the first. Raises DatasetError where there are too few
     scans to leave any out.
@@ -113,13 +102,9 @@ def tried_models(
             model_named(name).fit(scans[learn], places[learn]).predict(asked)
             for (learn, _), (asked, _) in zip(parts, truth, strict=True)
         ]
-        made.append(_outcome((name,), found, truth))
-        progress(number + 1, len(candidates) + 1)
+        made.append(_outcome(name, found, truth))
+        progress(number + 1, len(candidates))
     made.sort(key=_Outcome.mean_cost_m)
-    if len(made) > 1:
-        both = [mean_positions(pair) for pair in zip(made[0].found, made[1].found, strict=True)]
-        made.append(_outcome((*made[0].names, *made[1].names), both, truth))
-        made.sort(key=_Outcome.compared_m)
     walks = np.concatenate([walk[held_out] for _, held_out in parts])
     told = [_told(one, made[0], walks) for one in made]
     return ModelTrial((*told, *(_left_out(name) for name in too_long)))
@@ -136,25 +121,20 @@ def _expected_s(name: str, labelled: LabelledScans, most: int, clock: Callable[[
     return (clock() - started) * most / len(probe)
 
 
-def _outcome(names: tuple[str, ...], found: Sequence[Positions], truth: Sequence[LabelledScans]) -> _Outcome:
+def _outcome(name: str, found: Sequence[Positions], truth: Sequence[LabelledScans]) -> _Outcome:
     """Compare with the truth; a scan that is unknown errs by as much as the worst."""
     error_m = np.concatenate([plane_error_m(one, places) for one, (_, places) in zip(found, truth, strict=True)])
     right = np.concatenate([one.storey == places.storey for one, (_, places) in zip(found, truth, strict=True)])
-    return _Outcome(names, tuple(found), np.where(np.isnan(error_m), np.nanmax(error_m), error_m), right)
+    return _Outcome(name, np.where(np.isnan(error_m), np.nanmax(error_m), error_m), right)
 
 
 def _told(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
-    name = COMBINED if len(one.names) > 1 else one.names[0]
     mean_m, score_m = float(one.error_m.mean()), one.mean_cost_m()
-    if one is chosen:
-        why = "chosen: the best" if len(one.names) == 1 else "chosen: safer than each alone"
-    else:
-        behind = score_m / chosen.mean_cost_m() - 1
-        why = f"{abs(behind):.1%} {'worse' if behind >= 0 else 'better'}"
+    why = "chosen: the best" if one is chosen else f"{score_m / chosen.mean_cost_m() - 1:.1%} worse"
     behind_m = None if one is chosen else mean_interval(one.cost_m - chosen.cost_m, walks)
-    return TriedModel(name, one.names, mean_m, float(one.right.mean()), score_m, behind_m, why)
+    return TriedModel(one.name, mean_m, float(one.right.mean()), score_m, behind_m, why)
 
 
 def _left_out(name: str) -> TriedModel:
     unknown = float("nan")
-    return TriedModel(name, (name,), unknown, unknown, unknown, None, "not tried: longer than the time budget")
+    return TriedModel(name, unknown, unknown, unknown, None, "not tried: longer than the time budget")

@@ -28,6 +28,7 @@ from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
 from vislam2tag.intake.addresses import normal_address
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
+from vislam2tag.positioning.removed_models import removed_model, removed_parameter, without_idle
 
 FORMAT_VERSION = 1
 _KEY = "vislam2tag_model"
@@ -88,7 +89,7 @@ def model_bytes(saved: SavedModel) -> bytes:
     arrays = {name: np.array(array, order="C") for name, array in saved.model.arrays().items()}
     header = ModelHeader(
         model=saved.name,
-        parameters=json.loads(json.dumps(saved.model.stated_params())),
+        parameters=json.loads(json.dumps(saved.model.get_params())),
         access_points=saved.model.access_points_,
         storeys=saved.model.storeys_,
         origin=saved.origin,
@@ -101,8 +102,8 @@ def model_bytes(saved: SavedModel) -> bytes:
 def load_model(path: AnyPath) -> SavedModel:
     """Read a model's file; nothing of it is used before header and arrays were checked.
 
-    Raises ModelError where it is none, damaged, or of a later version, and UsageError where the model needs what is
-    not installed.
+    Raises ModelError where it is none, damaged, of a later version, or of a model that was removed, and UsageError
+    where the model needs what is not installed.
     """
     path = Path(path)
     text, arrays = _opened(path)
@@ -169,14 +170,19 @@ def _made(path: Path, header: ModelHeader) -> Positioner:
     """Make the model, not fitted; where the program has none such, the file is of another version."""
     stranger = f"{path}: was made by version {header.program_version}, this is {__version__}, which has no"
     if header.model not in model_names():
+        if removed := removed_model(header.model):
+            raise ModelError(f"{path}: {removed}. The file cannot be opened: train a new one")
         raise ModelError(f"{stranger} model '{header.model}'; update")
     model = model_named(header.model)
-    unknown = sorted(header.parameters.keys() - model.get_params().keys())
+    parameters = without_idle(header.model, header.parameters)
+    unknown = sorted(parameters.keys() - model.get_params().keys())
     if unknown:
+        if removed := removed_parameter(header.model, unknown[0]):
+            raise ModelError(f"{path}: {removed}. The file cannot be opened: train a new one")
         raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update, or train again")
     try:
         return model_named(
-            header.model, **{name: tuple(v) if isinstance(v, list) else v for name, v in header.parameters.items()}
+            header.model, **{name: tuple(v) if isinstance(v, list) else v for name, v in parameters.items()}
         )
     except UsageError as error:
         raise ModelError(f"{path}: is damaged ({error}); train again") from error

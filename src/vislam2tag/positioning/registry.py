@@ -16,6 +16,7 @@ from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.removed_models import removed_model, removed_parameter
 from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
@@ -70,10 +71,6 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         error = np.hypot(*(self.predict(scans).xy - places.xy).T)
         return -float(np.nanmean(error))
 
-    def stated_params(self) -> dict[str, Any]:
-        """Return the parameters that a model's file states, so that other defaults change nothing."""
-        return dict(self.get_params())
-
     def remarks(self) -> Sequence[str]:
         """Return what somebody who trained the model should know of its training data, a sentence each."""
         return ()
@@ -108,10 +105,14 @@ model_names = MODELS.names
 
 
 def model_named(name: str, **parameters: Any) -> Positioner:
-    """Make a model of this name, not fitted; raises UsageError for an unknown name or parameter."""
+    """Make a model of this name, not fitted; raises UsageError for an unknown or removed name, or a parameter."""
+    if name not in model_names() and (removed := removed_model(name)):
+        raise UsageError(removed)
     factory = MODELS.named(name)
     own = factory().get_params(deep=False)
     for parameter, value in parameters.items():
+        if parameter not in own and (removed := removed_parameter(name, parameter)):
+            raise UsageError(removed)
         if parameter not in own:
             raise UsageError(f"model {name} has no parameter '{parameter}'; there are: {', '.join(own)}")
         if not _alike(value, own[parameter]) or (parameter == "seed" and value < 0):

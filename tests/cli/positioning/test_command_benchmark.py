@@ -23,13 +23,18 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.usefixtures("undrawn_figures")
 def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
-    done = vislam2tag("benchmark", dataset, "--model", "knn", "--set", "knn.k=2", "--out", tmp_path / "out")
+    done = vislam2tag(
+        "benchmark", dataset, "--model", "weighted-knn", "--set", "weighted-knn.k=2", "--out", tmp_path / "out"
+    )
     assert done.returncode == 0, done.stderr
     assert "Split random" in done.stdout
-    assert "best on split random: knn, " in done.stdout
-    assert f"page: {tmp_path / 'out' / 'report.html'}\nnext: vislam2tag train {dataset} --model knn " in done.stdout
+    assert "best on split random: weighted-knn, " in done.stdout
+    assert (
+        f"page: {tmp_path / 'out' / 'report.html'}\nnext: vislam2tag train {dataset} --model weighted-knn "
+        in done.stdout
+    )
     found = json.loads((tmp_path / "out" / "benchmark.json").read_text())
-    assert [(run["model"], run["parameters"]["k"]) for run in found["runs"]] == [("knn", 2)]
+    assert [(run["model"], run["parameters"]["k"]) for run in found["runs"]] == [("weighted-knn", 2)]
     assert (tmp_path / "out" / "times.csv").read_text().splitlines()[0].startswith("model,fit_s,")
 
 
@@ -38,11 +43,21 @@ def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
     [
         ((), "--model: name at least one; there are: "),
         (("--model", "psychic"), "no positioning model is called 'psychic'; there are: "),
-        (("--model", "knn", "--split", "weather"), "--split weather: small has no such split; it has: block, day"),
-        (("--model", "knn", "--set", "k=3"), "--set k=3: give MODEL.PARAMETER=VALUE, such as knn.k=5"),
-        (("--model", "knn", "--set", "other.k=3"), "--set other.k=3: 'other' is none of the models to run: knn"),
-        (("--model", "knn", "--set", "knn.legs=3"), "model knn has no parameter 'legs'"),
-        (("--model", "knn", "--dataset", "tampere"), "give either DS, or --dataset NAME with --data FILES"),
+        (
+            ("--model", "weighted-knn", "--split", "weather"),
+            "--split weather: small has no such split; it has: block, day",
+        ),
+        (("--model", "probabilistic"), "the model probabilistic was removed; use weighted-knn"),
+        (
+            ("--model", "weighted-knn", "--set", "k=3"),
+            "--set k=3: give MODEL.PARAMETER=VALUE, such as weighted-knn.k=5",
+        ),
+        (
+            ("--model", "weighted-knn", "--set", "other.k=3"),
+            "--set other.k=3: 'other' is none of the models to run: weighted-knn",
+        ),
+        (("--model", "weighted-knn", "--set", "weighted-knn.legs=3"), "model weighted-knn has no parameter 'legs'"),
+        (("--model", "weighted-knn", "--dataset", "tampere"), "give either DS, or --dataset NAME with --data FILES"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments: tuple[str, ...], message: str, dataset: Path, tmp_path: Path) -> None:
@@ -51,7 +66,7 @@ def test_wrong_usage_is_one_line(arguments: tuple[str, ...], message: str, datas
 
 
 def test_public_sets_need_their_files(tmp_path: Path) -> None:
-    command = ("benchmark", "--dataset", "ujiindoorloc", "--model", "knn", "--out", tmp_path / "out")
+    command = ("benchmark", "--dataset", "ujiindoorloc", "--model", "weighted-knn", "--out", tmp_path / "out")
     assert "give either DS" in the_error(vislam2tag(*command))
     assert "no such file or folder; --data is where" in the_error(vislam2tag(*command, "--data", tmp_path / "gone"))
 

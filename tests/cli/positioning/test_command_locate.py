@@ -19,7 +19,7 @@ HEADER = "scan_id,status,building,floor,x,y,z,radius_68_m,radius_95_m,floor_prob
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("place")
     write_dataset(small_dataset(), root / "set")
-    train(root / "set", TrainPlan("knn", {"k": 1}), root / "model.v2t")
+    train(root / "set", TrainPlan("weighted-knn", {"k": 1}), root / "model.v2t")
     rows = f"here,{bssid(1, 1)},-41\nhere,{bssid(1, 2)},-60\nfar,stranger,-50\nbad,{bssid(1, 1)},loud\n"
     (root / "scans.csv").write_text("scan_id,bssid,rssi_dbm\n" + rows)
     return root

@@ -22,12 +22,12 @@ def test_a_model_is_trained_tested_and_the_same_again(tmp_path: Path) -> None:
     small = small_dataset()
     hashed = with_privacy(replace(small, splits=standard_splits(small)), Privacy(hash_key=KEY))
     write_dataset(hashed, tmp_path / "set")
-    arguments = ("train", tmp_path / "set", "--model", "extra-trees", "--set", "trees=4", "--seed", "3")
+    arguments = ("train", tmp_path / "set", "--model", "local-kriging", "--set", "k=4", "--seed", "3")
     for out in ("a.v2t", "b.v2t"):
         done = vislam2tag(*arguments, "--split", "device", "--fold", "Pixel", "--out", tmp_path / out)
         assert done.returncode == 0, done.stderr
     for text in (
-        "extra-trees: learned 22 fingerprints of small (split device, fold Pixel), 10 access points, 2 floors",
+        "local-kriging: learned 22 fingerprints of small (split device, fold Pixel), 10 access points, 2 floors",
         "calibration: circles of 68 % hold",
         "tested on 22 fingerprints: mean error",
         f"access points are hashed with key {key_name(KEY)}",
@@ -49,13 +49,16 @@ def test_without_a_model_a_table_says_which_is_taken(tmp_path: Path, monkeypatch
 def test_wrong_usage_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
     arguments = ("train", tmp_path, "--out", tmp_path / "a.v2t")
     assert "is called 'psychic'; there are: " in the_error(vislam2tag(*arguments, "--model", "psychic"))
-    assert "is no data set" in the_error(vislam2tag(*arguments, "--model", "knn"))
+    assert "the model combined was removed; train without --model" in the_error(
+        vislam2tag(*arguments, "--model", "combined")
+    )
+    assert "is no data set" in the_error(vislam2tag(*arguments, "--model", "weighted-knn"))
 
 
 def test_help_lists_the_models() -> None:
     done = vislam2tag("train", "--help")
     assert done.returncode == 0
-    for text in ("weighted-knn", "extra-trees", "multi-cel", "--fold Pixel"):
+    for text in ("weighted-knn", "cell-density", "multi-cel", "--fold Pixel"):
         assert text in done.stdout
 
 

@@ -36,7 +36,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_dataset(replace(small, splits=standard_splits(small)), root / "plain")
     write_dataset(with_privacy(small, Privacy(hash_key=KEY)), root / "hashed")
     for name in ("plain", "hashed"):
-        train(root / name, TrainPlan("knn", {"k": 1}), root / f"{name}.v2t")
+        train(root / name, TrainPlan("weighted-knn", {"k": 1}), root / f"{name}.v2t")
     small.readings.select("scan_id", "bssid", "rssi_dbm").collect().write_csv(root / "scans.csv")
     return root
 

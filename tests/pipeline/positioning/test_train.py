@@ -25,12 +25,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def trained(folder: Path, out: Path, **plan: object) -> TrainedModel:
-    return train(folder, TrainPlan(**{"model": "knn", "parameters": {"k": 1}} | plan), out)  # type: ignore[arg-type]
+    return train(folder, TrainPlan(**{"model": "weighted-knn", "parameters": {"k": 1}} | plan), out)  # type: ignore[arg-type]
 
 
 def test_all_labelled_fingerprints_are_learned(folder: Path, tmp_path: Path) -> None:
     steps: list[tuple[float, int]] = []
-    plan = TrainPlan("extra-trees", {"trees": 3}, seed=2)
+    plan = TrainPlan("local-kriging", {"k": 3}, seed=2)
     made = train(folder, plan, tmp_path / "model.v2t", lambda done, total: steps.append((done, total)))
     saved = load_model(tmp_path / "model.v2t")
     assert saved.model.get_params()["seed"] == 2
@@ -43,7 +43,7 @@ def test_all_labelled_fingerprints_are_learned(folder: Path, tmp_path: Path) -> 
 def test_without_a_model_the_best_is_found_and_trained(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(model_choice, "CANDIDATES", ("knn", "weighted-knn"))
+    monkeypatch.setattr(model_choice, "CANDIDATES", ("weighted-knn", "local-kriging"))
     made = train(folder, TrainPlan(None, {}), tmp_path / "model.v2t")
     assert made.trial is not None
     assert load_model(tmp_path / "model.v2t").name == made.trial.chosen.name == made.saved.name
@@ -67,8 +67,9 @@ def test_a_fold_trains_and_tests(folder: Path, tmp_path: Path) -> None:
     ("plan", "message"),
     [
         ({"model": "psychic"}, "no positioning model is called 'psychic'"),
+        ({"model": "knn"}, "^the model knn was removed; use weighted-knn$"),
         ({"parameters": {"neighbours": 3}}, "has no parameter 'neighbours'"),
-        ({"seed": 1}, "--seed: nothing in knn is random"),
+        ({"seed": 1}, "--seed: nothing in weighted-knn is random"),
         ({"fold": "Pixel"}, "--fold Pixel: belongs to a split"),
         ({"split": "moon"}, "--split moon: the data set has no such split; there are: block, day, device"),
         ({"split": "device"}, "--fold: choose one of split device: Galaxy, Pixel"),
@@ -91,9 +92,9 @@ def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None
     assert '"dataset":"small"' in entries["origin"]
     assert load_model(tmp_path / "model.v2t").name == "multi-cel"
     with pytest.raises(UsageError, match="only networks and cell-density are"):
-        trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.onnx")
+        trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.onnx")
     with pytest.raises(UsageError, match="is the file of --out"):
-        trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.v2t")
+        trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.v2t")
 
 
 def test_a_model_is_updated_by_a_later_survey(folder: Path, tmp_path: Path) -> None:
@@ -105,13 +106,13 @@ def test_a_model_is_updated_by_a_later_survey(folder: Path, tmp_path: Path) -> N
     assert (made.update.added, made.saved.origin.scans) == (22, 44)
     assert made.saved.origin.part == "split device, fold Pixel; updated by 22 of small (all)"
     saved = load_model(after)
-    assert (saved.name, saved.model.get_params()["k"]) == ("knn", 1)
+    assert (saved.name, saved.model.get_params()["k"]) == ("weighted-knn", 1)
     with pytest.raises(DatasetError, match="nothing to update"):
         train(folder, replace(plan, update=after), after)
     with pytest.raises(UsageError, match="--update: keeps the model's kind"):
-        train(folder, replace(plan, model="knn"), after)
-    trained(folder, before, model="extra-trees", parameters={"trees": 2})
-    with pytest.raises(UsageError, match="extra-trees keeps no fingerprints; join the data sets"):
+        train(folder, replace(plan, model="weighted-knn"), after)
+    trained(folder, before, model="cell-density", parameters={"copies": 0})
+    with pytest.raises(UsageError, match="cell-density keeps no fingerprints; join the data sets"):
         train(folder, plan, after)
 
 

@@ -27,9 +27,9 @@ def row(
 
 
 def test_the_smallest_mean_over_all_folds_wins_and_the_next_is_named() -> None:
-    rows = [row("knn", 3.0), row("trees", 2.0), row("net", None), row("knn", 0.5, fold="LG")]
+    rows = [row("weighted-knn", 3.0), row("trees", 2.0), row("net", None), row("weighted-knn", 0.5, fold="LG")]
     [best] = best_models(rows)
-    assert (best.split, best.model, best.runner_up) == ("device", "trees", "knn")
+    assert (best.split, best.model, best.runner_up) == ("device", "trees", "weighted-knn")
     assert best.behind_m == pytest.approx(1.0)
     assert not best.alike
 
@@ -53,7 +53,7 @@ def test_the_interval_is_of_the_same_scans_and_of_whole_walks() -> None:
     unanswered = other.with_columns(error_m=pl.when(pl.col("walk") == "walk 0").then(None).otherwise("error_m"))
     assert paired_interval(one, unanswered) is not None
     assert paired_interval(one, other.filter(pl.col("walk").is_in(["walk 0", "walk 1"]))) is None
-    [best] = best_models([row("knn", 3.0), row("trees", 2.0)], lambda *names: (len(names), 4.0))
+    [best] = best_models([row("weighted-knn", 3.0), row("trees", 2.0)], lambda *names: (len(names), 4.0))
     assert best.behind_interval_m == (3.0, 4.0)
 
 

@@ -62,7 +62,7 @@ def test_folds_count_the_same_and_seeds_give_the_interval() -> None:
 
 
 def test_a_model_without_seeds_has_no_interval() -> None:
-    (row,) = benchmark_rows([record("knn", "official", None, 2.5)])
+    (row,) = benchmark_rows([record("weighted-knn", "official", None, 2.5)])
     assert (row.runs, row.figures["mean_m"].value, row.figures["mean_m"].low) == (1, 2.5, None)
 
 
@@ -92,7 +92,7 @@ def test_intervals_hold_their_mean(values: list[float]) -> None:
 
 def test_times_are_ratios_to_nearest_neighbours() -> None:
     runs = [
-        (record("knn", "LG", None, 1.0), RunTime(fit_s=2.0, predict_s=0.02)),
+        (record("weighted-knn", "LG", None, 1.0), RunTime(fit_s=2.0, predict_s=0.02)),
         (record("net", "LG", 0, 1.0), RunTime(fit_s=6.0, predict_s=0.02)),
     ]
     knn, net = model_times(runs)
@@ -120,13 +120,13 @@ def test_table_4_stands_beside_the_papers_numbers() -> None:
             record("multi-cel", "LG", 0, 2.6),
             record("multi-cel", "Pixel", 0, 3.0),
             record("multi-cel", "test", 0, 2.1, split="random"),
-            record("knn", "test", None, 3.0, split="random"),
+            record("weighted-knn", "test", None, 3.0, split="random"),
         ]
     )
     texts = table_4(rows).texts()
     assert texts["csv"].splitlines()[1:] == [
         "random 30 %,multi-cel,0.9,2.1,2.1,0.992,2.08,1.52",
-        "random 30 %,knn,0.9,3,3,,,",
+        "random 30 %,weighted-knn,0.9,3,3,,,",
         "LG,multi-cel,0.9,2.6,2.6,0.992,2.59,1.71",
         "Pixel,multi-cel,0.9,3,3,,,",
     ]

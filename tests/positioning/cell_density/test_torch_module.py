@@ -19,7 +19,7 @@ def test_places_are_the_models(half: float) -> None:
     from vislam2tag.positioning.cell_density.torch_module import DensityModule
 
     scans, places = surveyed(60, TWO_BUILDINGS)
-    model = learned_model(scans, places, DensityShape(2.0, 0.1, 2.5), LearningSetup(1, (), 0))
+    model = learned_model(scans, places, DensityShape(2.0, 0.1, 2.5), LearningSetup(1, 0))
     asked, _ = surveyed(40, TWO_BUILDINGS, seed=1)
     radii = NoveltyRadii(1.0, RadiusGrowth(1.0, 1.0), RadiusGrowth(2.0, 1.0), 1.0)
     module = DensityModule(model, half, radii, places.storey_height_m)
@@ -34,7 +34,7 @@ def test_of_scans_that_are_equally_alike_both_take_the_same() -> None:
 
     scans, places = surveyed(60)
     flat = replace(scans, rssi_dbm=np.where(scans.column < 8, -60.0, -110.0))  # few patterns, and some that are nothing
-    model = learned_model(flat, places, DensityShape(2.0, 0.1, 2.5), LearningSetup(1, (), 0))
+    model = learned_model(flat, places, DensityShape(2.0, 0.1, 2.5), LearningSetup(1, 0))
     radii = NoveltyRadii(1.0, RadiusGrowth(1.0, 1.0), RadiusGrowth(2.0, 1.0), 1.0)
     module = DensityModule(model, 0.02, radii, places.storey_height_m)
     xy, _, _, _, radius_68_m, _ = module(torch.from_numpy(flat.dense()))

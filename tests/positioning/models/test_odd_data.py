@@ -15,10 +15,7 @@ from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 BASELINES: dict[str, dict[str, Any]] = {
-    "knn": {},
     "weighted-knn": {"distance": "cosine"},
-    "probabilistic": {},
-    "extra-trees": {"trees": 5},
     "local-kriging": {"k": 10},
 }
 SCANS, PLACES = radio_world(walks=2)

@@ -49,7 +49,8 @@ def test_a_learned_scan_is_its_own_nearest_neighbour(distance: SignalDistance, r
 
 def test_the_position_is_of_neighbours_on_the_storey_with_most_votes() -> None:
     scans = scans_from(padded(LEVELS))
-    model = model_named("knn", k=3, distance="euclidean", representation="positive").fit(scans, places([0, 0, 0, 1]))
+    alike = NearestNeighbours(k=3, exponent=0.0, distance="euclidean", representation="positive")
+    model = alike.fit(scans, places([0, 0, 0, 1]))
     found = model.predict(scans_from(padded(np.array([[-51.0, -59.0, -96.0]]))))
     assert found.storey.tolist() == [0]
     np.testing.assert_allclose(found.xy, [[10.0, 0.0]])
@@ -68,9 +69,9 @@ def test_a_scan_like_nothing_that_was_learned_says_so() -> None:
     assert not unlike.any()
 
 
-@pytest.mark.parametrize("name", ["knn", "weighted-knn"])
-def test_it_learns_and_its_radii_hold(name: str) -> None:
-    model = model_named(name).fit(*radio_world(seed=1))
+@pytest.mark.parametrize("settings", [{}, {"k": 3, "exponent": 0.0}])
+def test_it_learns_and_its_radii_hold(settings: dict[str, float]) -> None:
+    model = model_named("weighted-knn", **settings).fit(*radio_world(seed=1))
     scans, true = radio_world(seed=2)
     result = score(model.predict(scans), true)
     assert result.plane.mean_m is not None
@@ -138,7 +139,7 @@ def test_the_public_set_gives_its_known_figures(tmp_path: Path) -> None:
     dataset = read(shared_folder("tampere"), ImportContext(Folder.at(tmp_path)))
     split = dataset.splits[OFFICIAL]
     train, test = learning_data(dataset).train_test(split, split.info.folds[0])
-    model = model_named("knn", k=1, distance="euclidean", representation="positive")
+    model = model_named("weighted-knn", k=1, distance="euclidean", representation="positive")
     result = score(model.fit(train.scans, train.places).predict(test.scans), test.places)
     assert result.plane.mean_m == pytest.approx(9.40, abs=0.01)
     assert result.floor_hit == pytest.approx(0.915, abs=0.001)

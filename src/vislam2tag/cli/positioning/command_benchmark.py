@@ -40,7 +40,7 @@ OUT cannot be written, 130 interrupted.
 
 \b
 Examples:
-  vislam2tag benchmark fingerprints --model knn --model multi-cel \\
+  vislam2tag benchmark fingerprints --model weighted-knn --model multi-cel \\
       --split random --split device --out compared
   vislam2tag benchmark fingerprints --model multi-cel \\
       --set multi-cel.cell_m=5 --seeds 3 --out fine_cells
@@ -134,7 +134,7 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
         place, equals, value = text.partition("=")
         name, dot, parameter = place.partition(".")
         if not (equals and dot and parameter):
-            raise UsageError(f"--set {text}: give MODEL.PARAMETER=VALUE, such as knn.k=5")
+            raise UsageError(f"--set {text}: give MODEL.PARAMETER=VALUE, such as weighted-knn.k=5")
         if name not in parameters:
             raise UsageError(f"--set {text}: '{name}' is none of the models to run: {', '.join(parameters)}")
         parameters[name][parameter] = value_of(value)

@@ -28,10 +28,9 @@ HELP = f"""
 Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
 
 Learns from all labelled fingerprints, or with --split from the training part of a fold, and then says how well it does
-on the test part (`vislam2tag benchmark` compares models). Without --model several are tried by leaving walks out,
-alone and the two best together; a table says which is taken, and why. The file holds numbers and text only, a
-checksum, and what the model needs to know: access points, floors, how sure it is. docs/explanation/positioning.md tells
-what each model is.
+on the test part (`vislam2tag benchmark` compares models). Without --model several are tried by leaving walks out;
+a table says which is taken, and why. The file holds numbers and text only, a checksum, and what the model needs to
+know: access points, floors, how sure it is. docs/explanation/positioning.md tells what each model is.
 
 With --update a model that keeps its fingerprints (neighbours, local-kriging) learns DS, a later survey of a part or all
 of the building, besides: what it holds of access points that are gone or were moved, as `vislam2tag join` tells them,
@@ -48,7 +47,7 @@ Examples:
   vislam2tag train fingerprints --model weighted-knn --out building.v2t
   vislam2tag train fingerprints --model weighted-knn --set k=3 \\
       --set distance=cosine --out building.v2t
-  vislam2tag train fingerprints --model extra-trees --seed 1 \\
+  vislam2tag train fingerprints --model local-kriging --seed 1 \\
       --split device --fold Pixel --out no-pixel.v2t
   vislam2tag train fingerprints --model multi-cel --out building.v2t \\
       --onnx building.onnx
@@ -158,8 +157,7 @@ def _print_trial(trial: ModelTrial) -> None:
         if math.isfinite(one.score_m):
             numbers = (f"{one.mean_m:.2f} m", f"{100 * one.floor_hit:.1f} %", f"{one.score_m:.2f} m")
         behind = "" if one.behind_m is None else f"{one.behind_m[0]:.2f} to {one.behind_m[1]:.2f} m"
-        name = one.name if len(one.models) == 1 else f"{one.name} ({' + '.join(one.models)})"
-        shown.add_row(name, one.why, *numbers, behind)
+        shown.add_row(one.name, one.why, *numbers, behind)
     table_console().print(shown)
 
 

@@ -151,8 +151,7 @@ def _model(plan: TrainPlan, trial: ModelTrial | None) -> tuple[str, Positioner]:
         return plan.model, model_named(plan.model, **_parameters(plan.model, plan))
     if trial is None:
         raise ValueError("no model is named, and none was tried")
-    chosen = trial.chosen
-    return chosen.name, model_named(chosen.name, **({"models": chosen.models} if len(chosen.models) > 1 else {}))
+    return trial.chosen.name, model_named(trial.chosen.name)
 
 
 def _tested(model: Positioner, part: LearningData) -> HeldOutResult:

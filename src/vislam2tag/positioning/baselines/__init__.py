@@ -1,4 +1,1 @@
-"""What the baseline models are made of: votes of training scans, trees as arrays, maps of levels by cell.
-
-The models that let scans vote share one class, in ``voting_positioner.py``.
-"""
+"""What models that compare scans are made of: an index of the nearest scans, and votes of their places."""

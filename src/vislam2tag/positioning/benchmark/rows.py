@@ -15,7 +15,7 @@ from vislam2tag.positioning.metrics import Score
 
 ALL = "all"
 """Fold of a row over all folds."""
-REFERENCE = "knn"
+REFERENCE = "weighted-knn"
 """Model whose time others are measured by."""
 LEVEL = 0.95
 _DIGITS = 6

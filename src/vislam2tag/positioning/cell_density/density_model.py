@@ -1,4 +1,4 @@
-"""What :mod:`.models.cell_density` learns: kernel regressions onto cells and storeys, and networks beside them."""
+"""What :mod:`.models.cell_density` learns: kernel regressions onto cells and storeys."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vislam2tag.common.extras import import_extra
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.cell_density.dense_network import DenseNetwork
 from vislam2tag.positioning.cell_density.density_cells import DensityCells, cells_near
 from vislam2tag.positioning.cell_density.kernel_regression import (
     STOREY_RIDGE,
@@ -30,11 +28,7 @@ MOST_CENTRES = 1500
 """Kernels lie around so many training scans, drawn at random where there are more."""
 _CELL_SHARE = 0.8
 """Side of a cell as a share of how far a label reaches."""
-_SEED_STEP = 1000
-"""Between the seeds of two networks."""
 _AT_ONCE = 1024
-NETWORKS_WEIGHT = 2.0
-"""Of what the networks say on average, however many there are; the kernel's weight is 1."""
 LEAST_DENSITY = 1e-9
 """What a cell of the storey is worth at least, so that every scan has a place."""
 Targets = Callable[[ScanPlaces], FloatArray]
@@ -47,8 +41,6 @@ class LearningSetup:
 
     copies: int
     """Augmented copies of each scan for the kernels."""
-    networks: Sequence[float]
-    """A network is trained for each of these exponents of levels."""
     seed: int
 
 
@@ -108,7 +100,6 @@ class DensityModel:
     field: LevelField | None
     """None where the density alone is asked."""
     references: ReferenceScans
-    networks: tuple[DenseNetwork, ...] = ()
     mislabelled: int = 0
     """Scans that were not learned from, as the others contradict their storey."""
 
@@ -121,8 +112,6 @@ class DensityModel:
         level = levels(scans)
         probability = _shares(self.storeys(level), 0.0)
         density = _shares(self.density(level), LEAST_DENSITY)
-        if self.networks:
-            density += NETWORKS_WEIGHT * np.mean([network(level) for network in self.networks], axis=0)
         storey = probability.argmax(axis=1)
         xy = self.cells.median(density * self.cells.on(storey))
         field_xy = self.field.place(scans.dense(), storey) if self.field else xy
@@ -141,8 +130,7 @@ def learned_model(scans: RadioScans, places: ScanPlaces, shape: DensityShape, se
     storeys = learned_storeys(scans, places, centres)
     (field,) = learned_fields(scans[centres].dense(), places[centres], [shape.noise_db])
     references = ReferenceScans.of(densities[0].kernel.centre, places.xy[centres])
-    networks = _trained_networks(scans, places, cells, shape, setup)
-    return DensityModel(cells, densities[0], storeys, field, references, networks, int(doubted.sum()))
+    return DensityModel(cells, densities[0], storeys, field, references, int(doubted.sum()))
 
 
 def errors_on_storey_m(
@@ -198,25 +186,6 @@ def learned_storeys(scans: RadioScans, places: ScanPlaces, centres: IntArray) ->
     equations = KernelNormalEquations.empty(kernel, one_hot[places.storey[centres]].mean(axis=0), len(centres))
     equations.add((levels(scans[rows]), one_hot[places.storey[rows]]) for rows in _blocks(len(scans)))
     return equations.solved([STOREY_RIDGE])[0]
-
-
-def _trained_networks(
-    scans: RadioScans, places: ScanPlaces, cells: DensityCells, shape: DensityShape, setup: LearningSetup
-) -> tuple[DenseNetwork, ...]:
-    if not len(setup.networks):
-        return ()
-    training = import_extra("vislam2tag.positioning.cell_density.network_training")
-    level = levels(scans)
-    return tuple(
-        training.trained_network(
-            level,
-            lambda rows: cells.label_densities(places[rows], shape.width_m),
-            exponent,
-            training.NetworkSchedule(),
-            setup.seed + _SEED_STEP * number,
-        )
-        for number, exponent in enumerate(setup.networks)
-    )
 
 
 def _shares(score: FloatArray, least: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""``cell-density`` as a PyTorch module, kernels and networks and all, so that it exports to ONNX.
+"""``cell-density`` as a PyTorch module, kernels and all, so that it exports to ONNX.
 
 It says what :class:`.DensityModel` says, step for step and in double precision.
 """
@@ -10,9 +10,8 @@ import math
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.cell_density.dense_network import INPUT_LENGTH, DenseNetwork
 from vislam2tag.positioning.cell_density.density_cells import MEDIAN_STEPS, SMOOTH_M
-from vislam2tag.positioning.cell_density.density_model import LEAST_DENSITY, NETWORKS_WEIGHT, DensityModel
+from vislam2tag.positioning.cell_density.density_model import LEAST_DENSITY, DensityModel
 from vislam2tag.positioning.cell_density.level_field import OFFSET_DB
 from vislam2tag.positioning.cell_density.novelty import COMPARED, LEAST_EXCESS, PLACED, TIE, NoveltyRadii, RadiusGrowth
 from vislam2tag.positioning.cell_density.scan_kernels import EXPONENT, LEAST_LENGTH
@@ -27,7 +26,6 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         super().__init__()
         self.half_novelty, self.radii = half_novelty, radii
         self.sharpness = model.density.kernel.sharpness
-        self.networks = torch.nn.ModuleList(_Dense(network) for network in model.networks)
         self._keep("height_m", height_m)
         self._keep("cell_centre_m", model.cells.centre_m)
         self._keep("cell_storey", model.cells.storey)
@@ -51,7 +49,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         known = (~torch.isnan(level_dbm)).any(dim=1)
         above = torch.where(torch.isnan(level_dbm), FAINTEST_DBM, level_dbm) - FAINTEST_DBM
         level = above.clamp(0.0, -FAINTEST_DBM) / -FAINTEST_DBM
-        direction = _directions(level, EXPONENT)
+        direction = _directions(level)
         cosine = direction @ self.centre.T
         probability, density = self._storeys_and_density(level, cosine)
         storey = probability.argmax(dim=1)
@@ -100,8 +98,6 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         """Return storey probabilities (n, s) and densities (n, c)."""
         similarity = torch.exp(2 * self.sharpness * (cosine - 1))
         density = _shares(similarity @ self.density_weight + self.density_mean, LEAST_DENSITY)
-        if len(self.networks):
-            density = density + NETWORKS_WEIGHT * torch.stack([one(level) for one in self.networks]).mean(dim=0)
         above = (level[:, :, None] > self.storey_threshold).to(torch.float64).flatten(start_dim=1)
         above = above / torch.sqrt(above.sum(dim=1, keepdim=True)).clamp(min=LEAST_LENGTH)
         similarity = torch.exp(2 * (cosine - 1)) + torch.exp(2 * (above @ self.storey_steps.T - 1))
@@ -135,29 +131,9 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         return torch.sqrt(of_density_m * dispersal_m), excess * unlike
 
 
-class _Dense(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
-    """Dense layers with weights that are there already."""
-
-    def __init__(self, layers: DenseNetwork) -> None:
-        super().__init__()
-        self.exponent = layers.exponent
-        self.depth = len(layers.weights)
-        for number, (weight, bias) in enumerate(zip(layers.weights, layers.biases, strict=True)):
-            self.register_buffer(f"weight_{number}", torch.from_numpy(weight.copy()))
-            self.register_buffer(f"bias_{number}", torch.from_numpy(bias.copy()))
-
-    def forward(self, level: torch.Tensor) -> torch.Tensor:
-        hidden = level if self.exponent == 1.0 else INPUT_LENGTH * _directions(level, self.exponent)
-        for number in range(self.depth):
-            hidden = hidden @ getattr(self, f"weight_{number}") + getattr(self, f"bias_{number}")
-            if number < self.depth - 1:
-                hidden = torch.relu(hidden)
-        return torch.softmax(hidden, dim=1)
-
-
-def _directions(level: torch.Tensor, exponent: float) -> torch.Tensor:
+def _directions(level: torch.Tensor) -> torch.Tensor:
     """(n, a) as :func:`.scan_kernels.directions` makes them."""
-    powed = level**exponent
+    powed = level**EXPONENT
     return powed / torch.sqrt(powed.square().sum(dim=1, keepdim=True)).clamp(min=LEAST_LENGTH)
 
 

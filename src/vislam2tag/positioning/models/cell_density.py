@@ -2,8 +2,7 @@
 
 Every label is a density over the cells around it; the regression says the density that a scan's augmented copies have
 in common. Storeys have a kernel of their own. The place is the geometric median of the density on the likeliest storey.
-It is solved, not trained: no step sizes, no early stopping, seconds. Networks that learn the same densities can be
-averaged in: ``cell-density-networks`` (only training them needs PyTorch).
+It is solved, not trained: no step sizes, no early stopping, seconds.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ import numpy as np
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.extras import import_extra
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
-from vislam2tag.positioning.cell_density.dense_network import network_arrays, networks_restored
 from vislam2tag.positioning.cell_density.density_cells import DensityCells
 from vislam2tag.positioning.cell_density.density_model import (
     DensityAnswer,
@@ -94,10 +92,9 @@ class CellDensity(Positioner):
     height_m_: FloatArray
     """(s,) of each storey, metres; NaN where not known."""
 
-    def __init__(self, *, copies: int = 4, networks: Sequence[float] = (), seed: int = 0) -> None:
-        """Take the number of augmented copies of each scan, and the exponent of levels of each network averaged in."""
+    def __init__(self, *, copies: int = 4, seed: int = 0) -> None:
+        """Take the number of augmented copies of each scan."""
         self.copies = copies
-        self.networks = networks
         self.seed = seed
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
@@ -112,9 +109,9 @@ class CellDensity(Positioner):
             familiar = [_answered(self.density_, given)]
         else:
             apart = folds(np.arange(len(scans)), _FOLDS, self.seed)
-            familiar = list(self._left_out(scans, places, apart, networks=1))
+            familiar = list(self._left_out(scans, places, apart))
         self.progress(0.85, 1)
-        strange = list(self._left_out(scans, places, self._areas(places), networks=0))
+        strange = list(self._left_out(scans, places, self._areas(places)))
         self.half_novelty_ = _half_novelty(familiar, strange)
         if np.isinf(self.half_novelty_):
             self.density_ = replace(self.density_, field=None)
@@ -125,10 +122,10 @@ class CellDensity(Positioner):
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
         self.progress(1.0, 1)
 
-    def _setup(self, networks: int | None = None) -> LearningSetup:
-        if not 0 <= self.copies <= MOST_COPIES or any(exponent <= 0 for exponent in self.networks):
-            raise UsageError(f"copies={self.copies}, networks={self.networks}: 0 to {MOST_COPIES}, and above 0")
-        return LearningSetup(self.copies, self.networks[:networks], self.seed)
+    def _setup(self) -> LearningSetup:
+        if not 0 <= self.copies <= MOST_COPIES:
+            raise UsageError(f"copies={self.copies}: give 0 to {MOST_COPIES}")
+        return LearningSetup(self.copies, self.seed)
 
     def _chosen(self, scans: RadioScans, places: ScanPlaces, setup: LearningSetup) -> DensityShape:
         """Return what puts left-out walks nearest to their labels."""
@@ -171,11 +168,9 @@ class CellDensity(Positioner):
     def _areas(self, places: ScanPlaces) -> Iterator[FoldMasks]:
         return folds(area_numbers(places, _AREA_M), _FOLDS, self.seed)
 
-    def _left_out(
-        self, scans: RadioScans, places: ScanPlaces, masks: Iterator[FoldMasks], networks: int
-    ) -> Iterator[HeldOutAnswers]:
-        """Yield what is said of scans left out; of the networks so many learn again, as that takes longest."""
-        setup = self._setup(networks)
+    def _left_out(self, scans: RadioScans, places: ScanPlaces, masks: Iterator[FoldMasks]) -> Iterator[HeldOutAnswers]:
+        """Yield what is said of scans left out."""
+        setup = self._setup()
         for learn, held_out in islice(masks, _FOLDS_LEFT_OUT):
             model = learned_model(scans[learn], places[learn], self.shape_, setup)
             yield _answered(model, (scans[held_out], places[held_out]))
@@ -227,7 +222,6 @@ class CellDensity(Positioner):
             "height_m": self.height_m_,
             "contradicted": np.array([self.density_.mislabelled]),
             **(self.density_.field.arrays() if self.density_.field else {}),
-            **network_arrays(self.density_.networks),
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
@@ -245,7 +239,6 @@ class CellDensity(Positioner):
             KernelRegression(by_steps, known.floats("storey_weight", "m", "s"), known.floats("storey_mean", "s")),
             None if without_field else LevelField.restored(known),
             ReferenceScans(centre, known.floats("centre_xy", "m", 2), known.floats("centre_apart", "m")),
-            networks_restored(known, self.networks),
             int(known.integers("contradicted", 1)[0]),
         )
         self.half_novelty_ = np.inf if without_field else float(known.floats("half", 1, least=0.0)[0])

@@ -14,11 +14,11 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.baselines.scan_index import Apart, NearestScans, ScanIndex, SignalDistance
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes
-from vislam2tag.positioning.baselines.voting_positioner import VotingPositioner
 from vislam2tag.positioning.checked_arrays import CheckedArrays
+from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
 from vislam2tag.positioning.held_out_radii import like_limit
-from vislam2tag.positioning.registry import NamedArrays, register
-from vislam2tag.positioning.scans.held_out import calibration_rows, walk_numbers
+from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import calibration_rows, usable_validation, walk_numbers
 from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented_levels
@@ -27,14 +27,19 @@ NEAREST = 1e-3
 """Neighbours nearer than this in signal space count alike."""
 
 
-class NearestNeighbours(VotingPositioner):
+class NearestNeighbours(Positioner):
     """The storey with most votes of the k nearest scans, and the mean of their places on it.
 
-    Radii follow the spread of the neighbours, calibrated by leaving out each training scan with its walk.
+    Radii follow the spread of the neighbours, calibrated by leaving out each training scan with its walk, or on the
+    validation part. The model is saved as the scans it learned, of which it is made again.
     """
 
+    radii_: SpreadRadii
     like_: float
     """Distance of the nearest: beyond, a scan is unlike all that was learned."""
+    _scans: RadioScans
+    _places: ScanPlaces
+    _index: ScanIndex
 
     def __init__(
         self, *, k: int = 5, distance: str = "sorensen", representation: str = "powed", exponent: float = 4.0
@@ -42,7 +47,7 @@ class NearestNeighbours(VotingPositioner):
         """Take how many neighbours vote, each with distance to the minus ``exponent``; 0: all alike.
 
         ``distance``: euclidean, sorensen or cosine. ``representation``: positive, powed or exponential. The defaults
-        are best in leave-one-walk-out cross-validation on training parts (docs/results/positioning-settings.md).
+        are best in leave-one-walk-out cross-validation on training parts (benchmarks/NOTES.md).
         """
         self.k = k
         self.distance = distance
@@ -59,27 +64,29 @@ class NearestNeighbours(VotingPositioner):
             if value not in values:
                 raise UsageError(f"{name}={value}: there are {', '.join(values)}")
 
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
+        self._check()
+        self._learn(scans, places)
+        held_out = usable_validation(validation)
+        if held_out is None:
+            walk, rows = walk_numbers(scans, places), calibration_rows(len(scans))
+            self._calibrate(self._near(scans[rows], Apart.among(rows, walk)), places[rows], walk[rows])
+        else:
+            asked, truth = held_out
+            self._calibrate(self._near(asked), truth, np.arange(len(asked)))
+        self.progress(1, 1)
+
     def _learn(self, scans: RadioScans, places: ScanPlaces) -> None:
-        super()._learn(scans, places)
+        self._scans, self._places = scans, places
         self._index = ScanIndex.of(scans, self._levels(scans), SignalDistance(self.distance))
 
-    def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
-        walk, rows = walk_numbers(scans, places), calibration_rows(len(scans))
-        return self._calibrated(self._near(scans[rows], Apart.among(rows, walk)), places[rows], walk[rows])
-
-    def _asked(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
-        return self._calibrated(self._near(scans), places, np.arange(len(scans)))
-
-    def _calibrated(self, near: NearestScans, places: ScanPlaces, group: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Learn from what is near scans that are held out what is like them; return errors and spreads."""
+    def _calibrate(self, near: NearestScans, places: ScanPlaces, group: IntArray) -> None:
+        """Fit the radii, and what is like learned scans, to scans (n) that are held out, of walks (n,)."""
         away = near.away[:, 0]
         known = np.isfinite(away)
         self.like_ = like_limit(away[known], group[known])
         answer = self._voted(near)
-        return places.distance_m(answer.xy), answer.spread_m
-
-    def _answer(self, scans: RadioScans) -> VotedPositions:
-        return self._voted(self._near(scans))
+        self.radii_ = fitted_radii(places.distance_m(answer.xy), answer.spread_m)
 
     def _predict(self, scans: RadioScans) -> Positions:
         near = self._near(scans)
@@ -87,13 +94,18 @@ class NearestNeighbours(VotingPositioner):
         return answer.positions(self._places, self.radii_.radii_m(answer.spread_m), near.away[:, 0] > self.like_)
 
     def arrays(self) -> NamedArrays:
-        """Return what others that vote do, and what is like the scans learned."""
-        return {**super().arrays(), "like": np.array([self.like_])}
+        """Return the scans learned, their places, the radii, and what is like these scans."""
+        scans_and_places = {**self._scans.arrays(), **self._places.arrays()}
+        return {**scans_and_places, "radii": self.radii_.array(), "like": np.array([self.like_])}
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave; a file of an earlier version does not tell what is unlike."""
-        super().restore(arrays)
-        self.like_ = float(CheckedArrays(arrays).floats("like", 1)[0]) if "like" in arrays else np.inf
+        self._check()
+        checked = CheckedArrays(arrays)
+        scans = RadioScans.restored(checked, self.access_points_)
+        self._learn(scans, ScanPlaces.restored(checked, self.storeys_))
+        self.radii_ = SpreadRadii.restored(checked, "radii")
+        self.like_ = float(checked.floats("like", 1)[0]) if "like" in arrays else np.inf
 
     def learned(self) -> LabelledScans:
         """Return all that was learned from."""
