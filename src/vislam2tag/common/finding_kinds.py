@@ -93,6 +93,7 @@ FindingKind = Literal[
     "planned_landmarks",
     "pose_convention",
     "pose_lag",
+    "poses_not_judged",
     "presses_on_other_floors",
     "presses_outside_walk",
     "raw_files_left_out",
