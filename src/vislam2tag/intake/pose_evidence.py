@@ -26,6 +26,8 @@ _JUMPS = 0.02
 """Share of the steps, the fastest ones, that do not count for the usual speed."""
 _FORCE_S = 0.5
 """Half the time over which accelerations are averaged: about one step."""
+_ABSURD = 1e4
+"""Greater readings come from a damaged file, m/s2 and rad/s."""
 _SAME_TURN_RAD_S = 0.5
 """Turn rates of poses and gyroscope differ by less in magnitude, whatever the convention, except at tracker resets."""
 _UNTURNED = 0.99
@@ -76,9 +78,9 @@ class Inertial:
         rate_s, force_s = _seconds(log.rate_ns, start_ns), _seconds(log.force_ns, start_ns)
         inside = (first > max(rate_s[0], force_s[0] + _FORCE_S)) & (last < min(rate_s[-1], force_s[-1] - _FORCE_S))
         pair = np.flatnonzero(inside & (last - first < MAX_STEP_S))
-        turn = _mean(rate_s, log.rate, first[pair], last[pair])
+        turn = _mean(rate_s, log.rate.clip(-_ABSURD, _ABSURD), first[pair], last[pair])
         middle = (first[pair] + last[pair]) / 2
-        up = _mean(force_s, log.force, middle - _FORCE_S, middle + _FORCE_S)
+        up = _mean(force_s, log.force.clip(-_ABSURD, _ABSURD), middle - _FORCE_S, middle + _FORCE_S)
         length = np.linalg.norm(up, axis=1)
         own = np.linalg.norm(turn_rates(poses)[pair], axis=1)
         alike = (np.abs(np.linalg.norm(turn, axis=1) - own) < _SAME_TURN_RAD_S) & (length > 0)
