@@ -24,6 +24,8 @@ FAST_M_S = 4.0
 """Walkers stay below; trackers that correct themselves exceed it for moments only."""
 _JUMPS = 0.02
 """Share of the steps, the fastest ones, that do not count for the usual speed."""
+_JUMP_FACTOR = 5.0
+"""Steps that are so many times as fast as usual are jumps."""
 _FORCE_S = 0.5
 """Half the time over which accelerations are averaged: about one step."""
 _ABSURD = 1e4
@@ -135,7 +137,7 @@ class PoseEvidence:
         near = (step_s > 0) & (step_s <= MAX_STEP_S)
         length = np.linalg.norm(np.diff(poses.position, axis=0), axis=1)
         moved = (length > 0) & (step_s > 0)
-        speed_m_s = _usual_speed(length[moved], step_s[moved]) if moved.any() else 0.0
+        speed_m_s = _usual_speed(length[moved], step_s[moved])
         step, step_s, length = np.diff(poses.position, axis=0)[near], step_s[near], length[near]
         slow = (length > 0) & (length < FAST_M_S * step_s)
         up = poses.rotation[:, 1, :]
@@ -152,6 +154,8 @@ class PoseEvidence:
 
 def _usual_speed(length: FloatArray, step_s: FloatArray) -> float:
     """Speed that half of the way exceeds, without the jumps of a tracker that corrects itself."""
+    if not len(length):
+        return 0.0
     speed = length / step_s
     way = np.where(speed <= np.quantile(speed, 1 - _JUMPS), length, 0.0)
     order = np.argsort(speed)
@@ -160,10 +164,16 @@ def _usual_speed(length: FloatArray, step_s: FloatArray) -> float:
 
 
 def _stretch(poses: Poses, sights: Sights) -> float:
-    """Median ratio of the distances between landmarks as walked, from where they were seen, and as surveyed."""
+    """Median ratio of the distances between landmarks as walked, from where they were seen, and as surveyed.
+
+    Landmarks are compared that no jump of the tracker parts: after one, it may have another frame.
+    """
+    step_s, length = np.diff(poses.time_s), np.linalg.norm(np.diff(poses.position, axis=0), axis=1)
+    jump = (step_s > MAX_STEP_S) | (length > _JUMP_FACTOR * _usual_speed(length, step_s) * step_s)
+    piece = np.concatenate(((0,), np.cumsum(jump)))[sights.pose]
     first, second = np.triu_indices(len(sights.pose), 1)
     surveyed_m = np.linalg.norm(sights.position_bcs[first] - sights.position_bcs[second], axis=1)
-    far = surveyed_m >= MIN_APART_M
+    far = (surveyed_m >= MIN_APART_M) & (piece[first] == piece[second])
     if far.sum() < _MIN_DISTANCES:
         return float("nan")
     at = poses.position[sights.pose]
