@@ -181,6 +181,16 @@ def test_feet_are_named_by_the_distances_between_landmarks(speed: float) -> None
     assert "lengths are in feet" in finding.message
 
 
+def test_jumps_of_the_tracker_between_landmarks_have_no_finding() -> None:
+    poses = walked()
+    poses[:, 0] += 60 * np.floor(TIME_S / 15)
+    camera = CameraTrack(
+        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
+    )
+    log, landmarks = seen_at([10, 20, 35, 50, 70])
+    assert pose_findings(camera, replace(log, position_acs=poses[log.frame, :3]), landmarks, "poses.csv") == []
+
+
 def test_stop_and_go_has_no_finding() -> None:
     poses = walked()
     index = np.where((TIME_S % 40) < 3, (TIME_S // 40) * 90 + (TIME_S % 40) * 30, (TIME_S // 40 + 1) * 90).astype(int)
