@@ -64,7 +64,7 @@ def test_ids_shifted_by_one_are_named(clean: Path, tmp_path: Path, by: int) -> N
     ("name", "pattern"),
     [
         (lambda number: f"LM{number:02d}", "other prefix or suffix"),
-        (lambda number: f"{chr(96 + number)}x", "no pattern maps one to the other"),
+        (lambda number: f"{chr(96 + number)}x", "no single pattern maps one to the other"),
     ],
 )
 def test_ids_of_another_kind_are_named(clean: Path, tmp_path: Path, name: Callable[[int], str], pattern: str) -> None:
