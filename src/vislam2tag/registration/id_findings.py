@@ -92,4 +92,7 @@ def _cure(found: IdComparison) -> str:
         theirs, ours = next(iter(found.pattern.mapping.items()))
         if ours in theirs:
             return f"Register again with --landmark-names '{theirs.replace(ours, '*', 1)}'"
-    return "Give the points the ids of the table, by --landmark-names or in the station's file"
+    return (
+        "Give the points the ids of the table, by --landmark-names or in the station's file; if they are further "
+        "landmarks, add rows with their ids to marker_dict.csv first"
+    )
