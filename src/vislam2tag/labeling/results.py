@@ -9,6 +9,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.judgement import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.core.faults import EventKind
+from vislam2tag.intake.shifted_ids import IdShift
 from vislam2tag.survey.georeference import Georeference
 
 RUN_FILE = "run.json"
@@ -213,6 +214,8 @@ class PassesRecord(Record):
     """Covariances, row by row, of how far the tracker may have drifted: x, y, scale and heading."""
     places: dict[str, tuple[int, float, float]]
     """Floor, x and y of the surveyed landmarks that the session may use."""
+    id_shift: IdShift | None = None
+    """By which constant its ids are shifted against the table's; None if they are not."""
 
 
 class SessionResult(Record):

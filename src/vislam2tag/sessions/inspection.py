@@ -23,6 +23,7 @@ from vislam2tag.survey.corrections.file import Corrections, read_corrections
 from vislam2tag.survey.landmark_states import LandmarkCounts
 from vislam2tag.survey.links import Link, link_findings, links_in
 from vislam2tag.survey.model import SessionRef, Survey
+from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.stored_survey import survey_at_hand
 
 
@@ -107,6 +108,8 @@ def inspect_survey(
     root: AnyPath,
     finding_settings: FindingSettings | None = None,
     progress: Progress[int] = silent,
+    *,
+    survey_settings: SurveySettings | None = None,
 ) -> Inspection:
     """Read a survey session by session and report what is there; raises SurveyError where it is no survey.
 
@@ -115,16 +118,18 @@ def inspect_survey(
     """
     root = Path(root)
     with survey_at_hand(root) as folder:
-        return _inspection(folder, finding_settings, progress).model_copy(update={"survey": shown(root)})
+        settings = survey_settings or SurveySettings()
+        survey = open_survey(folder, settings.landmark_sigma_m, use_planned=settings.use_planned)
+        found = _inspection(folder, survey, finding_settings or FindingSettings(), progress)
+        return found.model_copy(update={"survey": shown(root)})
 
 
-def _inspection(root: Path, finding_settings: FindingSettings | None, progress: Progress[int]) -> Inspection:
-    survey = open_survey(root)
+def _inspection(root: Path, survey: Survey, finding_settings: FindingSettings, progress: Progress[int]) -> Inspection:
     corrections = read_corrections(root)
     sessions = []
     for done, ref in enumerate(survey.sessions):
         progress(done, len(survey.sessions))
-        sessions.append(_session_overview(survey, ref, corrections, finding_settings or FindingSettings()))
+        sessions.append(_session_overview(survey, ref, corrections, finding_settings))
     progress(len(survey.sessions), len(survey.sessions))
     links = tuple(links_in(root))
     findings = (*survey.findings, *_id_findings(survey, sessions), *link_findings(links))

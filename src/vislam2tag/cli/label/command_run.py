@@ -115,5 +115,11 @@ def _print(made: SurveyRun, survey: Path, out: Path) -> None:
     if made.kept:
         say(f"unchanged and kept: {', '.join(made.kept)}")
     say(f"page: {out / 'index.html'}")
-    after = "run, faults" if made.faults else "run" if has_labels(made.labels) else "process, failed"
-    next_step(after, survey=survey, dataset=out / "dataset")
+    next_step(_after(made), survey=survey, dataset=out / "dataset")
+
+
+def _after(made: SurveyRun) -> str:
+    """Name what to go on with."""
+    if made.faults:
+        return "run, faults" if made.correctable else "run, by hand"
+    return "run" if has_labels(made.labels) else "process, failed"
