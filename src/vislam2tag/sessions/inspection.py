@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.store import shown
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, count_of
 from vislam2tag.common.judgement import NOT_RUN, Answer, Judgement, counted
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
@@ -98,9 +98,8 @@ class Inspection(Record):
 
     @property
     def usable(self) -> bool:
-        """Whether some session is to be mapped, and all that are can be."""
-        read = [session for session in self.sessions if not session.excluded]
-        return bool(read) and all(session.usable for session in read)
+        """Whether some session is to be mapped, all that are can be, and no finding about the site is an error."""
+        return self.judgement.answer is Answer.NOTHING_WRONG
 
 
 def inspect_survey(
@@ -153,13 +152,10 @@ def _judgement(sessions: Sequence[SessionOverview], findings: Sequence[Finding])
     left_out = f"{counted(excluded, 'session')} excluded by corrections.toml" if excluded else ""
     if not read:
         return Judgement(answer=Answer.NOT_LOOKED_AT, why=f"no session was read: {left_out or 'the survey has none'}")
-    odd = sum(not one.usable or any(_grave(each) for each in one.findings) for one in sessions if not one.excluded)
-    odd += sum(map(_grave, findings))
-    return Judgement.of(odd, read, f"the site's files and {counted(read, 'session')}, not mapped", left_out)
-
-
-def _grave(finding: Finding) -> bool:
-    return finding.severity is not Severity.INFO
+    wrong = sum(not one.usable for one in sessions) + count_of(Severity.ERROR, findings)
+    warnings = sum(count_of(Severity.WARNING, found) for found in (findings, *(one.findings for one in sessions)))
+    looked_at = f"the site's files and {counted(read, 'session')}, not mapped"
+    return Judgement.of(wrong, read, looked_at, left_out, warnings)
 
 
 def _floors(survey: Survey) -> tuple[FloorOverview, ...]:

@@ -25,8 +25,8 @@ Show what is in a survey and what is wrong with it, without mapping anything.
 
 Lists floors, sessions and all findings: which file, which lines, what was done about it. Nothing is written.
 
-Exit code: 0 all sessions can be read (findings are no failure), 1 at least one cannot be read or has not what mapping
-needs, or all are excluded, 2 not a survey.
+Exit code: 0 nothing is wrong (warnings are no failure), 1 a finding is an error, a session cannot be read or does not
+have what mapping needs, or all are excluded, 2 not a survey.
 
 \b
 Examples:

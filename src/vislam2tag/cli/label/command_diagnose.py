@@ -96,8 +96,11 @@ def _diagnose(
         say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
     if not json:
         next_step(_after(found, bool(lines), apply), survey=survey)
-    sound = found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
-    raise typer.Exit(0 if sound or (apply and lines) else 1)
+    raise typer.Exit(0 if _is_sound(found) or (apply and lines) else 1)
+
+
+def _is_sound(found: Diagnosis) -> bool:
+    return found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
 
 
 def _after(found: Diagnosis, correctable: bool, applied: bool) -> str:
@@ -109,7 +112,7 @@ def _after(found: Diagnosis, correctable: bool, applied: bool) -> str:
         return "diagnose, by hand"
     if correctable:
         return "diagnose" if applied else "diagnose, faults"
-    return "diagnose" if found.judgement.answer is Answer.NOTHING_WRONG else "diagnose, not judged"
+    return "diagnose" if _is_sound(found) else "diagnose, not judged"
 
 
 def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
