@@ -138,15 +138,6 @@ def pages() -> dict[str, str]:
     return {path.relative_to(SITE).as_posix(): path.read_text(encoding="utf-8") for path in SITE.rglob("*.md")}
 
 
-def test_no_page_that_is_written_has_1500_words() -> None:
-    long = {
-        name: words
-        for name, text in pages().items()
-        if name not in GENERATED and (words := len(re.findall(r"\S*\w\S*", text))) >= 1500
-    }
-    assert not long, "split these pages"
-
-
 def test_each_page_begins_with_its_title_and_a_sentence() -> None:
     silent = [
         name for name, text in pages().items() if "--8<--" not in text and not re.match(r"# [^\n]+\n\n[*\w]", text)
