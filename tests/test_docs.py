@@ -10,13 +10,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import vislam2tag
-from tests.docs.pages import PAGES, TUTORIALS
 from tests.test_layers import LAYERS, ROOT, imported, layer_of
 
 PROJECT = Path(vislam2tag.__file__).parents[2]
 DOCS = sorted([*PROJECT.glob("*.md"), *(PROJECT / "docs").rglob("*.md")])
 SITE = PROJECT / "docs"
-GENERATED = {*PAGES, *(f"tutorials/{name}.md" for name in TUTORIALS)}
 FILE_TYPES = ("csv", "html", "json", "parquet", "pdf", "py", "times", "toml", "txt", "zip")
 MODULE = re.compile(r"(?<![\w/.*-])((?:[\w-]+/)*\w+\.py)\b")
 FOLDER = re.compile(r"`((?:[a-z_0-9]+/)+)`")

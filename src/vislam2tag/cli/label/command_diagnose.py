@@ -95,17 +95,8 @@ def _diagnose(
         add_entries(survey, lines)
         say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
     if not json:
-<<<<<<< HEAD
         next_step(_after(found, apply), survey=survey)
     raise typer.Exit(0 if _is_sound(found) or (apply and lines) else 1)
-=======
-        next_step(_after(found, bool(lines), apply), survey=survey)
-    raise typer.Exit(0 if _is_sound(found) or (apply and lines) else 1)
-
-
-def _is_sound(found: Diagnosis) -> bool:
-    return found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
->>>>>>> i-radio
 
 
 def _is_sound(found: Diagnosis) -> bool:
@@ -116,11 +107,8 @@ def _after(found: Diagnosis, applied: bool) -> str:
     """Name what to go on with."""
     if found.correctable:
         return "diagnose" if applied else "diagnose, faults"
-<<<<<<< HEAD
     if found.faults:
         return "diagnose, by hand"
-=======
->>>>>>> i-radio
     return "diagnose" if _is_sound(found) else "diagnose, not judged"
 
 
