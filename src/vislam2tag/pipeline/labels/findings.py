@@ -111,8 +111,8 @@ def _unjudged_fixes(trajectory: Trajectory) -> list[Finding]:
         return []
     message = (
         f"the path could not be judged: the walk has {counted(used, 'known position')} within its readings, and fewer "
-        f"than {MIN_JUDGED} agree with any speed and heading. Its sigma allows for that, so that frames far from them are "
-        "'uncertain'; tap more places, at least one a minute"
+        f"than {MIN_JUDGED} agree with any speed and heading. Its sigma allows for that, so that frames far from them "
+        "are 'uncertain'; tap more places, at least one a minute"
     )
     return [Finding(kind="unjudged_fixes", file="", count=used, message=message)]
 
