@@ -135,6 +135,7 @@ FindingKind = Literal[
     "tracking_restarted",
     "uncertain_left_out",
     "undecodable_text",
+    "unjudged_fixes",
     "unknown_columns",
     "unknown_exposure",
     "unknown_floor",

@@ -62,6 +62,7 @@ class DeadReckoning:
             events=_events(camera, walk, frame, time_s, self.settings),
             not_converged=() if walk.path.converged else ("path",),
             fix_contradiction_m=float(np.median(contradiction_m)),
+            fixes_used=len(walk.names),
         )
 
     def reckoned(self, camera: CameraTrack, landmarks: Landmarks) -> ReckonedWalk | None:
