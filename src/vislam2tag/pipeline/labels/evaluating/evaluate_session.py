@@ -32,8 +32,8 @@ from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
 from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import WITHOUT_TRACKER, strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
