@@ -10,13 +10,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import vislam2tag
-from tests.docs.pages import PAGES, TUTORIALS
 from tests.test_layers import LAYERS, ROOT, imported, layer_of
 
 PROJECT = Path(vislam2tag.__file__).parents[2]
 DOCS = sorted([*PROJECT.glob("*.md"), *(PROJECT / "docs").rglob("*.md")])
 SITE = PROJECT / "docs"
-GENERATED = {*PAGES, *(f"tutorials/{name}.md" for name in TUTORIALS)}
 FILE_TYPES = ("csv", "html", "json", "parquet", "pdf", "py", "times", "toml", "txt", "zip")
 MODULE = re.compile(r"(?<![\w/.*-])((?:[\w-]+/)*\w+\.py)\b")
 FOLDER = re.compile(r"`((?:[a-z_0-9]+/)+)`")
@@ -136,15 +134,6 @@ def test_the_table_of_packages_holds_each_in_its_place() -> None:
 def pages() -> dict[str, str]:
     """Every page of the site and its text; what other files hold of it is theirs."""
     return {path.relative_to(SITE).as_posix(): path.read_text(encoding="utf-8") for path in SITE.rglob("*.md")}
-
-
-def test_no_page_that_is_written_has_1500_words() -> None:
-    long = {
-        name: words
-        for name, text in pages().items()
-        if name not in GENERATED and (words := len(re.findall(r"\S*\w\S*", text))) >= 1500
-    }
-    assert not long, "split these pages"
 
 
 def test_each_page_begins_with_its_title_and_a_sentence() -> None:

@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
+    from vislam2tag.intake.shifted_ids import IdShift as IdShift
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
     from vislam2tag.labeling.results import SessionResult as SessionResult
@@ -253,6 +254,7 @@ _NAMES = {
     "evaluation.metrics": "ErrorSummary",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
+    "intake.shifted_ids": "IdShift",
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",

@@ -649,8 +649,8 @@ MISTAKES = (
         LOCATE,
         "gave scans that hear nothing known",
         "locate m.v2t scans.csv",
-        "1 unknown (they hear none of the model's",
-        0,
+        "take a model of the building where the scans were taken",
+        1,
         write("scans.csv", "scan_id,bssid,rssi_dbm\n1,aa,-50\n"),
     ),
     Mistake(
@@ -878,8 +878,8 @@ MISTAKES = (
         LOCATE,
         "wrote levels without their sign",
         "locate m.v2t scans.csv",
-        "levels must be negative dBm",
-        0,
+        "Negate the levels",
+        1,
         write("scans.csv", "scan_id,bssid,rssi_dbm\n1,aa,50\n"),
     ),
     Mistake(

@@ -8,9 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
+from tests.locks import lock
 from tests.surveys import make_survey
+from vislam2tag.cli.app import app
 from vislam2tag.dataset.folder import open_dataset
 
 EXCLUDED = '[[exclude_session]]\nfloor = 0\nreason = "test"\n'
@@ -115,6 +118,41 @@ def test_a_set_without_positions_is_not_trained_on(surveys: Path, tmp_path: Path
     taken = vislam2tag("-q", "import", plain, "--out", again)
     assert (open_dataset(again).labelled, taken.returncode) == (0, 1)
     assert taken.stdout.splitlines()[-1].startswith(f"next: read in {again / 'report.html'}")
+
+
+@pytest.mark.parametrize("command", ["check", "diagnose"])
+def test_a_moved_landmark_is_an_answer_with_its_exit_code(command: str, surveys: Path, tmp_path: Path) -> None:
+    own = shutil.copytree(surveys / "sound", tmp_path / "survey")
+    table = own / "floor_0" / "marker_dict.csv"
+    head, *rows = table.read_text().splitlines()
+    columns = head.split(",")
+    moved = []
+    for row in rows:
+        values = dict(zip(columns, row.split(","), strict=True))
+        values["x"] = str(float(values["x"]) + (4.0 if values["id"] == "5" else 0.0))
+        moved.append(",".join(values[name] for name in columns))
+    table.write_text("\n".join([head, *moved]) + "\n")
+    code, judgement = answer_of(command, own)
+    assert (code, judgement["answer"]) == (1, "wrong")
+    said = vislam2tag("-q", command, own, "--jobs", "1")
+    assert said.returncode == 1
+    assert said.stdout.splitlines()[-1].startswith(("next: vislam2tag diagnose", "next: correct what is named above"))
+
+
+def test_what_is_wrong_with_a_site_is_an_exit_code(
+    surveys: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = shutil.copytree(surveys / "sound", tmp_path / "survey")
+    (own / "floor_0" / "floorplan.jpg").write_bytes(b"not a picture")
+    lone = CliRunner().invoke(app, ["site", "show", str(own)])
+    assert "site files: could not be judged" not in lone.output
+    assert "site files: nothing is wrong, 2 warnings (looked at: " in lone.output
+    assert lone.exit_code == 0
+    lock(monkeypatch, own / "floor_0" / "marker_dict.csv")
+    for options in ((), ("--json",)):
+        done = CliRunner().invoke(app, ["site", "show", str(own), *options])
+        assert done.exit_code == 1, done.output
+    assert json.loads(done.stdout)["judgement"]["answer"] == "wrong"
 
 
 def test_a_site_without_plans_says_what_could_not_be_judged(tmp_path: Path, surveys: Path) -> None:

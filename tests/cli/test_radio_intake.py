@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import hmac
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +14,8 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.dataset.factory import bssid, small_dataset
 from vislam2tag.dataset.folder import open_dataset, write_dataset
+from vislam2tag.dataset.transmitters.privacy import key_name, read_key
+from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.model_file import load_model, save_model
 
@@ -120,11 +125,15 @@ def test_every_notation_is_located_alike(place: Path, tmp_path: Path) -> None:
 def test_levels_and_masks_that_locate_leaves_out(place: Path, tmp_path: Path) -> None:
     rows = [("a", bssid(0, number), level) for number, level in enumerate((65, 70, 59))]
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "sign.csv", [*rows, ("a", bssid(0, 3), -60)]))
-    assert "lost_sign: 3 (lines 2, 3, 4): most levels are positive: the sign was lost" in done.stderr
+    assert "lost_sign: 3 (lines 2, 3, 4): most levels of the file are positive: the sign was lost" in done.stderr
     odd = [("a", "02:00:00:00:00:00", -50), ("a", "", -50), ("a", bssid(0, 1), -127), ("a", bssid(0, 2), 127)]
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "odd.csv", odd))
     assert "masked_addresses: 2 (lines 2, 3)" in done.stderr
     assert "absurd_levels: 2 (lines 4, 5)" in done.stderr
+    assert SIGNAL_STRENGTH.cure in done.stderr
+    assert "02:00:00:00:00:00, an empty field are no addresses; these rows are left out" in done.stderr.replace(
+        "an empty field, 02:00:00:00:00:00", "02:00:00:00:00:00, an empty field"
+    )
 
 
 def test_fillers_of_listed_scans_are_found(place: Path, tmp_path: Path) -> None:
@@ -136,6 +145,35 @@ def test_fillers_of_listed_scans_are_found(place: Path, tmp_path: Path) -> None:
     assert found.stdout == expected.stdout
     assert "unstated_filler" not in expected.stderr
     assert f"unstated_filler: {48 - 12} (" in found.stderr
+    assert "-110 is the most frequent level (75 % of the levels) and at the edge of all others" in found.stderr
+
+
+def test_a_file_that_lost_all_signs_is_no_successful_import(tmp_path: Path) -> None:
+    folder = wide(tmp_path / "uji", 100)
+    (folder / "trainingData.csv").write_text((folder / "trainingData.csv").read_text().replace("-", ""))
+    done = vislam2tag("import", folder, "--out", tmp_path / "set")
+    assert done.returncode == 1
+    assert "readings: 0" in done.stdout
+    assert "lost_sign" in done.stdout
+    assert "no reading of these files can be used: correct what the findings name" in done.stderr
+    assert "next: " not in done.stdout
+    assert vislam2tag("import", folder, "--out", tmp_path / "set", "--json").returncode == 1
+
+
+def test_models_of_hashed_addresses_match_in_the_notation_that_was_hashed(place: Path, tmp_path: Path) -> None:
+    (tmp_path / "key").write_text("0123456789abcdef0123456789abcdef")
+    key, saved = read_key(tmp_path / "key"), load_model(place / "model.v2t")
+    rows = [("a", bssid(0, number).replace(":", "-").upper(), -45 - number) for number in range(4)]
+    expected = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "scans.csv", rows)).stdout
+    assert ",unknown," not in expected
+    saved = replace(saved, origin=saved.origin.model_copy(update={"bssid_key": key_name(key)}))
+    names = saved.model.access_points_
+    for notation in (str, lambda name: name.replace(":", "-")):  # as 0.2 hashed them, in any case
+        codes = (hmac.new(key, notation(name).encode(), hashlib.sha256).hexdigest()[:32] for name in names)
+        saved.model.access_points_ = tuple(codes)
+        save_model(saved, tmp_path / "hashed.v2t")
+        done = vislam2tag("locate", tmp_path / "hashed.v2t", tmp_path / "scans.csv", "--hash-bssid", tmp_path / "key")
+        assert done.stdout == expected
 
 
 def survey(root: Path, files: dict[str, str]) -> Path:

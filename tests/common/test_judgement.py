@@ -21,5 +21,14 @@ def test_without_anything_judged_nothing_is_called_sound() -> None:
     assert NOT_RUN.sentence == "not looked at: the check was not run"
 
 
+def test_warnings_are_counted_beside_every_answer() -> None:
+    def said(wrong: int, judged: int, warnings: int) -> str:
+        return Judgement.of(wrong, judged, "1 plan", "" if judged else "no plan", warnings).sentence
+
+    assert said(0, 1, 3) == "nothing is wrong, 3 warnings (looked at: 1 plan)"
+    assert said(1, 1, 1) == "something is wrong, 1 warning (looked at: 1 plan)"
+    assert said(0, 0, 2) == "could not be judged, 2 warnings: no plan"
+
+
 def test_one_is_singular() -> None:
     assert (counted(1, "walk"), counted(0, "walk")) == ("1 walk", "0 walks")

@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.sensors.imu import SENSOR_TYPES, ImuSettings, simulate_imu
+from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.survey import walk_and_track
 
 START_NS = 1_574_149_352_000_000_000
 G = 9.81
@@ -49,3 +53,32 @@ def walked(
     quaternion = attitude.as_quat()
     fixes = FixLog(START_NS + np.round(at_s * 1e9).astype(np.int64), way, tuple(f"corner {i}" for i in range(len(way))))
     return InertialLog(time_ns, force, time_ns, rate, time_ns, quaternion), fixes
+
+
+def simulated(seed: int, seconds: float) -> tuple[InertialLog, IntArray, FloatArray]:
+    """A walk of the simulator: its inertial readings, times (n,) in ns and true places (n, 2).
+
+    Its speed and its north are unlike those that the settings were calibrated with.
+    """
+    scenario = regular_survey(seed, "none", (0,), ("LG",), 1, seconds)
+    (planned,) = scenario.sessions
+    walk, _ = walk_and_track(scenario, planned)
+    imu = simulate_imu(walk, ImuSettings(), seed, stream(seed, "sensors", planned.key))
+    of = {name: imu.sensor == SENSOR_TYPES.index(name) for name in ("ACC", "GYRO", "ROT")}
+    log = InertialLog(
+        imu.time_ns[of["ACC"]],
+        imu.values[of["ACC"], :3],
+        imu.time_ns[of["GYRO"]],
+        imu.values[of["GYRO"], :3],
+        imu.time_ns[of["ROT"]],
+        imu.values[of["ROT"], :4],
+    )
+    return log, walk.time_ns, walk.position[:, :2]
+
+
+def true_fixes(time_ns: IntArray, place: FloatArray, count: int, margin_s: float = 10.0) -> FixLog:
+    """Fixes of a walk at equal distances in time, from a margin after its start to one before its end; exact."""
+    margin_ns = int(margin_s * 1e9)
+    at_ns = np.linspace(time_ns[0] + margin_ns, time_ns[-1] - margin_ns, count).astype(np.int64)
+    places = np.column_stack([np.interp(at_ns, time_ns, place[:, axis]) for axis in (0, 1)])
+    return FixLog(at_ns, places, tuple(f"fix {number}" for number in range(count)))

@@ -11,7 +11,9 @@ def test_walks_past_surveyed_landmarks_judge_these() -> None:
     found = judgement_of(evidence(made_survey(), {**PLACES, "99": 0j}), sessions=5, failed=1, faults=0)
     assert found.answer is Answer.NOTHING_WRONG
     assert found.looked_at == "8 landmarks in 4 walks"
-    assert found.why == ("1 landmark could not be judged, no walk passes enough others there; 1 session cannot be read")
+    assert found.why == (
+        "1 landmark could not be judged, no walk passes enough others there; 1 session cannot be read or mapped"
+    )
 
 
 def test_two_surveyed_landmarks_do_not_judge_one_another() -> None:
@@ -29,4 +31,5 @@ def test_known_positions_of_walks_without_poses_count() -> None:
 def test_no_session_and_none_that_can_be_read_differ() -> None:
     nothing = evidence([], PLACES)
     assert judgement_of(nothing, sessions=0, failed=0, faults=0).answer is Answer.NOT_LOOKED_AT
-    assert judgement_of(nothing, sessions=2, failed=2, faults=0).why == "none of the 2 sessions can be read"
+    assert judgement_of(nothing, sessions=2, failed=2, faults=0).why == ("none of 2 sessions can be read or mapped")
+    assert judgement_of(nothing, sessions=1, failed=1, faults=0).why == "the session cannot be read or mapped"

@@ -18,6 +18,8 @@ Problems of the data are findings: counted, reported with file and first lines, 
 impossible to map is an `error`; `info` needs no action. One kind may come up in several places.
 """
 FINDINGS_FOOT = """
+## Which command reports them
+
 `landmark_never_passed`, `too_few_landmarks`, `contradicting_landmark`, `not_converged`, `unreadable_truth`, `pose_lag`,
 `survey_fault` and `excluded_session` come from `process`; those of presses that are not scored and of the total station
 from `evaluate`. Of a survey's site and files `inspect` and `process` report all others.

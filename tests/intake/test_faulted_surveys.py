@@ -8,11 +8,14 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.intake.faults import FAULTS
+from tests.intake.faults import FAULTS, change_poses
 from tests.surveys import make_survey
+from vislam2tag.common.findings import Severity
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.sessions.inspection import inspect_survey
 
 SIGMAS, MARGIN_M = 5.0, 0.5
 NAMES = sorted(FAULTS)
@@ -83,6 +86,7 @@ def test_presses_do_not_replace_damaged_poses_unless_that_is_asked_for(tmp_path:
     presses = "".join(f"{n}; {time_ns}\n" for n, time_ns in enumerate(truth["time_ns"][moments.tolist()]))
     (session / "refMarker.csv").write_text(presses)
     (session / "poses.csv").write_bytes(b"")
+    assert not inspect_survey(survey).usable
     refused, _, _ = result_and_wrong(survey, tmp_path / "refused")
     assert refused.error is not None
     assert "poses.csv has 0 lines and no usable pose" in refused.error
@@ -90,6 +94,38 @@ def test_presses_do_not_replace_damaged_poses_unless_that_is_asked_for(tmp_path:
     _, kinds, wrong = result_and_wrong(survey, tmp_path / "mapped", "dead-reckoning")
     assert "contradicting_fixes" in kinds
     assert wrong == 0
+
+
+@pytest.mark.parametrize("name", ["damaged poses", "empty poses", "inverted poses"])
+def test_inspect_says_before_what_process_refuses(name: str, tmp_path: Path) -> None:
+    survey = survey_of(tmp_path / "survey", 8)
+    (session,) = survey.glob("floor_*/*/*/")
+    FAULTS[name].put(session)
+    inspection = inspect_survey(survey)
+    assert not inspection.usable
+    assert any(each.severity == Severity.ERROR for each in inspection.sessions[0].findings)
+    result, _, _ = result_and_wrong(survey, tmp_path / "out")
+    assert result.error is not None
+
+
+def test_what_is_excluded_refuses_no_session(tmp_path: Path) -> None:
+    """A bus drives to the building; its span is taken out."""
+    survey = survey_of(tmp_path / "survey", 9)
+    (session,) = survey.glob("floor_*/*/*/")
+
+    def with_bus(poses: FloatArray) -> FloatArray:
+        frames = len(poses) // 9
+        left_m = 10.0 / 30 * np.maximum(frames - np.arange(len(poses)), 0)
+        return np.column_stack((poses[:, 0] - left_m, poses[:, 1:]))
+
+    change_poses(session, "poses.csv", with_bus)
+    spans = "[[exclude_span]]\nfrom_s = 0.0\nto_s = 11.0\n"
+    _, kinds, _ = result_and_wrong(survey, tmp_path / "with")
+    assert "implausible_poses" in kinds
+    (survey / "corrections.toml").write_text(spans)
+    result, kinds, _ = result_and_wrong(survey, tmp_path / "without")
+    assert result.error is None
+    assert not KINDS & kinds
 
 
 @pytest.mark.parametrize("seed", range(3))

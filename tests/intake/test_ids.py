@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -79,3 +81,29 @@ def test_sets_of_other_kinds(ours: list[str], theirs: list[str], pattern: str | 
 @pytest.mark.parametrize("theirs", [["3", "4"], ["1", "2", "44"], ["1", "44", "45"], ["44"], [], ["1", "a", "b"]])
 def test_some_of_the_landmarks_and_new_ones_are_usual(theirs: list[str]) -> None:
     assert not compared(NUMBERS, theirs).differ
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "by"),
+    [
+        (range(1, 40), range(41, 45), None),
+        (range(1, 10), range(11, 14), None),
+        (range(1, 40), range(40, 42), None),
+        (range(1, 10, 2), range(2, 9, 2), None),
+        (range(10, 40), (9, 40), None),
+        (range(2, 40, 2), range(1, 39, 2), "+1"),
+        (range(1, 10), range(101, 110), "-100"),
+        (range(1, 10), range(11, 20), "-10"),
+        ((3, 7, 20, 31), (5, 9, 22), "-2"),
+    ],
+)
+def test_a_shift_is_claimed_only_if_no_other_fits_as_well(
+    ours: Iterable[int], theirs: Iterable[int], by: str | None
+) -> None:
+    found = compared(list(map(str, ours)), list(map(str, theirs)))
+    assert found.differ
+    if by is None:
+        assert found.pattern is None
+        assert "no single pattern maps one to the other" in found.text
+    else:
+        assert f"the pattern is: all shifted by {by}" in found.text

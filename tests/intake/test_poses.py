@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,7 +15,7 @@ from tests.intake.faults import Poses, exchanged, in_millimetres, inverted, left
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import InertialLog
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.intake.pose_conventions import CONVENTIONS
 from vislam2tag.intake.pose_evidence import Poses as ThinnedPoses
 from vislam2tag.intake.pose_evidence import matrices
@@ -49,15 +52,28 @@ def measured(poses: FloatArray) -> InertialLog:
     )
 
 
+def seen_at(moments_s: Sequence[float]) -> tuple[LandmarkLog, Landmarks]:
+    """Landmarks of a walk, each seen once from where it hangs, and where they were surveyed."""
+    frame = (np.array(moments_s, dtype=np.float64) * 30).astype(np.int64)
+    count, at = len(frame), walked()[frame, :3]
+    ids = tuple(f"L{index}" for index in range(count))
+    log = LandmarkLog(ids, np.arange(count), frame, at, np.tile((0, 0, 0, 1), (count, 1)), np.zeros(count, dtype=bool))
+    unknown = np.full(count, np.nan)
+    surveyed = np.tile(1e-4 * np.eye(2), (count, 1, 1))
+    floor = np.zeros(count, dtype=np.int64)
+    return log, Landmarks(ids, floor, at[:, (0, 2)] * (1, -1), surveyed, unknown, unknown, unknown)
+
+
 def findings(poses: FloatArray, inertial: InertialLog | None = None) -> list[Finding]:
     """Of a log with these poses and no landmark."""
-    count = len(poses)
     camera = CameraTrack(
-        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(count, dtype=np.int8), inertial=inertial
+        (TIME_S * 1e9).astype(np.int64),
+        poses[:, :3],
+        poses[:, 3:],
+        np.zeros(len(poses), dtype=np.int8),
+        inertial=inertial,
     )
-    none = np.empty(0, dtype=np.int64)
-    log = LandmarkLog((), none, none, np.empty((0, 3)), np.empty((0, 4)), np.empty(0, dtype=bool))
-    return pose_findings(camera, log, "poses.csv")
+    return pose_findings(camera, *seen_at([]), "poses.csv")
 
 
 @pytest.mark.parametrize("with_imu", [False, True])
@@ -108,7 +124,86 @@ def test_jumps_that_no_convention_explains_are_a_warning() -> None:
 
 
 def test_short_walks_are_not_judged() -> None:
-    assert findings(inverted(walked()) * (0.001, 0.001, 0.001, 1, 1, 1, 1)) == []
+    (finding,) = findings(inverted(walked()) * (0.001, 0.001, 0.001, 1, 1, 1, 1))
+    assert (finding.kind, finding.severity) == ("poses_not_judged", Severity.INFO)
+
+
+def led(step_m: FloatArray) -> FloatArray:
+    """A walk that is led by steps (n, 3) in metres, looking where it goes or where it went last."""
+    yaw = np.arctan2(-step_m[:, 0], -step_m[:, 2])
+    turn = Rotation.from_euler("YX", np.column_stack((yaw, np.full(len(yaw), np.radians(-25)))))
+    return np.column_stack((np.cumsum(step_m, axis=0), turn.as_quat()))
+
+
+@pytest.mark.parametrize("rise", [0.55, 0.75])
+def test_straight_stairs_and_back_have_no_finding(rise: float) -> None:
+    way = np.where(TIME_S < 60, 1.0, -1.0)
+    assert findings(led(np.column_stack((0.5 * way, rise * way, 1e-9 * way)) / 30)) == []
+
+
+def test_a_lift_ride_has_no_finding() -> None:
+    ahead, up = (TIME_S < 20) | (TIME_S > 100), (TIME_S > 40) & (TIME_S < 90)
+    heading = np.where(TIME_S < 50, 0.1, 1.8)
+    step = np.column_stack((ahead * np.sin(heading), 1.5 * up, ahead * np.cos(heading))) + 1e-9
+    assert findings(led(step / 30)) == []
+
+
+@pytest.mark.parametrize("speed", [4.3, 5.0, 6.5])
+def test_vehicles_are_at_most_a_warning(speed: float) -> None:
+    poses = walked()
+    poses[:, :3] *= speed / 1.38
+    found = findings(poses)
+    assert {each.severity for each in found} <= {Severity.WARNING}
+
+
+def test_vehicles_on_surveyed_floors_are_not_taken_for_feet() -> None:
+    poses = walked()
+    camera = CameraTrack(
+        (TIME_S * 1e9 / 4).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
+    )
+    log, landmarks = seen_at([10, 20, 30, 50, 70])
+    (finding,) = pose_findings(camera, log, landmarks, "poses.csv")
+    assert finding.kind == "implausible_poses"
+
+
+@pytest.mark.parametrize("speed", [0.4, 1.0, 1.4])
+def test_feet_are_named_by_the_distances_between_landmarks(speed: float) -> None:
+    poses = walked()
+    camera = CameraTrack(
+        (TIME_S * 1e9 * 1.38 / speed).astype(np.int64),
+        poses[:, :3] / 0.3048,
+        poses[:, 3:],
+        np.zeros(len(poses), dtype=np.int8),
+    )
+    log, landmarks = seen_at([10, 20, 30, 50, 70])
+    (finding,) = pose_findings(camera, replace(log, position_acs=log.position_acs / 0.3048), landmarks, "poses.csv")
+    assert finding.severity == Severity.ERROR
+    assert "lengths are in feet" in finding.message
+
+
+def test_jumps_of_the_tracker_between_landmarks_have_no_finding() -> None:
+    poses = walked()
+    poses[:, 0] += 60 * np.floor(TIME_S / 15)
+    camera = CameraTrack(
+        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
+    )
+    log, landmarks = seen_at([10, 20, 35, 50, 70])
+    assert pose_findings(camera, replace(log, position_acs=poses[log.frame, :3]), landmarks, "poses.csv") == []
+
+
+def test_stop_and_go_has_no_finding() -> None:
+    poses = walked()
+    index = np.where((TIME_S % 40) < 3, (TIME_S // 40) * 90 + (TIME_S % 40) * 30, (TIME_S // 40 + 1) * 90).astype(int)
+    still = poses[index]
+    still[:, :3] += np.random.default_rng(1).normal(0, 2e-4, (len(still), 3))
+    assert findings(still) == []
+
+
+def test_a_phone_turned_on_the_way_has_no_finding_with_an_imu() -> None:
+    poses = walked()
+    upright = Rotation.from_euler("z", np.where(TIME_S < 60, 0, 90)[:, None], degrees=True)
+    poses[:, 3:] = (Rotation.from_quat(poses[:, 3:]) * upright).as_quat()
+    assert findings(poses, measured(poses)) == []
 
 
 @settings(deadline=None)

@@ -24,7 +24,7 @@ def test_a_unit_is_recognised_by_the_rate(unit: str, step_s: float, steps: objec
     assert f"must be in nanoseconds, and are in {unit}" in finding.message
 
 
-@pytest.mark.parametrize("step_s", [0.002, 1 / 30, 0.5, 5.0])
+@pytest.mark.parametrize("step_s", [1 / 240, 1 / 60, 1 / 30, 0.5, 5.0])
 def test_times_in_the_stated_unit_stay(step_s: float) -> None:
     stated = times_ns(step_s, 100)
     read, findings = recognised_ns(stated, stated, FRAMES, "poses.csv", "nanoseconds", stated)
@@ -36,7 +36,7 @@ def test_scans_that_stand_in_ns_are_recognised_by_the_frames() -> None:
     frames, scans = times_ns(1 / 30, 3000), times_ns(3.0, 30)
     read, (finding,) = recognised_ns(scans * 1000, scans * 1000, SCANS, "wifi.csv", "microseconds", frames)
     assert (read == scans).all()
-    assert "are in nanoseconds (only so they meet the camera frames)" in finding.message
+    assert "are in nanoseconds (rows come every 3 s)" in finding.message
 
 
 def test_slow_scans_of_another_clock_stay_as_they_are() -> None:
@@ -57,3 +57,35 @@ def test_a_single_press_is_recognised_by_the_frames() -> None:
 def test_an_empty_table_says_nothing() -> None:
     none = np.empty(0, dtype=np.int64)
     assert recognised_ns(none, none, FRAMES, "poses.csv", "nanoseconds")[1] == []
+
+
+@pytest.mark.parametrize("start_ns", [START_NS, 1_700_000_000 * 10**9])
+@pytest.mark.parametrize(("unit", "step_s"), [("milliseconds", 2.0), ("microseconds", 1.0), ("microseconds", 3.0)])
+def test_keyframes_are_recognised_by_duration(unit: str, step_s: float, start_ns: int) -> None:
+    true = (times_ns(step_s, 150) - START_NS + start_ns) // NS_OF[unit]
+    read, (finding,) = recognised_ns(true, true, FRAMES, "poses.csv", "nanoseconds")
+    assert (read == true * NS_OF[unit]).all()
+    assert f"are in {unit}" in finding.message
+
+
+@pytest.mark.parametrize("rows", [2, 3])
+def test_several_rows_a_frame_are_no_other_unit(rows: int) -> None:
+    each = np.add.outer(times_ns(1 / 30, 3000), np.arange(rows) * 300_000).ravel()
+    read, findings = recognised_ns(each, each, FRAMES, "poses.csv", "nanoseconds")
+    assert findings == []
+    assert (read == each).all()
+
+
+def test_readings_written_in_blocks_are_no_other_unit() -> None:
+    each = np.add.outer(times_ns(0.5, 200), np.arange(50) * 10_000).ravel()
+    assert recognised_ns(each, each, READINGS, "sensors.csv", "nanoseconds")[1] == []
+
+
+def test_a_gap_does_not_hide_the_unit() -> None:
+    true = np.concatenate((times_ns(1 / 30, 1000), times_ns(1 / 30, 1000) + 3600 * 10**9)) // 1000
+    assert len(recognised_ns(true, true, FRAMES, "poses.csv", "nanoseconds")[1]) == 1
+
+
+def test_a_short_clip_stays() -> None:
+    clip = times_ns(1 / 60, 40)
+    assert recognised_ns(clip, clip, FRAMES, "poses.csv", "nanoseconds")[1] == []

@@ -46,5 +46,7 @@ def test_known_positions_are_counted_beside_landmarks() -> None:
 
 def test_too_few_none_read_and_none_there_differ() -> None:
     assert judgement_of([session("a", "1")], bad=0).answer is Answer.NOT_JUDGED
-    assert "can be read or mapped" in judgement_of([session("a", error="no frames")], bad=0).why
+    failed = [session(name, error="no frames") for name in "ab"]
+    assert judgement_of(failed, bad=0).why == "none of 2 sessions can be read or mapped"
+    assert judgement_of(failed[:1], bad=0).why == "the session cannot be read or mapped"
     assert judgement_of([], bad=0).answer is Answer.NOT_LOOKED_AT

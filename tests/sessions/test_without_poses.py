@@ -81,6 +81,36 @@ def test_bad_rows_of_fixes_are_findings(tmp_path: Path, text: str, kinds: set[st
     assert {finding.kind for finding in read(survey).findings} == kinds
 
 
+def mapped_kinds(survey: Path, out: Path) -> dict[str, str]:
+    """Messages of what mapping found of the only session, by kind."""
+    process(survey, out)
+    found = json.loads(next((out / "sessions").glob("*.json")).read_bytes())["findings"]
+    return {finding["kind"]: finding["message"] for finding in found}
+
+
+@pytest.mark.parametrize("kept", [2, 3])
+def test_a_walk_through_fewer_than_three_fixes_could_not_be_judged(tmp_path: Path, kept: int) -> None:
+    survey = simulated(tmp_path / "survey")
+    file = session_folder(survey) / "fixes.csv"
+    rows = file.read_text(encoding="utf-8").splitlines()
+    file.write_text("\n".join([*rows[: kept - 1], rows[-1]]) + "\n", encoding="utf-8")
+    found = mapped_kinds(survey, tmp_path / "out")
+    assert set(found) & {"unjudged_fixes", "contradicting_fixes"} == ({"unjudged_fixes"} if kept == 2 else set())
+    if kept == 2:
+        assert "could not be judged: the walk has 2 known positions" in found["unjudged_fixes"]
+
+
+def test_the_true_fixes_of_a_cart_contradict_steps_that_it_does_not_make(tmp_path: Path) -> None:
+    survey = simulated(tmp_path / "survey")
+    file = session_folder(survey) / "sensors.csv"
+    rows = [line.split("; ") for line in file.read_text(encoding="utf-8").splitlines()]
+    rolled = [[*row[:2], "0.01", "6.9", "6.9", *row[5:]] if row[1] == "ACC" else row for row in rows]
+    file.write_text("".join("; ".join(row) + "\n" for row in rolled), encoding="utf-8")
+    message = mapped_kinds(survey, tmp_path / "out")["contradicting_fixes"]
+    assert "check which points were pressed" in message
+    assert "the phone was rolled (on a cart), not carried" in message
+
+
 def test_without_inertial_readings_nothing_can_be_mapped(tmp_path: Path) -> None:
     survey = simulated(tmp_path / "survey")
     (session_folder(survey) / "sensors.csv").unlink()

@@ -12,7 +12,7 @@ from vislam2tag.studio.corrections_view import correction_tables
 
 ROOT = Path(__file__).parents[2]
 GERMAN = ROOT / "studio" / "src" / "words" / "sentences.de.json"
-PACKAGES = ("survey", "sessions", "walkable", "diagnosis", "pipeline/labels", "labeling", "studio")
+PACKAGES = ("survey", "intake", "sessions", "walkable", "diagnosis", "pipeline/labels", "labeling", "studio")
 """Whose findings, faults and uses of corrections the page shows."""
 NAMES = {"message", "summary", "evidence", "told", "words", "problem"}
 """Variables and arguments that hold sentences."""

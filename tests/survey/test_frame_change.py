@@ -22,9 +22,10 @@ from vislam2tag.survey.frame_change import (
     in_frame_of,
     read_changes,
 )
-from vislam2tag.survey.landmark_file import SurveyedLandmark, landmarks_from, read_landmark_file
+from vislam2tag.survey.landmark_file import landmarks_from, read_landmark_file
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 from vislam2tag.survey.site_file import Relation
+from vislam2tag.survey.surveyed_landmark import SurveyedLandmark
 
 changes = st.builds(
     FrameChange,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import FrameChange
@@ -55,6 +56,96 @@ def test_planned_until_the_table_says_something_else(tmp_path: Path) -> None:
     write_states(root, root / "floor_1", [measured])
     assert read_site(root)[0].landmarks.planned_ids == ()
     assert set(read_states(root, root / "floor_1")[0]) == {"1", "2"}
+
+
+PLACES = {"1": (1.237, 2.412), "2": (3.861, 4.049), "3": (7.504, 1.118), "4": (9.555, 6.445)}
+
+
+def planned_survey(root: Path, decimals: int, sigma: str = "0.1") -> Path:
+    """A floor whose landmarks are planned, and whose table was saved again with fewer decimals."""
+    rows = (f"{name},{x:.{decimals}f},{y:.{decimals}f},{sigma}\n" for name, (x, y) in PLACES.items())
+    survey(root, "id,x,y,sigma_m\n" + "".join(rows))
+    plan = [StateRow(name, LandmarkState.PLANNED, "plan", x, y) for name, (x, y) in PLACES.items()]
+    write_states(root, root / "floor_1", plan)
+    return root
+
+
+@pytest.mark.parametrize("sigma", ["0.1", ""])
+def test_a_planned_table_saved_with_two_decimals_stays_planned(sigma: str, tmp_path: Path) -> None:
+    root = planned_survey(tmp_path / "s", 2, sigma)
+    assert read_site(root)[0].landmarks.planned_ids == tuple(PLACES)
+    assert kinds(root) == []
+
+
+def test_positions_that_may_be_rounded_or_measured_are_reported(tmp_path: Path) -> None:
+    root = planned_survey(tmp_path / "s", 1)
+    (finding,) = (one for one in read_site(root)[1] if one.kind == "perhaps_planned")
+    assert (finding.file, finding.lines) == ("floor_1/marker_dict.csv", (2, 3, 4, 5))
+    assert "measured, or rounded?" in finding.message
+    assert kinds(planned_survey(tmp_path / "measured", 1, "0.004")) == [], "someone wrote how well it is measured"
+
+
+def with_file(root: Path, text: str) -> tuple[tuple[str, ...], list[str]]:
+    """Which landmarks are planned, and kinds of findings, with a landmark file in place of the survey's."""
+    file = root.parent / "given.csv"
+    file.write_text(text)
+    site, findings = read_site(root, landmark_file=file)
+    return site.landmarks.planned_ids, [one.kind for one in findings if one.kind != "missing_plan"]
+
+
+def test_a_landmark_file_that_repeats_planned_positions_is_planned(tmp_path: Path) -> None:
+    root = planned_survey(tmp_path / "s", 3)
+    text = (root / "floor_1" / "marker_dict.csv").read_text()
+    assert with_file(root, text) == (tuple(PLACES), [])
+    assert with_file(root, text.replace(",0.1", "")) == (tuple(PLACES), []), "no sigma"
+    assert with_file(root, text.replace(",0.1", ",0.02")) == (tuple(PLACES), []), "the very places"
+    rounded = "id,x,y,floor\n" + "".join(f"{name},{x:.2f},{y:.2f},1\n" for name, (x, y) in PLACES.items())
+    assert with_file(root, rounded) == (tuple(PLACES), [])
+    assert with_file(root, planned_table(1)) == ((), ["perhaps_planned"])
+
+
+def planned_table(decimals: int) -> str:
+    return "id,x,y\n" + "".join(f"{name},{x:.{decimals}f},{y:.{decimals}f}\n" for name, (x, y) in PLACES.items())
+
+
+def test_a_landmark_file_with_other_or_better_positions_is_measured(tmp_path: Path) -> None:
+    root = planned_survey(tmp_path / "s", 3)
+    by_walks = "".join(f"{name},{x + 0.006},{y},0.034\n" for name, (x, y) in PLACES.items())
+    assert with_file(root, "id,x,y,sigma_m\n" + by_walks) == ((), [])
+    elsewhere = "".join(f"{name},{x + 0.3},{y},0.1\n" for name, (x, y) in PLACES.items())
+    assert with_file(root, "id,x,y,sigma_m\n" + elsewhere) == ((), [])
+    x, y = PLACES["1"]
+    write_states(root, root / "floor_1", [StateRow("1", LandmarkState.MEASURED, "station", x, y)])
+    assert with_file(root, planned_table(3))[0] == ("2", "3", "4"), "1 was measured to be where it was planned"
+
+
+def test_a_landmark_file_is_compared_with_a_plan_of_before(tmp_path: Path) -> None:
+    root = survey(tmp_path / "s", "id,x,y\n")
+    landmarks = [{"id": name, "floor": 1, "x_m": x, "y_m": y} for name, (x, y) in PLACES.items()]
+    (root / "plan.json").write_text(json.dumps({"floors": [{"landmarks": landmarks}]}))
+    assert with_file(root, planned_table(3))[0] == tuple(PLACES)
+    assert with_file(root, "id,x,y\n1,5,5\n") == ((), [])
+
+
+def twice(root: Path, measured: str) -> list[Finding]:
+    """Findings about a table with planned landmarks 1 to 4 and further rows."""
+    survey(root, planned_table(3) + measured)
+    plan = [StateRow(name, LandmarkState.PLANNED, "plan", x, y) for name, (x, y) in PLACES.items()]
+    write_states(root, root / "floor_1", plan)
+    return [one for one in read_site(root)[1] if one.kind != "missing_plan"]
+
+
+def test_sheets_that_the_table_has_twice_are_named(tmp_path: Path) -> None:
+    rows = "".join(f"LM{name},{x + 1.5:.3f},{y:.3f}\n" for name, (x, y) in PLACES.items())
+    (finding,) = twice(tmp_path / "s", "7,18,9\n" + rows)
+    assert (finding.kind, finding.severity, finding.lines) == ("duplicate_landmarks", Severity.WARNING, (7, 8, 9, 10))
+    assert "landmarks LM1, LM2, LM3, LM4 are measured where landmarks 1, 2, 3, 4 are planned" in finding.message
+
+
+def test_other_sheets_beside_planned_ones_are_usual(tmp_path: Path) -> None:
+    assert twice(tmp_path / "far", "A1,18,9\nA2,19,1\nA3,17,7\n") == []
+    assert twice(tmp_path / "next", "5,18,9\n6,19,1\n7,17,7\n8,16,9\n") == []
+    assert twice(tmp_path / "named", "door,1,2\nlift,4,4\n") == []
 
 
 def test_states_of_a_floor_in_another_frame(tmp_path: Path) -> None:

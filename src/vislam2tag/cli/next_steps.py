@@ -26,6 +26,8 @@ STEPS: Mapping[str, str] = {
     "register": "vislam2tag receive {site}",
     "register, click": "open {page}, click the landmarks, save, then: vislam2tag register {site} --floor {floor} "
     "--clicks clicks_floor_{floor}.csv --write",
+    "register, other names": "give the points the ids of the table (--landmark-names 'PREFIX*', or in the file "
+    "of the station), then give the same command again",
     "register, not written": "give the same command with --write: it puts the positions into the site",
     "receive": "vislam2tag inspect {survey}",
     "inspect": "vislam2tag run {survey} --out out",
@@ -37,6 +39,7 @@ STEPS: Mapping[str, str] = {
     "simulate": "vislam2tag run {survey} --out out",
     "run": "vislam2tag train {dataset} --out building.v2t",
     "run, faults": "vislam2tag diagnose {survey} --apply",
+    "run, by hand": "vislam2tag diagnose {survey}",
     "process": "vislam2tag check {survey}",
     "process, unsure": "vislam2tag process {survey} --out {out} --together",
     "process, dry run": "vislam2tag process {survey} --out {out}",

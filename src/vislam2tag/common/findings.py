@@ -55,6 +55,11 @@ class Finding(Record):
         )
 
 
+def count_of(severity: Severity, findings: Iterable[Finding]) -> int:
+    """How many findings are of a severity."""
+    return sum(finding.severity is severity for finding in findings)
+
+
 def pooled(findings: Iterable[Finding]) -> list[Finding]:
     """Sum findings of the same kind and message, in the order in which they first came."""
     counts: dict[tuple[FindingKind, str, Severity], int] = {}

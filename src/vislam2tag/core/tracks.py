@@ -313,6 +313,8 @@ class Trajectory(Drawable):
     """Passes of landmarks beyond those that can be solved for."""
     fix_contradiction_m: float = 0.0
     """How far the known positions of a walk without a tracker contradict each other, median, metres; 0: they agree."""
+    fixes_used: int | None = None
+    """How many known positions a walk without a tracker was led through; None if it has a tracker."""
     not_converged: tuple[str, ...] = ()
     """What of it (``path``, ``heights``) was still moving when re-weighting ended."""
 

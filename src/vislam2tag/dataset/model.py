@@ -15,7 +15,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.notebook import Drawable
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MEASURED, READINGS, SESSIONS
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import ControlPoints, Floor
 
@@ -211,6 +211,14 @@ class Dataset(Drawable):
     def labelled(self) -> int:
         """How many fingerprints have a position."""
         return int(self.fingerprints.select(pl.col("x").count()).collect(engine="streaming").item())
+
+    @property
+    def measured(self) -> bool:
+        """Whether there is any measurement: a reading, a range, or a row of the magnetic field or of inertial data."""
+        return any(table in self.tables and self._has_rows(table) for table in MEASURED)
+
+    def _has_rows(self, table: str) -> bool:
+        return self.tables[table].head(1).collect(engine="streaming").height > 0
 
     @property
     def readings(self) -> pl.LazyFrame:

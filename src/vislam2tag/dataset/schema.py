@@ -161,6 +161,8 @@ KEYS: Mapping[str, str] = MappingProxyType(
 """The column that is unique in a table; readings have none."""
 OF_ACCESS_POINTS = (READINGS, RTT)
 """Tables whose rows each name the access point that was heard."""
+MEASURED = (*OF_ACCESS_POINTS, MAGNETIC, IMU_WINDOWS)
+"""Tables of measurements."""
 UNITS: Mapping[str, str] = MappingProxyType(
     {
         **dict.fromkeys(("x", "y", "x_median", "y_median", "x_start", "y_start", "x_end", "y_end"), "m, BCS"),

@@ -13,24 +13,24 @@ from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.dead_reckoning.walk import ReckonedWalk
 
 MIN_DOUBTFUL = 2
-DOUBTFUL_SHARE = 0.3
+MAX_DOUBTFUL_SHARE = 0.3
 """Real walks have one wrong fix in ten at most."""
-FEW_JUDGED = 3
-"""Of fewer fixes that others judge, steps and time say more."""
+MIN_JUDGED = 3
+"""Two fixes agree with any speed and heading. Only steps and time can contradict so few."""
 MAX_SCALE = 2.0
-"""Nobody walks farther than so many times what the steps say ..."""
+"""Greatest distance between fixes, in parts of what the steps say ..."""
 MAX_M_S = 3.0
-"""... or faster ..."""
+"""... and in metres per second of the time between them ..."""
 MARGIN_M = 3.0
-"""... by more than this, metres."""
+"""... plus this, metres: a fix that is farther from its neighbour is wrong."""
 
 
 def contradictions_m(walk: ReckonedWalk) -> FloatArray:
     """How far each fix (f,) contradicts the others, metres, if together they cannot be right; otherwise zeros."""
     left_out = LeftOut.of(walk)
     judged, doubtful = np.isfinite(left_out.sigma_m), left_out.doubtful
-    most = doubtful.sum() >= MIN_DOUBTFUL and doubtful.sum() > DOUBTFUL_SHARE * judged.sum()
-    if not most and judged.sum() >= FEW_JUDGED:
+    most = doubtful.sum() >= MIN_DOUBTFUL and doubtful.sum() > MAX_DOUBTFUL_SHARE * judged.sum()
+    if not most and judged.sum() >= MIN_JUDGED:
         return np.zeros(len(judged))
     error_m = np.where(doubtful, np.linalg.norm(np.nan_to_num(left_out.error_m), axis=1), 0.0)
     error_m = np.maximum(error_m, _too_far_m(walk))

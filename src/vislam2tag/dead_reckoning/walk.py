@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
 from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.dead_reckoning.covering import covering_covariance
 from vislam2tag.dead_reckoning.equations import PathModel, Ties
 from vislam2tag.dead_reckoning.features import WindowFeatures
 from vislam2tag.dead_reckoning.gait import turned_by_gait
@@ -74,11 +76,12 @@ class SensedWalk:
         if walls is not None and not walls.fit(ties.position):
             walls = None
         model = PathModel(nodes, settings, walls)
-        alone = ReckonedWalk(self, nodes, ties, smooth_path(model, ties), fixes.name)
+        alone = ReckonedWalk(self, model, ties, smooth_path(model, ties), fixes.name)
         if ways is None or not len(ways.walk) or walls is not None:
             return alone  # beside walls others tell nothing (benchmarks/NOTES.md)
         lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
-        return replace(alone, path=smooth_path(replace(model, lines=lines), ties))
+        helped = replace(model, lines=lines)
+        return replace(alone, model=helped, path=smooth_path(helped, ties))
 
     def _moments(self, fixes: FixLog) -> FloatArray:
         """When (k,) the walker was at the fixes, seconds since the start."""
@@ -87,10 +90,10 @@ class SensedWalk:
 
 @dataclass(frozen=True)
 class ReckonedWalk:
-    """A walk's path through its fixes; ``names`` (f,) is what these are called."""
+    """A walk's path through its fixes, found by a model; ``names`` (f,) is what these are called."""
 
     sensed: SensedWalk
-    nodes: Nodes
+    model: PathModel
     ties: Ties
     path: SmoothedPath
     names: tuple[str, ...]
@@ -99,10 +102,20 @@ class ReckonedWalk:
         """Positions (m, 2) in the BCS, metres, and covariances (m, 2, 2) at moments (m,) within the walk.
 
         The covariance is that of a fix's distance from the path: what the path does not know and how far fixes
-        scatter, since nothing else tells where the walker was.
+        scatter, since nothing else shows where the walker was.
         """
         scatter = self.path.scatter_m[:, None, None] ** 2 * np.eye(2)
-        return self._between(self.positions, time_s), self._between(self.path.covariance[:, :2, :2] + scatter, time_s)
+        return self._between(self.positions, time_s), self._between(self._covering + scatter, time_s)
+
+    @property
+    def nodes(self) -> Nodes:
+        """The moments at which the path is known."""
+        return self.model.nodes
+
+    @cached_property
+    def _covering(self) -> FloatArray:
+        """(k, 2, 2) covariance of each node that also covers unusual walkers, without the scatter of fixes."""
+        return covering_covariance(self.path, self.model, self.ties)
 
     @property
     def fix_scatter_m(self) -> FloatArray:

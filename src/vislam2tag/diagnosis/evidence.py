@@ -18,7 +18,7 @@ WELL_ALIGNED = 0.6
 """Of a walk of which less of its passes fits, no landmark is above suspicion."""
 FAR_M = 4.0
 """What a walk puts farther from a place than this does not hang there."""
-FEWEST_OTHERS = 2
+MIN_OTHERS = 2
 """So many other passes must fit to say where a landmark is."""
 
 
@@ -172,7 +172,7 @@ class Evidence:
             alignment = walk.alignment if walk.well_aligned else walk.without(rows)
             others = alignment.fits.copy()
             others[rows] = False
-            if len({walk.marks[i] for i in np.flatnonzero(others)}) >= FEWEST_OTHERS:
+            if len({walk.marks[i] for i in np.flatnonzero(others)}) >= MIN_OTHERS:
                 place, covariance = alignment.predicted(rows)
                 found += [Sight(number, row, place[i], covariance[i]) for i, row in enumerate(rows.tolist())]
         return found

@@ -6,12 +6,10 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.intake.shifted_ids import IdShift, shift_by_geometry
+from vislam2tag.intake.shifted_ids import IdShift
 from vislam2tag.sessions.id_findings import SAME_IDS, compared_with_logs
 from vislam2tag.survey.landmark_states import LandmarkCounts, names_shown
 
@@ -24,7 +22,7 @@ def id_faults(landmarks: Landmarks, walks: Sequence[Walk]) -> tuple[list[Fault],
     shifts: dict[tuple[int, int], list[tuple[WalkPasses, IdShift]]] = defaultdict(list)
     put_right: list[Walk] = []
     for passes, places in walks:
-        found = _shift_of(passes, places)
+        found = passes.id_shift
         if found is not None:
             shifts[passes.key.floor, found.shift].append((passes, found))
             passes = _renamed(passes, found.shift)
@@ -44,12 +42,6 @@ def id_faults(landmarks: Landmarks, walks: Sequence[Walk]) -> tuple[list[Fault],
         for floor, one in compared_with_logs(landmarks, logged).items()
     ]
     return [*faults, *_planned(landmarks, logged)], put_right
-
-
-def _shift_of(passes: WalkPasses, places: Mapping[str, tuple[int, complex]]) -> IdShift | None:
-    way_m = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(passes.camera))))) if len(passes.camera) else np.empty(0)
-    own = {name: place for name, (floor, place) in places.items() if floor == passes.key.floor}
-    return shift_by_geometry(passes.landmark, passes.place, way_m, own)
 
 
 def _renamed(passes: WalkPasses, shift: int) -> WalkPasses:

@@ -15,6 +15,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.similarity import as_points
+from vislam2tag.intake.shifted_ids import IdShift
 from vislam2tag.smoother.drift import STATES, transitions
 from vislam2tag.smoother.equations import Weights, sighting_variance, stretch_drift
 from vislam2tag.smoother.model import Model
@@ -30,7 +31,7 @@ class WalkPasses:
     ``landmark`` (p,) ids as logged; ``time_s`` (p,) from the first frame; ``camera`` (p,) complex, metres, where the
     camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``sighting_m2`` (p,) variance per axis of
     each pass; ``drift`` (p - 1, 4, 4) covariances of the drift from pass to pass (states as in
-    :mod:`vislam2tag.smoother.drift`).
+    :mod:`vislam2tag.smoother.drift`); ``id_shift`` is what to add to the ids, None if nothing.
     """
 
     key: SessionKey
@@ -40,9 +41,10 @@ class WalkPasses:
     offset: ComplexArray
     sighting_m2: FloatArray
     drift: FloatArray
+    id_shift: IdShift | None = None
 
     @classmethod
-    def of(cls, key: SessionKey, observations: WalkObservations) -> WalkPasses:
+    def of(cls, key: SessionKey, observations: WalkObservations, id_shift: IdShift | None = None) -> WalkPasses:
         """Reduce what was observed on a walk."""
         observations = observations.first(MAX_DIAGNOSED_PASSES)
         odometry, passes = observations.odometry, observations.passes
@@ -56,6 +58,7 @@ class WalkPasses:
             offset=passes.offset,
             sighting_m2=sighting_variance(model, USUAL),
             drift=stretch_drift(model, even)[1:-1] if len(passes.at) else np.empty((0, STATES, STATES)),
+            id_shift=id_shift,
         )
 
     @cached_property

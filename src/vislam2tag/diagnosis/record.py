@@ -51,6 +51,10 @@ class FaultKind(StrEnum):
     """
 
 
+BY_HAND = frozenset({FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANNED})
+"""What no lines of ``corrections.toml`` correct, and what comes before the other faults."""
+
+
 class CorrectionEntry(Record):
     """One entry of ``corrections.toml``: the name of its table and its values."""
 
@@ -111,3 +115,9 @@ class Diagnosis(Record):
     """Whether the walks could show faults at all: an empty list of faults is not an answer."""
     references: References = References()
     """Every surveyed place, and what every walk saw of it, against all others."""
+
+    @property
+    def correctable(self) -> bool:
+        """Whether to add the lines for ``corrections.toml`` first: there are some, and nothing to correct before."""
+        by_hand = any(fault.kind in BY_HAND for fault in self.faults)
+        return not by_hand and any(fault.corrections for fault in self.faults)

@@ -11,7 +11,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.diagnosis.alignment import align
-from vislam2tag.diagnosis.evidence import FEWEST_OTHERS
+from vislam2tag.diagnosis.evidence import MIN_OTHERS
 from vislam2tag.diagnosis.faults.displaced import SLACK_M, TOGETHER
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
@@ -29,7 +29,7 @@ def told_floors(
     """
     target = np.array([places.get(name, np.nan) for name in walk.landmark], dtype=np.complex128)
     found = align(walk, target, anyhow=True)
-    if len(np.unique(walk.landmark_number[found.fits])) < FEWEST_OTHERS:
+    if len(np.unique(walk.landmark_number[found.fits])) < MIN_OTHERS:
         return []
     faults = []
     for name, of_floors in sorted(sheets.items()):

@@ -7,15 +7,15 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-LEAST_UNKNOWN = 2
+MIN_UNKNOWN = 2
 """One unknown id is a new landmark or a slip; from two on, ids of another kind are looked for."""
-LEAST_SHARE = 0.8
+MIN_SHARE = 0.8
 """A pattern maps at least this share of the unknown ids."""
 _SHOWN = 5
 _NUMBERED = re.compile(r"(.*?)(\d+)(\D*)", re.DOTALL)
 _PADDED = re.compile(r"(?<!\d)0+(?=\d)")
 _SEPARATOR = re.compile(r"[\s_.-]+")
-_MOST_AFFIX = 40
+_MAX_AFFIX = 40
 """Letters of a prefix or suffix that is looked for."""
 
 
@@ -65,15 +65,19 @@ class IdComparison:
     def differ(self) -> bool:
         """Whether the sets are of different kinds: a pattern explains the unknown ids, or nothing agrees at all.
 
-        Unknown ids besides known ones are usual: landmarks that nobody has surveyed yet.
+        Unknown ids besides known ones are usual: landmarks that are not surveyed yet.
         """
-        return len(self.unknown) >= LEAST_UNKNOWN and (not self.agree or self.pattern is not None)
+        return len(self.unknown) >= MIN_UNKNOWN and (not self.agree or self.pattern is not None)
 
     @property
     def text(self) -> str:
         """Both sets, how many ids agree, and the pattern."""
         agree = f"{len(self.agree)} of them agree" if self.agree else "none of them agree"
-        pattern = "no pattern maps one to the other" if self.pattern is None else f"the pattern is: {self.pattern.text}"
+        pattern = (
+            "no single pattern maps one to the other"
+            if self.pattern is None
+            else f"the pattern is: {self.pattern.text}"
+        )
         return f"{self.ours.text}, {self.theirs.text}; {agree}; {pattern}"
 
 
@@ -84,7 +88,7 @@ def compare_ids(ours: NamedIds, theirs: NamedIds) -> IdComparison:
     unknown = tuple(name for name in theirs.ids if name not in known)
     free = tuple(name for name in ours.ids if name not in set(agree))
     pattern = None
-    if len(unknown) >= LEAST_UNKNOWN and free:
+    if len(unknown) >= MIN_UNKNOWN and free:
         pattern = max(_patterns(unknown, free, every=not agree), key=lambda one: len(one.mapping), default=None)
     return IdComparison(ours, theirs, agree, unknown, pattern)
 
@@ -136,8 +140,8 @@ def _affix_pattern(
 
 def _affixes(names: Sequence[str]) -> list[tuple[str, str]]:
     """Prefixes and suffixes that all names share, the longest first; digits and parts of them belong to the id."""
-    ahead = _shared_start(names)[:_MOST_AFFIX]
-    behind = _shared_start([name[::-1] for name in names])[:_MOST_AFFIX][::-1]
+    ahead = _shared_start(names)[:_MAX_AFFIX]
+    behind = _shared_start([name[::-1] for name in names])[:_MAX_AFFIX][::-1]
     heads = [ahead[:length] for length in range(len(ahead), -1, -1) if not ahead[:length][-1:].isdigit()]
     tails = [behind[start:] for start in range(len(behind) + 1) if not behind[start:][:1].isdigit()]
     pairs = [(heads[0], tails[0]), *((head, "") for head in heads), *(("", tail) for tail in tails)]
@@ -168,12 +172,15 @@ def _explained(
 
 
 def _is_enough(mapping: Mapping[str, str], theirs: Collection[str]) -> bool:
-    most = max(LEAST_UNKNOWN, LEAST_SHARE * len(theirs))
-    return len(mapping) >= most and len(set(mapping.values())) == len(mapping)
+    needed = max(MIN_UNKNOWN, MIN_SHARE * len(theirs))
+    return len(mapping) >= needed and len(set(mapping.values())) == len(mapping)
 
 
 def _shifted(theirs: Sequence[str], ours: Sequence[str]) -> Iterator[IdPattern]:
-    """Ids that are numbers, with the same letters around all, and differ by one constant."""
+    """Ids that are numbers, with the same letters around all, and differ by one constant.
+
+    A few numbers fit a long row of others in many ways: then only a shift by one is likely.
+    """
     own, other = _numbers(theirs), _numbers(ours)
     if own is None or other is None:
         return
@@ -187,12 +194,12 @@ def _shifted(theirs: Sequence[str], ours: Sequence[str]) -> Iterator[IdPattern]:
             mapping := {name: by_number[n + shift] for name, n in own.items() if n + shift in by_number}, own
         )
     }
-    likely = {shift: of for shift, of in whole.items() if len(of) == max(map(len, whole.values()))}
-    best = min(
-        likely, key=lambda shift: (abs(shift) != 1, str(abs(shift)).rstrip("0") not in "1", abs(shift)), default=0
-    )
-    if best and (len(likely) == 1 or abs(best) == 1 or str(abs(best)).rstrip("0") == "1"):
-        yield IdPattern(f"all shifted by {best:+d}", likely[best])
+    most = max(map(len, whole.values()), default=0)
+    likely = [shift for shift, mapping in whole.items() if len(mapping) == most]
+    if len(likely) > 1:
+        likely = [shift for shift in likely if abs(shift) == 1]
+    if len(likely) == 1:
+        yield IdPattern(f"all shifted by {likely[0]:+d}", whole[likely[0]])
 
 
 def _numbers(names: Sequence[str]) -> dict[str, int] | None:

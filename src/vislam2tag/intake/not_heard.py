@@ -7,6 +7,7 @@ reports all weak signals by one level makes a peak there, too: a smaller peak ne
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -17,7 +18,7 @@ from vislam2tag.intake.quantity import Quantity
 
 _MIN_CELLS = 6
 """Fewer equal levels may be chance."""
-_MOST = 0.5
+_MAX_SHARE = 0.5
 """No measured level is in so large a share of the cells."""
 _MANY = 0.1
 _PEAK = 3
@@ -96,7 +97,7 @@ def _judged(levels: pl.DataFrame, edge: int, cells: int, known: int) -> Filler:
     share, most = one["cells"] / cells, others["cells"].sort()[-1]
     if not one["spread"] or one["cells"] <= most:
         return _NO_FILLER
-    if share >= _MOST and others.height > 1:
+    if share >= _MAX_SHARE and others.height > 1:
         return Filler(Judgement.FOUND, one["rssi_dbm"], share, nearest)
     peak = share >= _MANY and one["cells"] >= _PEAK * most
     if known or not peak:
@@ -108,9 +109,11 @@ def _judged(levels: pl.DataFrame, edge: int, cells: int, known: int) -> Filler:
 def filler_found(file: str, filler: Filler, cells: int, stated: float | None) -> Finding:
     """Report a filler that is taken as "not heard"."""
     instead = "" if stated is None else f", not {stated:g} as the format states"
+    where = "the most frequent level out of range" if math.isnan(filler.nearest) else "the most frequent level"
+    edge = "" if math.isnan(filler.nearest) else " and at the edge of all others"
     message = (
-        f"{filler.level:g} is the level of most cells and at the edge of all others or beyond: it stands for "
-        f"'not heard' here{instead}, and these cells count as not heard. No action needed if that is right"
+        f"{filler.level:g} is {where} ({100 * filler.share:.0f} % of the levels){edge}: it stands for 'not heard' "
+        f"here{instead}, and is left out. No action needed if that is right"
     )
     return Finding(kind="unstated_filler", file=file, count=cells, message=message)
 
@@ -126,7 +129,7 @@ def all_heard(file: str, rows: int) -> Finding:
 
 def question(filler: Filler, stated: float) -> str:
     """Ask what a level stands for that may be a filler."""
-    near = "no other level is there" if filler.nearest != filler.nearest else f"the next level is {filler.nearest:g}"
+    near = "no other level is there" if math.isnan(filler.nearest) else f"the next level is {filler.nearest:g}"
     return (
         f"{100 * filler.share:.0f} % of the levels are {filler.level:g} ({near}): does it stand for 'not heard', "
         f"or was it measured? Give --not-heard {filler.level:g} in the first case, --not-heard {stated:g} in the second"

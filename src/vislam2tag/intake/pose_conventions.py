@@ -26,6 +26,8 @@ class Convention:
     cure: str
     read: Callable[[Poses], Poses]
     """Turns poses in this convention into poses as expected."""
+    vehicle_alike: bool = False
+    """Whether poses look the same if they are right, but of someone on a vehicle."""
 
 
 def _inverted(poses: Poses) -> Poses:
@@ -102,6 +104,11 @@ CONVENTIONS = (
     Convention("times are in microseconds", "Divide them by 1,000,000: seconds are expected.", _of_time(1e-6)),
     Convention("lengths are in millimetres", "Divide them by 1000: metres are expected.", _of_length(1e-3)),
     Convention("lengths are in centimetres", "Divide them by 100: metres are expected.", _of_length(1e-2)),
-    Convention("lengths are in feet", "Multiply them by 0.3048: metres are expected.", _of_length(0.3048)),
+    Convention(
+        "lengths are in feet",
+        "Multiply them by 0.3048: metres are expected.",
+        _of_length(0.3048),
+        vehicle_alike=True,
+    ),
 )
 """In the order in which they are named."""

@@ -22,12 +22,21 @@ MIN_WAY_M = 5.0
 """Shorter walks are not judged."""
 FAST_M_S = 4.0
 """Walkers stay below; trackers that correct themselves exceed it for moments only."""
+_JUMPS = 0.02
+"""Share of the steps, the fastest ones, that do not count for the usual speed."""
+_JUMP_FACTOR = 5.0
+"""Steps that are so many times as fast as usual are jumps."""
 _FORCE_S = 0.5
 """Half the time over which accelerations are averaged: about one step."""
+_ABSURD = 1e4
+"""Greater readings come from a damaged file, m/s2 and rad/s."""
 _SAME_TURN_RAD_S = 0.5
 """Turn rates of poses and gyroscope differ by less in magnitude, whatever the convention, except at tracker resets."""
 _UNTURNED = 0.99
 """A camera whose mean direction is almost as long as a single one never turns: it says nothing of where it looks."""
+MIN_APART_M = 10.0
+"""Distances between landmarks are compared from here on: cameras see them from a few metres."""
+_MIN_DISTANCES = 3
 _MIN_PAIRS = 100
 _MIN_TURN_RAD_S = 0.05
 """Where poses and gyroscope turn less (root mean square), they cannot be compared."""
@@ -71,15 +80,23 @@ class Inertial:
         rate_s, force_s = _seconds(log.rate_ns, start_ns), _seconds(log.force_ns, start_ns)
         inside = (first > max(rate_s[0], force_s[0] + _FORCE_S)) & (last < min(rate_s[-1], force_s[-1] - _FORCE_S))
         pair = np.flatnonzero(inside & (last - first < MAX_STEP_S))
-        turn = _mean(rate_s, log.rate, first[pair], last[pair])
+        turn = _mean(rate_s, log.rate.clip(-_ABSURD, _ABSURD), first[pair], last[pair])
         middle = (first[pair] + last[pair]) / 2
-        up = _mean(force_s, log.force, middle - _FORCE_S, middle + _FORCE_S)
+        up = _mean(force_s, log.force.clip(-_ABSURD, _ABSURD), middle - _FORCE_S, middle + _FORCE_S)
         length = np.linalg.norm(up, axis=1)
         own = np.linalg.norm(turn_rates(poses)[pair], axis=1)
         alike = (np.abs(np.linalg.norm(turn, axis=1) - own) < _SAME_TURN_RAD_S) & (length > 0)
         if alike.sum() < max(_MIN_PAIRS, len(pair) / 2) or np.sqrt(np.mean(own[alike] ** 2)) < _MIN_TURN_RAD_S:
             return None
         return cls(pair[alike], turn[alike], up[alike] / length[alike, None])
+
+
+@dataclass(frozen=True)
+class Sights:
+    """First sights of surveyed landmarks: ``pose`` (k,) its index, ``position_bcs`` (k, 2) of the landmark, metres."""
+
+    pose: IntArray
+    position_bcs: FloatArray
 
 
 @dataclass(frozen=True)
@@ -99,7 +116,7 @@ class PoseEvidence:
     """What speaks for and against one reading of the poses."""
 
     speed_m_s: float
-    """Median over the steps that moved."""
+    """Half of the way is faster; jumps of the tracker do not count."""
     fast_share: float
     """Share of the time faster than :data:`FAST_M_S`."""
     level: float
@@ -108,17 +125,19 @@ class PoseEvidence:
     """Vertical part of the way."""
     ahead: float
     """Mean cosine between the horizontal directions in which the camera looks and moves; NaN if it never turns."""
+    stretch: float
+    """How many times as long as surveyed the distances between landmarks are, median; NaN if there are too few."""
     inertial: InertialMatch | None
     """None if the IMU cannot be compared."""
 
     @classmethod
-    def of(cls, poses: Poses, inertial: Inertial | None) -> PoseEvidence:
+    def of(cls, poses: Poses, inertial: Inertial | None, sights: Sights) -> PoseEvidence:
         """Judge poses; ``inertial`` was measured between them."""
         step_s = np.diff(poses.time_s)
         near = (step_s > 0) & (step_s <= MAX_STEP_S)
         length = np.linalg.norm(np.diff(poses.position, axis=0), axis=1)
         moved = (length > 0) & (step_s > 0)
-        speed_m_s = float(np.median(length[moved] / step_s[moved])) if moved.any() else 0.0
+        speed_m_s = _usual_speed(length[moved], step_s[moved])
         step, step_s, length = np.diff(poses.position, axis=0)[near], step_s[near], length[near]
         slow = (length > 0) & (length < FAST_M_S * step_s)
         up = poses.rotation[:, 1, :]
@@ -128,8 +147,38 @@ class PoseEvidence:
             level=float(np.linalg.norm(up.mean(axis=0))),
             heave=float(np.abs(step[slow, 1]).sum() / length[slow].sum()) if slow.any() else 0.0,
             ahead=_ahead(-poses.rotation[:-1][near][slow][:, :, 2], step[slow]),
+            stretch=_stretch(poses, sights),
             inertial=None if inertial is None else _match(poses, inertial),
         )
+
+
+def _usual_speed(length: FloatArray, step_s: FloatArray) -> float:
+    """Speed that half of the way exceeds, without the jumps of a tracker that corrects itself."""
+    if not len(length):
+        return 0.0
+    speed = length / step_s
+    way = np.where(speed <= np.quantile(speed, 1 - _JUMPS), length, 0.0)
+    order = np.argsort(speed)
+    total = np.cumsum(way[order])
+    return float(speed[order][np.searchsorted(total, total[-1] / 2)])
+
+
+def _stretch(poses: Poses, sights: Sights) -> float:
+    """Median ratio of the distances between landmarks as walked, from where they were seen, and as surveyed.
+
+    Landmarks are compared that no jump of the tracker parts: after one, it may have another frame.
+    """
+    step_s, length = np.diff(poses.time_s), np.linalg.norm(np.diff(poses.position, axis=0), axis=1)
+    jump = (step_s > MAX_STEP_S) | (length > _JUMP_FACTOR * _usual_speed(length, step_s) * step_s)
+    piece = np.concatenate(((0,), np.cumsum(jump)))[sights.pose]
+    first, second = np.triu_indices(len(sights.pose), 1)
+    surveyed_m = np.linalg.norm(sights.position_bcs[first] - sights.position_bcs[second], axis=1)
+    far = (surveyed_m >= MIN_APART_M) & (piece[first] == piece[second])
+    if far.sum() < _MIN_DISTANCES:
+        return float("nan")
+    at = poses.position[sights.pose]
+    walked = np.linalg.norm(at[first[far]] - at[second[far]], axis=1)
+    return float(np.median(walked / surveyed_m[far]))
 
 
 def _seconds(time_ns: IntArray, start_ns: int) -> FloatArray:

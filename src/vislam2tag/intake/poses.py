@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.intake.pose_conventions import CONVENTIONS, Convention
-from vislam2tag.intake.pose_evidence import FAST_M_S, MIN_WAY_M, Inertial, InertialMatch, PoseEvidence, Poses
+from vislam2tag.intake.pose_evidence import FAST_M_S, MIN_WAY_M, Inertial, InertialMatch, PoseEvidence, Poses, Sights
 
 MAX_FAST_SHARE = 0.05
 MIN_SPEED_M_S = 0.05
@@ -21,8 +21,12 @@ MIN_LEVEL = 0.75
 MAX_HEAVE = 0.4
 """Walks on floors have about 0.15, staircases up to 0.55, and no other convention makes them look ahead more."""
 MIN_AHEAD = -0.5
-"""Nobody walks backwards all the way."""
+"""People do not walk backwards all the way."""
 SAME_AHEAD = 0.02
+MORE_AHEAD = 0.2
+"""Walks on stairs look ahead as much as others; poses with other axes look aside."""
+MAX_STRETCH = 2.0
+"""Cameras see landmarks from a few metres, so that distances between landmarks are off by less; feet make 3.3."""
 PERSON_M_S = (0.2, 3.0)
 """Another convention must make the median speed that of a person."""
 MAX_TILT_DEG = 10.0
@@ -34,33 +38,59 @@ MAX_SIGHT_M = 10.0
 MIN_LANDMARKS = 2
 
 
-def pose_findings(camera: CameraTrack, log: LandmarkLog, file: str) -> list[Finding]:
-    """Report poses of ``file`` in another unit or convention, and landmarks that are seen from too far away."""
+def pose_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, file: str) -> list[Finding]:
+    """Report poses of ``file`` in another unit or convention, and landmarks that are seen from too far away.
+
+    ``landmarks`` are those surveyed, in the frame that the session is mapped in.
+    """
     usable = camera.usable
-    if usable.sum() < MIN_FRAMES:
-        return []
     time_ns = camera.time_ns[usable]
+    if len(time_ns) < MIN_FRAMES:
+        return [_not_judged(f"there are {len(time_ns)} usable poses", file)]
     poses = Poses.of(time_ns, camera.position_acs[usable], camera.orientation_acs[usable])
-    if np.linalg.norm(np.diff(poses.position, axis=0), axis=1).sum() < MIN_WAY_M:
-        return []
+    way_m = np.linalg.norm(np.diff(poses.position, axis=0), axis=1).sum()
+    if way_m < MIN_WAY_M:
+        return [_not_judged(f"the way is {way_m:.1f} m long", file)]
     inertial = Inertial.of(camera.inertial, poses, int(time_ns[0]), camera.pose_lag_s or 0.0)
-    return [*_conventions(poses, inertial, file), *_far_landmarks(camera, log)]
+    sights = _sights(camera, log, landmarks, poses, int(time_ns[0]))
+    return [*_conventions(poses, inertial, sights, file), *_far_landmarks(camera, log)]
 
 
-def _conventions(poses: Poses, inertial: Inertial | None, file: str) -> list[Finding]:
-    evidence = PoseEvidence.of(poses, inertial)
+def _not_judged(why: str, file: str) -> Finding:
+    message = f"{why}: too short to judge whether a person walked so, in metres and with y up"
+    return Finding(kind="poses_not_judged", file=file, count=1, message=message, severity=Severity.INFO)
+
+
+def _sights(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, poses: Poses, start_ns: int) -> Sights:
+    known = [index for index, name in enumerate(log.ids) if name in landmarks.surveyed_ids and _rows(log, index)]
+    time_s = (camera.time_ns[log.frame[[log.rows_of(index).start for index in known]]] - start_ns) * 1e-9
+    pose = np.searchsorted(poses.time_s, time_s).clip(max=len(poses.time_s) - 1)
+    return Sights(pose, landmarks.position_bcs[[landmarks.index[log.ids[index]] for index in known]])
+
+
+def _rows(log: LandmarkLog, index: int) -> int:
+    rows = log.rows_of(index)
+    return int(rows.stop - rows.start)
+
+
+def _conventions(poses: Poses, inertial: Inertial | None, sights: Sights, file: str) -> list[Finding]:
+    evidence = PoseEvidence.of(poses, inertial, sights)
     odd = _oddities(evidence)
     if not odd:
         return []
-    others = [each for each in CONVENTIONS if _explains(PoseEvidence.of(each.read(poses), inertial), evidence)]
+    as_read = {each.name: PoseEvidence.of(each.read(poses), inertial, sights) for each in CONVENTIONS}
+    others = [each for each in CONVENTIONS if _explains(as_read[each.name], evidence)]
     what = " and ".join(odd)
-    if not others and odd == [_up_and_down(evidence)]:  # a staircase
-        return []
+    if odd == [_up_and_down(evidence)]:
+        # Stairs and lifts lead up and down, too, but the camera looks where it goes.
+        others = [each for each in others if not as_read[each.name].ahead < evidence.ahead + MORE_AHEAD]
+        if not others:
+            return []
     if not others:
         message = f"{what}: labels of this session are doubtful; check how the file was written"
         return [Finding(kind="implausible_poses", file=file, count=1, message=message)]
-    # A camera that looks back may really be carried so; all else makes positions wrong.
-    harmless = odd == [_back(evidence)]
+    # A camera that looks back may really be carried so, and vehicles are fast; all else makes positions wrong.
+    harmless = odd == [_back(evidence)] or (others[0].vehicle_alike and np.isnan(evidence.stretch))
     severity = Severity.WARNING if harmless else Severity.ERROR
     message = f"{what}. It looks as if {_listed(others)}. {others[0].cure}"
     return [Finding(kind="pose_convention", file=file, count=1, message=message, severity=severity)]
@@ -70,7 +100,8 @@ def _explains(other: PoseEvidence, evidence: PoseEvidence) -> bool:
     """Whether poses read in another convention are those of a person who looks ahead at least as much."""
     least, greatest = PERSON_M_S
     as_much = not other.ahead < evidence.ahead - SAME_AHEAD
-    return not _oddities(other) and least <= other.speed_m_s <= greatest and as_much
+    as_long = not other.stretch < 1 / MAX_STRETCH
+    return not _oddities(other) and least <= other.speed_m_s <= greatest and as_much and as_long
 
 
 def _up_and_down(evidence: PoseEvidence) -> str:
@@ -92,8 +123,13 @@ def _oddities(evidence: PoseEvidence) -> list[str]:
         odd.append(f"the camera is faster than {FAST_M_S:g} m/s for {evidence.fast_share:.0%} of the time")
     if evidence.speed_m_s < MIN_SPEED_M_S:
         odd.append(f"the camera moves at {evidence.speed_m_s:.2g} m/s")
-    if evidence.level < MIN_LEVEL:
-        odd.append(f"the camera is not held level (mean upward direction {evidence.level:.2f}, expected about 0.9)")
+    if evidence.stretch > MAX_STRETCH:
+        odd.append(f"landmarks are {evidence.stretch:.1f} times as far apart as surveyed (median)")
+    if evidence.level < MIN_LEVEL and not _felt_level(evidence.inertial):
+        odd.append(
+            f"the camera is not held level (mean upward direction {evidence.level:.2f}, expected about 0.9 unless the "
+            "phone was turned on the way)"
+        )
     if evidence.heave > MAX_HEAVE:
         odd.append(_up_and_down(evidence))
     if evidence.ahead < MIN_AHEAD:
@@ -107,8 +143,13 @@ def _against_imu(match: InertialMatch | None) -> list[str]:
     if match.tilt_deg > MAX_TILT_DEG:
         return [f"gravity in the accelerometer is {match.tilt_deg:.0f} degrees from the poses' upward direction"]
     if match.explained < MIN_EXPLAINED or match.explained_mirrored > match.explained + MIRRORED_BETTER:
-        return ["the gyroscope contradicts the turns of the poses"]
+        return ["the gyroscope contradicts the turns of the poses (or its clock is not theirs)"]
     return []
+
+
+def _felt_level(match: InertialMatch | None) -> bool:
+    """Whether the accelerometer confirms the poses' upward direction, however the phone was held."""
+    return match is not None and match.tilt_deg <= MAX_TILT_DEG
 
 
 def _far_landmarks(camera: CameraTrack, log: LandmarkLog) -> list[Finding]:

@@ -1,4 +1,4 @@
-"""Ids that are all shifted by a constant, told by geometry: sets that overlap look nearly equal, distances do not."""
+"""Ids that are all shifted by a constant: sets that overlap look nearly equal, distances between landmarks do not."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 
-MOST_SHIFT = 5
-FEWEST_LANDMARKS = 3
+MAX_SHIFT = 5
+MIN_LANDMARKS = 3
 FITS_M, FITS_SHARE = 0.6, 0.04
 """A distance fits within this, and this share of the way walked between both ends: as far as a tracker drifts."""
-MOST_AS_LOGGED = 0.5
+MAX_AS_LOGGED = 0.5
 """Ids are suspected only if at most this share of the distances fits the table as they are ..."""
-LEAST_SHIFTED = 0.85
+MIN_SHIFTED = 0.85
 """... and believed to be shifted if at least this share fits then."""
-FEWEST_DISTANCES, SURE_DISTANCES = 3, 6
-FEW_AS_LOGGED = 1 / 3
+MIN_DISTANCES, SURE_DISTANCES = 3, 6
+MAX_AS_LOGGED_IF_FEW = 1 / 3
 """With fewer distances than is sure, only a shift by one is believed, if all fit then and at most this share as logged.
 """
-MOST_SEEN = 60
-"""So many landmarks of a walk tell enough."""
+MAX_SEEN = 60
+"""The first landmarks of a walk, which suffice."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ def shift_by_geometry(
     ``ids`` (p,) of landmarks as logged; ``place`` (p,) complex, metres, where the tracker put them, in its own frame;
     ``way_m`` (p,) how far the walk had come then. ``table``: where the landmarks of the table are, complex metres.
     """
-    rows = [i for i, name in enumerate(ids) if _number(name) is not None][:MOST_SEEN]
-    if len({ids[i] for i in rows}) < FEWEST_LANDMARKS or len(rows) < LEAST_SHIFTED * min(len(ids), MOST_SEEN):
+    rows = [i for i, name in enumerate(ids) if _number(name) is not None][:MAX_SEEN]
+    if len({ids[i] for i in rows}) < MIN_LANDMARKS or len(rows) < MIN_SHIFTED * min(len(ids), MAX_SEEN):
         return None
     first, second = np.triu_indices(len(rows), 1)
     names, at, way = [ids[i] for i in rows], place[rows], way_m[rows]
@@ -71,15 +71,15 @@ def shift_by_geometry(
         return int(np.count_nonzero(known & (np.abs(true - logged) < within))), int(np.count_nonzero(known))
 
     as_logged, known = fit(0)
-    if not known or as_logged > MOST_AS_LOGGED * known:
+    if not known or as_logged > MAX_AS_LOGGED * known:
         return None
     found = []
-    for shift in sorted(range(-MOST_SHIFT, MOST_SHIFT + 1), key=abs)[1:]:
+    for shift in sorted(range(-MAX_SHIFT, MAX_SHIFT + 1), key=abs)[1:]:
         fits, there = fit(shift)
-        if there < max(FEWEST_DISTANCES, known // 2):
+        if there < max(MIN_DISTANCES, known // 2):
             continue
-        sure = there >= SURE_DISTANCES and fits >= LEAST_SHIFTED * there
-        if sure or (abs(shift) == 1 and fits == there and as_logged <= FEW_AS_LOGGED * known):
+        sure = there >= SURE_DISTANCES and fits >= MIN_SHIFTED * there
+        if sure or (abs(shift) == 1 and fits == there and as_logged <= MAX_AS_LOGGED_IF_FEW * known):
             found.append(IdShift(shift, as_logged, fits, known, there))
     return max(found, key=lambda one: (one.shifted, -abs(one.shift)), default=None)
 

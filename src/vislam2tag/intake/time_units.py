@@ -1,4 +1,4 @@
-"""The unit of a table's times: recognised if the stated one cannot be, by rate and by the clock of the frames."""
+"""The unit of a table's times: recognised if the stated one cannot be, by rate, duration and other tables' clock."""
 
 from __future__ import annotations
 
@@ -25,48 +25,95 @@ class Steps:
         return self.least_s * 1e9 <= step_ns <= self.greatest_s * 1e9
 
 
-FRAMES = Steps(1e-3, 20.0)
-"""No camera has 1,000 frames a second; some apps log a pose at keyframes only."""
-READINGS = Steps(2e-4, 60.0)
+FRAMES = Steps(1 / 300, 10.0)
+"""No tracker has 300 frames a second; some apps log a pose at keyframes only."""
+READINGS = Steps(2e-4, 2.0)
 """Inertial sensors have up to 1,000 readings a second, loggers write some of them in blocks."""
 SCANS = Steps(0.05, 600.0)
 ANY = Steps(0.0, np.inf)
 """For times that say nothing by their rate, such as presses."""
+DURATION = Steps(1.0, 86_400.0)
+"""How long a walk may last."""
+MIN_STEPS = 10
+"""Fewer steps say nothing of how long a walk lasts."""
+_UNIX_S = (1_262_304_000.0, 2_051_222_400.0)
+"""Unix time from 2010 to 2035: a clock that began at the start of a phone never shows so much in nanoseconds."""
+
+
+@dataclass(frozen=True)
+class _Times:
+    """Times as read, ns: ``step_ns`` usual, NaN if unknown; ``span_ns`` so long they last, NaN if it says nothing."""
+
+    first_ns: float
+    last_ns: float
+    step_ns: float
+    span_ns: float
+    steps: Steps
+    clock_ns: tuple[float, float] | None
+
+    @classmethod
+    def of(cls, time_ns: IntArray, rate_ns: IntArray, steps: Steps, clock_ns: IntArray | None) -> _Times:
+        apart = np.diff(np.unique(rate_ns))
+        # Gaps are no steps, and rows that are logged in pairs or blocks have the mean distance.
+        usual = float(apart[apart <= np.quantile(apart, 0.99, method="higher")].mean()) if len(apart) else np.nan
+        known = steps is not ANY and len(apart) >= MIN_STEPS
+        clock = (float(clock_ns.min()), float(clock_ns.max())) if clock_ns is not None and len(clock_ns) else None
+        span = usual * len(apart) if known else np.nan
+        return cls(float(time_ns.min()), float(time_ns.max()), usual, span, steps, clock)
+
+    def possible(self, factor: float) -> bool:
+        """Whether the times, multiplied by a factor, have a possible rate and duration."""
+        rate = np.isnan(self.step_ns) or self.steps.contain(self.step_ns * factor)
+        return rate and (np.isnan(self.span_ns) or DURATION.contain(self.span_ns * factor))
+
+    @property
+    def as_stated(self) -> bool:
+        """Whether the stated unit is possible; slow rows are, since tables have gaps."""
+        if self.is_unix(1.0):
+            return True
+        too_fast = self.step_ns < self.steps.least_s * 1e9
+        return not too_fast and (np.isnan(self.span_ns) or DURATION.contain(self.span_ns))
+
+    def meet(self, factor: float) -> bool:
+        """Whether the times, multiplied by a factor, overlap the clock; true if there is none."""
+        if self.clock_ns is None:
+            return True
+        return self.first_ns * factor <= self.clock_ns[1] and self.last_ns * factor >= self.clock_ns[0]
+
+    def is_unix(self, factor: float) -> bool:
+        """Whether the times, multiplied by a factor, are Unix time of our days."""
+        return _UNIX_S[0] <= self.first_ns * factor / 1e9 and self.last_ns * factor / 1e9 <= _UNIX_S[1]
 
 
 def recognised_ns(
-    time_ns: IntArray, rate_ns: IntArray, steps: Steps, file: str, stated: str, frames_ns: IntArray | None = None
+    time_ns: IntArray, rate_ns: IntArray, steps: Steps, file: str, stated: str, clock_ns: IntArray | None = None
 ) -> tuple[IntArray, list[Finding]]:
     """Times (k,) that were read in the ``stated`` unit, in ns, and a finding if they are in another unit.
 
-    ``rate_ns`` (r,) are the times of the rows whose distance in time ``steps`` limits; ``frames_ns`` those of usable
-    frames. The stated unit is replaced only if it makes rows come impossibly fast, by the shortest that does not; or if
-    its times never meet the frames, and exactly one other unit mends that.
+    ``rate_ns`` (r,) are the times of the rows whose distance in time ``steps`` limits; ``clock_ns`` those of usable
+    frames, or of sensor readings. The stated unit stays if it makes rate and duration possible and the times meet the
+    clock. It is replaced by a unit that does: by one that makes the times Unix time, else the shortest. If only the
+    clock speaks against the stated unit, exactly one other must mend that.
     """
     if len(time_ns) == 0:
         return time_ns, []
-    step = np.diff(np.unique(rate_ns))
-    usual = float(np.median(step)) if len(step) else np.nan
-    too_fast = usual < steps.least_s * 1e9
-    if not too_fast and (frames_ns is None or not len(frames_ns) or _meet(time_ns, frames_ns, 1.0)):
+    times = _Times.of(time_ns, rate_ns, steps, clock_ns)
+    if times.as_stated and times.meet(1.0):
         return time_ns, []
-
-    def mends(factor: float) -> bool:
-        possible = np.isnan(usual) or steps.contain(usual * factor)
-        meets = frames_ns is None or not len(frames_ns) or _meet(time_ns, frames_ns, factor)
-        return possible and meets and float(np.abs(time_ns).max()) * factor < _GREATEST_NS
-
-    units = [unit for unit in NS_OF if unit != stated and mends(NS_OF[unit] / NS_OF[stated])]
-    if not units or (len(units) > 1 and not too_fast):
+    greatest = float(np.abs(time_ns).max())
+    factors = {unit: ns / NS_OF[stated] for unit, ns in NS_OF.items() if unit != stated}
+    units = [
+        unit
+        for unit, factor in factors.items()
+        if times.possible(factor) and times.meet(factor) and greatest * factor < _GREATEST_NS
+    ]
+    units = [unit for unit in units if times.is_unix(factors[unit])] or units
+    if not units or (len(units) > 1 and times.as_stated):
         return time_ns, []
     unit, true, read = units[0], NS_OF[units[0]], NS_OF[stated]
     converted = time_ns * (true // read) if true > read else time_ns // (read // true)
-    reason = f"rows come every {usual * true / read / 1e9:.3g} s" if too_fast else "only so they meet the camera frames"
+    reason = "only so they meet the frames or readings"
+    if not times.as_stated:
+        reason = f"rows come every {times.step_ns * true / read / 1e9:.3g} s"
     message = f"times must be in {stated}, and are in {unit} ({reason}); they are read as {unit}"
     return converted, [Finding(kind="time_unit", file=file, count=len(time_ns), message=message)]
-
-
-def _meet(time_ns: IntArray, frames_ns: IntArray, factor: float) -> bool:
-    """Whether times, multiplied by a factor, overlap those of frames."""
-    first, last = float(time_ns.min()) * factor, float(time_ns.max()) * factor
-    return first <= float(frames_ns[-1]) and last >= float(frames_ns[0])

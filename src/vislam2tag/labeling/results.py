@@ -6,9 +6,11 @@ It is written last (``sessions/SLUG.json``) and so marks the session as done.
 from __future__ import annotations
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import NOT_RUN, Judgement
+from vislam2tag.common.judgement import NOT_RUN, Judgement, counted
 from vislam2tag.common.records import Record
 from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import Status
+from vislam2tag.intake.shifted_ids import IdShift
 from vislam2tag.survey.georeference import Georeference
 
 RUN_FILE = "run.json"
@@ -213,6 +215,8 @@ class PassesRecord(Record):
     """Covariances, row by row, of how far the tracker may have drifted: x, y, scale and heading."""
     places: dict[str, tuple[int, float, float]]
     """Floor, x and y of the surveyed landmarks that the session may use."""
+    id_shift: IdShift | None = None
+    """By which constant its ids are shifted against the table's; None if they are not."""
 
 
 class SessionResult(Record):
@@ -315,3 +319,17 @@ class Summary(Record):
     def has_wrong_ids(self) -> bool:
         """Whether walks and landmark tables have different ids, or ids that are shifted."""
         return any(kind in counts for kind in WRONG_IDS for counts in (self.findings, self.site_findings))
+
+    @property
+    def frames_placed(self) -> int:
+        """How many frames have a position, certain or not."""
+        return sum(self.frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
+
+    @property
+    def problem(self) -> str | None:
+        """Why the run is no success, a clause; None if all sessions were mapped by the right ids, to any position."""
+        if self.failed:
+            return next(iter(self.failures.values()), f"{counted(self.failed, 'session')} could not be read or mapped")
+        if self.has_wrong_ids:
+            return "walks and landmark tables have different ids; vislam2tag inspect names them"
+        return None if self.frames_placed else "no frame has a position"

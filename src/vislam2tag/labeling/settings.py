@@ -9,8 +9,7 @@ from typing import Any
 from pydantic import Field, field_serializer
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.mapping.registry import WITHOUT_TRACKER
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.survey.settings import SurveySettings
 

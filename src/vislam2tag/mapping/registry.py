@@ -12,7 +12,7 @@ from vislam2tag.common import plugins
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, one_section, section_numbers
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
 
 
 class MappingStrategy(Protocol):
@@ -32,8 +32,6 @@ Factory = Callable[[MappingSettings], MappingStrategy]
 STRATEGIES: Registry[Factory] = Registry(plugins.STRATEGIES)
 register = STRATEGIES.add
 strategy_names = STRATEGIES.names
-WITHOUT_TRACKER = "dead-reckoning"
-"""The strategy of sessions without poses, which the smoother hands them to; it maps no others."""
 
 
 def strategies_for_poses() -> tuple[str, ...]:

@@ -9,6 +9,9 @@ from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.smoother.settings import SmootherSettings
 
+WITHOUT_TRACKER = "dead-reckoning"
+"""The strategy of sessions without poses, which the smoother hands them to; it maps no others."""
+
 
 class MappingSettings(FiniteRecord):
     """How sessions are mapped; a strategy takes what it needs of it."""

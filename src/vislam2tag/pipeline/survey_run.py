@@ -59,6 +59,8 @@ class SurveyRun(Record):
     check: SurveyCheck
     faults: tuple[str, ...]
     """What is wrong with the survey, a sentence each; `diagnose` tells how it is known and corrects it."""
+    correctable: bool = False
+    """Whether `diagnose --apply` is the next step for these faults."""
     kept: tuple[str, ...]
     """Steps that were done already and whose inputs had not changed."""
 
@@ -140,7 +142,13 @@ def run_survey(
         )
         faults = [fault.summary for fault in diagnosis.faults]
         folder.write(INDEX, lambda path: write_index_page(path, name, summary, checked, faults, _LINKS))
-        return SurveyRun(labels=summary, check=checked, faults=tuple(faults), kept=tuple(steps.kept))
+        return SurveyRun(
+            labels=summary,
+            check=checked,
+            faults=tuple(faults),
+            correctable=diagnosis.correctable,
+            kept=tuple(steps.kept),
+        )
 
 
 class _Outcome(Protocol):

@@ -11,8 +11,8 @@ from vislam2tag.intake.ids import IdComparison, NamedIds, compare_ids
 
 FAR_M = 1.0
 """A landmark farther than this from where the site has it hangs elsewhere."""
-FEWEST = 3
-LEAST_SHARE = 0.8
+MIN_NAMES = 3
+MIN_SHARE = 0.8
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,11 @@ def _finding(kind: FindingKind, count: int, message: str) -> Finding:
 def _shift(placed: Mapping[str, complex], expected: Mapping[str, complex]) -> int:
     """The constant that is to be added to names so that they lie where the site has them; 0 if they need none."""
     numbers = {int(name): at for name, at in placed.items() if name.isdecimal()}
-    if len(numbers) < FEWEST or _near(numbers, expected, 0) > len(numbers) / 2:
+    if len(numbers) < MIN_NAMES or _near(numbers, expected, 0) > len(numbers) / 2:
         return 0
     near = {shift: _near(numbers, expected, shift) for shift in (-1, 1)}
     best = max(near, key=near.__getitem__)
-    return best if near[best] >= max(FEWEST - 1, LEAST_SHARE * (len(numbers) - 1)) else 0
+    return best if near[best] >= max(MIN_NAMES - 1, MIN_SHARE * (len(numbers) - 1)) else 0
 
 
 def _near(numbers: Mapping[int, complex], expected: Mapping[str, complex], shift: int) -> int:
@@ -92,4 +92,7 @@ def _cure(found: IdComparison) -> str:
         theirs, ours = next(iter(found.pattern.mapping.items()))
         if ours in theirs:
             return f"Register again with --landmark-names '{theirs.replace(ours, '*', 1)}'"
-    return "Give the points the ids of the table, by --landmark-names or in the station's file"
+    return (
+        "Give the points the ids of the table, by --landmark-names or in the station's file; if they are further "
+        "landmarks, add rows with their ids to marker_dict.csv first"
+    )

@@ -10,7 +10,7 @@ from vislam2tag.common.records import Record
 
 INTERCHANGED: FindingKind = "interchanged_landmarks"
 """Kind of the finding that two landmarks lie in each other's place."""
-WRONG_IDS: tuple[FindingKind, ...] = (INTERCHANGED, "other_ids", "shifted_ids")
+OTHER_NAMES: tuple[FindingKind, ...] = ("other_ids", "shifted_ids")
 """Kinds of findings about ids that are wrong."""
 
 
@@ -108,7 +108,12 @@ class Registration(Record):
     findings: tuple[Finding, ...] = ()
 
     @property
+    def has_other_names(self) -> bool:
+        """Whether the names are not those of the landmark table: then the positions belong to no row of it."""
+        return any(finding.kind in OTHER_NAMES for finding in self.findings)
+
+    @property
     def complete(self) -> bool:
         """Whether nothing was left out, every landmark has a position, and all ids seem to be right."""
-        wrong_ids = any(finding.kind in WRONG_IDS for finding in self.findings)
-        return not self.errors and not self.unplaced and not wrong_ids
+        interchanged = any(finding.kind == INTERCHANGED for finding in self.findings)
+        return not self.errors and not self.unplaced and not interchanged and not self.has_other_names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vislam2tag.common.judgement import Answer, Judgement, counted
+from vislam2tag.common.judgement import Answer, Judgement, counted, none_mapped
 from vislam2tag.self_check.record import SessionCheck
 
 NO_SESSION = "the survey has no session that is not excluded"
@@ -22,8 +22,7 @@ def judgement_of(sessions: Sequence[SessionCheck], bad: int) -> Judgement:
     parts = [counted(len(marks), "landmark")] if marks else []
     parts += [counted(fixes, "known position")] if fixes else []
     if not parts:
-        unread = f"none of the {counted(failed, 'session')} can be read or mapped"
-        return Judgement.of(bad, 0, "", unread if failed == len(sessions) else _TOO_FEW)
+        return Judgement.of(bad, 0, "", none_mapped(failed) if failed == len(sessions) else _TOO_FEW)
     rest = len(sessions) - len(judging)
     why = f"{counted(rest, 'session')} could not judge any" if rest else ""
     return Judgement.of(bad, len(parts), f"{' and '.join(parts)} in {counted(len(judging), 'session')}", why)

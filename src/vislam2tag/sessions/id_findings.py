@@ -7,10 +7,12 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, longest_section
 from vislam2tag.intake.ids import IdComparison, NamedIds, compare_ids
 from vislam2tag.intake.shifted_ids import IdShift, shift_by_geometry
+from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
+from vislam2tag.smoother.settings import SmootherSettings
 
 SAME_IDS = (
     "give the sheets the ids of the table in the app, or write the logged ids into the first column of marker_dict.csv"
@@ -55,7 +57,7 @@ def other_ids_findings(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]
 
 def shifted_ids_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
     """Report a walk whose ids are all shifted against the table's, by the distances between its landmarks."""
-    found = _shift_of(*longest_section(camera, log), landmarks)
+    found = walk_id_shift(camera, log, landmarks)
     if found is None:
         return []
     message = (
@@ -66,26 +68,28 @@ def shifted_ids_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landm
     return [Finding(kind="shifted_ids", file="", count=count, message=message, severity=Severity.ERROR)]
 
 
-def _shift_of(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> IdShift | None:
-    """The shift of a walk's ids, each landmark taken where the camera was nearest to it."""
-    usable = np.flatnonzero(~log.lost & camera.usable[log.frame])
-    if not len(usable):
+def walk_id_shift(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> IdShift | None:
+    """The constant by which a walk's ids are shifted, by where the tracker's continuous path puts each landmark passed.
+
+    None if they are not shifted, or the walk cannot show it.
+    """
+    camera, log = longest_section(camera, log)
+    if np.count_nonzero(camera.usable) < FEWEST_FRAMES or not len(log.frame):
         return None
-    apart = np.linalg.norm(log.position_acs[usable] - camera.position_acs[log.frame[usable]], axis=1)
-    order = usable[np.lexsort((apart, log.landmark[usable]))]
-    _, first = np.unique(log.landmark[order], return_index=True)
-    rows = order[first]
-    rows = rows[np.argsort(log.frame[rows], kind="stable")]
-    way = np.flatnonzero(camera.usable)
-    plane = camera.plane_acs[way]
-    walked = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(plane, axis=0), axis=1))))
-    surveyed = np.flatnonzero(landmarks.surveyed).tolist()
+    walk = WalkObservations.of(camera, log, SmootherSettings().sighting_range_m).first(MAX_DIAGNOSED_PASSES)
+    at = walk.odometry.path[walk.passes.at]
+    way_m = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(at))))) if len(at) else np.empty(0)
     return shift_by_geometry(
-        [log.ids[i] for i in log.landmark[rows].tolist()],
-        as_complex(log.plane_acs[rows]),
-        walked[np.searchsorted(way, log.frame[rows])],
-        {landmarks.ids[i]: complex(*landmarks.position_bcs[i]) for i in surveyed},
+        [walk.ids[i] for i in walk.passes.landmark.tolist()], at + walk.passes.offset, way_m, _own_places(landmarks)
     )
+
+
+def _own_places(landmarks: Landmarks) -> dict[str, complex]:
+    """Where surveyed landmarks are, those of the walk's own floor if there are several floors."""
+    known = landmarks.surveyed
+    if landmarks.storeys is not None:
+        known = known & (landmarks.floor == landmarks.storeys.own)
+    return {landmarks.ids[i]: complex(*landmarks.position_bcs[i]) for i in np.flatnonzero(known).tolist()}
 
 
 def _natural(name: str) -> tuple[int, int, str]:

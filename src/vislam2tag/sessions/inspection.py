@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.store import shown
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, count_of
 from vislam2tag.common.judgement import NOT_RUN, Answer, Judgement, counted
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
@@ -23,6 +23,7 @@ from vislam2tag.survey.corrections.file import Corrections, read_corrections
 from vislam2tag.survey.landmark_states import LandmarkCounts
 from vislam2tag.survey.links import Link, link_findings, links_in
 from vislam2tag.survey.model import SessionRef, Survey
+from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.stored_survey import survey_at_hand
 
 
@@ -98,15 +99,16 @@ class Inspection(Record):
 
     @property
     def usable(self) -> bool:
-        """Whether some session is to be mapped, and all that are can be."""
-        read = [session for session in self.sessions if not session.excluded]
-        return bool(read) and all(session.usable for session in read)
+        """Whether some session is to be mapped, all that are can be, and no finding about the site is an error."""
+        return self.judgement.answer is Answer.NOTHING_WRONG
 
 
 def inspect_survey(
     root: AnyPath,
     finding_settings: FindingSettings | None = None,
     progress: Progress[int] = silent,
+    *,
+    survey_settings: SurveySettings | None = None,
 ) -> Inspection:
     """Read a survey session by session and report what is there; raises SurveyError where it is no survey.
 
@@ -115,16 +117,18 @@ def inspect_survey(
     """
     root = Path(root)
     with survey_at_hand(root) as folder:
-        return _inspection(folder, finding_settings, progress).model_copy(update={"survey": shown(root)})
+        settings = survey_settings or SurveySettings()
+        survey = open_survey(folder, settings.landmark_sigma_m, use_planned=settings.use_planned)
+        found = _inspection(folder, survey, finding_settings or FindingSettings(), progress)
+        return found.model_copy(update={"survey": shown(root)})
 
 
-def _inspection(root: Path, finding_settings: FindingSettings | None, progress: Progress[int]) -> Inspection:
-    survey = open_survey(root)
+def _inspection(root: Path, survey: Survey, finding_settings: FindingSettings, progress: Progress[int]) -> Inspection:
     corrections = read_corrections(root)
     sessions = []
     for done, ref in enumerate(survey.sessions):
         progress(done, len(survey.sessions))
-        sessions.append(_session_overview(survey, ref, corrections, finding_settings or FindingSettings()))
+        sessions.append(_session_overview(survey, ref, corrections, finding_settings))
     progress(len(survey.sessions), len(survey.sessions))
     links = tuple(links_in(root))
     findings = (*survey.findings, *_id_findings(survey, sessions), *link_findings(links))
@@ -153,13 +157,10 @@ def _judgement(sessions: Sequence[SessionOverview], findings: Sequence[Finding])
     left_out = f"{counted(excluded, 'session')} excluded by corrections.toml" if excluded else ""
     if not read:
         return Judgement(answer=Answer.NOT_LOOKED_AT, why=f"no session was read: {left_out or 'the survey has none'}")
-    odd = sum(not one.usable or any(_grave(each) for each in one.findings) for one in sessions if not one.excluded)
-    odd += sum(map(_grave, findings))
-    return Judgement.of(odd, read, f"the site's files and {counted(read, 'session')}, not mapped", left_out)
-
-
-def _grave(finding: Finding) -> bool:
-    return finding.severity is not Severity.INFO
+    wrong = sum(not one.usable for one in sessions) + count_of(Severity.ERROR, findings)
+    warnings = sum(count_of(Severity.WARNING, found) for found in (findings, *(one.findings for one in sessions)))
+    looked_at = f"the site's files and {counted(read, 'session')}, not mapped"
+    return Judgement.of(wrong, read, looked_at, left_out, warnings)
 
 
 def _floors(survey: Survey) -> tuple[FloorOverview, ...]:

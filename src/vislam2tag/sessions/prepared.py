@@ -12,6 +12,7 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
+from vislam2tag.intake.poses import pose_findings
 from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.corrected_taps import with_taps_corrected
@@ -107,6 +108,7 @@ class PreparedSession:
         task, session = self.task, self.session
         return [
             *session.findings,
+            *_damaged_poses(session),
             *press_findings(session, task.floor),
             *landmarks_without_position(session.landmarks, self.landmarks, self.unused),
             *shifted_ids_findings(session.camera, session.landmarks, self.landmarks),
@@ -133,13 +135,11 @@ class PreparedSession:
         session = self.session
         refused = [each for each in session.findings if each.kind in _REFUSED and each.severity == Severity.ERROR]
         if refused:
-            raise SessionError(f"{session.key}: {refused[0].file or 'its landmarks'}: {refused[0].message}")
+            where = "its landmarks" if refused[0].kind == "far_landmarks" else refused[0].file or "its poses"
+            raise SessionError(f"{session.key}: {where}: {refused[0].message}")
         damaged = _damaged_poses(session)
         if damaged and not inertial:
-            raise SessionError(
-                f"{session.key}: {damaged}; copy the file from the phone again, or map the session by its inertial "
-                "sensors with --strategy dead-reckoning"
-            )
+            raise SessionError(f"{session.key}: {damaged[0].message}")
 
     def refuse_without_frames(self) -> None:
         """Raise SessionError where the session has too few usable frames to be mapped at all."""
@@ -178,6 +178,7 @@ def _prepared(task: SessionTask, read: Session) -> PreparedSession:
     named = [entry.name for entry in entries.set_landmark_floor]
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
     session = with_fewer_landmarks(session, mine.landmarks.surveyed_ids)
+    session = _with_pose_findings(session, mine.landmarks)
     landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
     return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses, *tap_uses))
 
@@ -227,15 +228,35 @@ def _with_readings(session: Session) -> Session:
     return replace(session, camera=replace(session.camera, inertial=inertial_log(session.tables["sensors"])))
 
 
-def _damaged_poses(session: Session) -> str:
-    """What is wrong with a file of poses that is there and has no usable pose, a clause; empty if nothing is."""
+def _with_pose_findings(session: Session, landmarks: Landmarks) -> Session:
+    """Add what the poses say against themselves; sessions without poses stay as they are."""
+    if not session.camera.usable.any():
+        return session
+    file = next((record.name for record in session.files if record.role == "poses"), "")
+    found = pose_findings(session.camera, session.landmarks, landmarks, file)
+    return replace(session, findings=(*session.findings, *found))
+
+
+def _damaged_poses(session: Session) -> list[Finding]:
+    """Report a file of poses that is there and has no usable pose."""
     if not session.camera.without_poses:
-        return ""
-    for record in session.files:
-        if record.role == "poses":
-            return f"{record.name} has {record.lines} lines and no usable pose"
+        return []
     closed = [each.file for each in session.findings if each.kind == "unreadable_file" and each.file in FILES_OF_POSES]
-    return f"{closed[0]} cannot be opened" if closed else ""
+    wrong = [
+        (each.name, f"has {each.lines} lines and no usable pose") for each in session.files if each.role == "poses"
+    ]
+    wrong += [(file, "cannot be opened") for file in closed]
+    return [
+        Finding(
+            kind="no_frames",
+            file=file,
+            count=1,
+            message=f"{file} {what}; copy the file from the phone again, or map the session by its inertial sensors "
+            "with --strategy dead-reckoning",
+            severity=Severity.ERROR,
+        )
+        for file, what in wrong[:1]
+    ]
 
 
 def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:

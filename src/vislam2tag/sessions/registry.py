@@ -21,7 +21,6 @@ from vislam2tag.common.files.store import at_once
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.sessions.checked import with_pose_findings
 from vislam2tag.sessions.companions.tie import FOLDER as COMPANIONS
 from vislam2tag.sessions.companions.tie import companion_hashes, tied_recordings
 from vislam2tag.sessions.model import Session
@@ -126,7 +125,7 @@ def hash_inputs(ref: SessionRef) -> dict[str, str]:
 def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
     """Read one session whole. Raises SessionError where its folder or format is gone; nothing else."""
     with _readable(ref) as here:
-        return with_pose_findings(format_for(here).read(here, settings or FindingSettings()))
+        return format_for(here).read(here, settings or FindingSettings())
 
 
 def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
@@ -139,8 +138,8 @@ def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Sess
         if isinstance(known, TrackFormat):
             session = known.read_track(here, settings or FindingSettings())
             if session.camera.usable.any():
-                return with_pose_findings(session)
-        return with_pose_findings(known.read(here, settings or FindingSettings()))
+                return session
+        return known.read(here, settings or FindingSettings())
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from vislam2tag.sessions.fixes import too_few_fixes
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.raw_table import parse_table
+from vislam2tag.sessions.tables.recognised_times import clock_of, with_times_of
 from vislam2tag.sessions.tables.sensor_table import pressure_log, readings_of
 from vislam2tag.survey.model import ControlPoints
 
@@ -68,8 +69,10 @@ def with_fixes(session: Session, reading: SessionFiles) -> Session:
     if session.camera.usable.any() or not reading.has("fixes"):
         return session
     file, data = reading.load("fixes")
-    fixes, found = _fixes(reading.account("fixes", data, parse_table(data, file, _FIX_SCHEMA)), file, "t; x; y")
-    return _without_tracker(session, reading, file, fixes, found)
+    clock_ns = clock_of(session.camera, session.tables["sensors"])
+    rows, unit = with_times_of(reading.account("fixes", data, parse_table(data, file, _FIX_SCHEMA)), file, clock_ns)
+    fixes, found = _fixes(rows, file, "t; x; y")
+    return _without_tracker(session, reading, file, fixes, [*unit, *found])
 
 
 def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file: str) -> Session:

@@ -38,7 +38,8 @@ class Diagnoses:
         open_before = [] if full is None else self._not_answered(full[0].faults)
         if not self._workspace.outputs[LABELS].stamp():
             faults = fault_views(open_before, self._workspace.now)
-            return DiagnosisView(state="none", stale=full is not None, faults=faults, judgement=self._not_looked_at())
+            judgement = _with_open(self._not_looked_at(), open_before)
+            return DiagnosisView(state="none", stale=full is not None, faults=faults, judgement=judgement)
         if self._quick is None or self._quick[0] != version:
             now, folder = self._workspace.now, OutputFolder(self._workspace.out)
             refs = [ref for ref in now.survey.sessions if not now.corrections.excludes(ref.key)]
@@ -46,7 +47,8 @@ class Diagnoses:
             passes = {result.slug: result.passes for result in results if result.passes is not None}
             self._quick = version, *kept_faults(now.survey, refs, passes)
         faults = fault_views(_together(self._quick[1], open_before), self._workspace.now)
-        return DiagnosisView(state="quick", stale=full is not None, faults=faults, judgement=self._quick[2])
+        judgement = _with_open(self._quick[2], open_before)
+        return DiagnosisView(state="quick", stale=full is not None, faults=faults, judgement=judgement)
 
     def _not_answered(self, faults: list[Fault]) -> list[Fault]:
         """Those whose corrections are not all in the file; all of them while the file cannot be read."""
@@ -63,6 +65,11 @@ class Diagnoses:
     def _not_looked_at(self) -> Judgement:
         why = "no walk has labels yet" if self._workspace.now.survey.sessions else "the survey has no walk yet"
         return Judgement(answer=Answer.NOT_LOOKED_AT, why=why)
+
+
+def _with_open(judgement: Judgement, faults: list[Fault]) -> Judgement:
+    """The answer beside faults of an earlier search that are still open."""
+    return judgement.model_copy(update={"answer": Answer.WRONG}) if faults else judgement
 
 
 def _is_written(entry: CorrectionEntry, written: Mapping[str, object]) -> bool:

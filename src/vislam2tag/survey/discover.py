@@ -17,11 +17,10 @@ from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.ilc20_site import SITE_FILES as ILC20_FILES
 from vislam2tag.survey.ilc20_site import ilc20_floors, ilc20_sessions, is_ilc20_site
 from vislam2tag.survey.landmark_file import (
-    SurveyedLandmark,
     landmarks_from,
     read_completed_file,
     read_control_points,
-    read_landmark_files,
+    read_site_landmarks,
 )
 from vislam2tag.survey.links import shared_site
 from vislam2tag.survey.model import Floor, SessionKey, Site
@@ -33,6 +32,7 @@ from vislam2tag.survey.site_checks import walks_in_no_floor
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 from vislam2tag.survey.site_floors import described_floors, mask_of
 from vislam2tag.survey.site_table import is_file
+from vislam2tag.survey.surveyed_landmark import SurveyedLandmark
 
 PLAN_NAMES = ("floorplan.jpg", "floorplan.png", "floorplan.jpeg")
 _SITE_FILES = (
@@ -73,10 +73,7 @@ def _read_site(root: Path, default_sigma_m: float, landmark_file: Path | None) -
     floors, floor_findings = described_floors(root, folders) if described else _published_floors(root, folders)
     findings += floor_findings
     folders = {floor.number: folders.get(floor.number, root / f"floor_{floor.number}") for floor in floors}
-    if landmark_file is None:
-        landmarks, landmark_findings = read_landmark_files(root, folders, default_sigma_m)
-    else:
-        landmarks, landmark_findings = read_completed_file(landmark_file, folders, default_sigma_m)
+    landmarks, landmark_findings = read_site_landmarks(root, folders, default_sigma_m, landmark_file)
     return Site(tuple(floors), _with_shared(landmarks, landmark_file)), (*findings, *landmark_findings)
 
 

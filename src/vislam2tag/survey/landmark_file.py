@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +14,10 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.limits import MAX_CONTROL_POINTS
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.survey.landmark_states import read_states
+from vislam2tag.survey.landmark_states import StateRow, read_states
 from vislam2tag.survey.model import ControlPoints
 from vislam2tag.survey.names import landmark_id
+from vislam2tag.survey.planned_twice import planned_twice
 from vislam2tag.survey.site_table import (
     XLSX,
     LineCounts,
@@ -27,8 +28,14 @@ from vislam2tag.survey.site_table import (
     read_site_table,
     unreadable_file,
 )
+from vislam2tag.survey.surveyed_landmark import SurveyedLandmark
 from vislam2tag.survey.table_columns import CONTROL_POINTS, LANDMARKS
-from vislam2tag.survey.unmeasured_plan import perhaps_planned, proposals_in
+from vislam2tag.survey.unmeasured_plan import (
+    copies_of_plan,
+    nearly_planned,
+    perhaps_planned,
+    proposals_in,
+)
 
 LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"
@@ -50,24 +57,6 @@ _MESSAGES: dict[FindingKind, str] = {
     ),
     "duplicate_landmarks": "an id may appear once on a floor; the first row counts: remove the others",
 }
-
-
-@dataclass(frozen=True)
-class SurveyedLandmark:
-    """One row of a landmark file; NaN where a value is unknown."""
-
-    landmark: str
-    floor: int
-    x_m: float
-    y_m: float
-    z_m: float
-    sigma_m: float
-    heading_rad: float
-    heading_sigma_rad: float
-    source: str
-    """File and 1-based line, ``floor_1/marker_dict.csv:3``."""
-    planned: bool = False
-    """Whether the position was only planned."""
 
 
 def read_landmark_file(
@@ -96,7 +85,10 @@ def read_landmark_file(
         replace(one, planned=one.landmark in states and states[one.landmark].plans(one.x_m, one.y_m))
         for one in landmarks
     ]
-    return landmarks, [*findings, *state_findings, *perhaps_planned(table, floor, states, proposals_in(root))]
+    findings += state_findings
+    findings += perhaps_planned(table, floor, states, proposals_in(root))
+    findings += nearly_planned(table.file, landmarks, {(floor, name): state for name, state in states.items()})
+    return landmarks, [*findings, *planned_twice(table.file, landmarks)]
 
 
 def read_landmark_files(
@@ -111,6 +103,26 @@ def read_landmark_files(
         landmarks += found
         findings += problems
     return landmarks, findings
+
+
+def read_site_landmarks(
+    root: Path, folders: Mapping[int, Path], default_sigma_m: float, landmark_file: Path | None
+) -> tuple[list[SurveyedLandmark], list[Finding]]:
+    """Read the landmarks of all floor folders, or those of one file in place of them.
+
+    Rows of such a file that repeat planned positions of the survey are planned. Raises SurveyError as
+    :func:`read_completed_file`.
+    """
+    if landmark_file is None:
+        return read_landmark_files(root, folders, default_sigma_m)
+    landmarks, findings = read_completed_file(landmark_file, folders, default_sigma_m)
+    states: dict[tuple[int, str], StateRow] = {}
+    for floor, folder in folders.items():
+        known, problems = read_states(root, folder)
+        states |= {(floor, name): state for name, state in known.items()}
+        findings += problems
+    landmarks = copies_of_plan(landmarks, states, proposals_in(root))
+    return landmarks, [*findings, *nearly_planned(landmark_file.name, landmarks, states)]
 
 
 def read_completed_file(
@@ -195,6 +207,7 @@ def _landmark_of(
         heading_rad=math.nan if heading is None else heading,
         heading_sigma_rad=_heading_sigma(heading, heading_sigma),
         source=table.place(line),
+        sigma_given=sigma is not None,
     )
 
 

@@ -25,8 +25,12 @@ from vislam2tag.survey.written_files import write_in_survey
 
 STATES_FILE = "landmark_states.csv"
 COLUMNS = ("id", "state", "source", "x", "y")
-SAME_M = 5e-4
-"""Positions that differ by less are one: a plan has millimetres."""
+EXACT_M = 1e-3
+"""A plan has millimetres."""
+SAME_M = 0.01
+"""A planned position that moved by less is the same: with two decimals a spreadsheet moves it by up to 7 mm."""
+NEAR_M = 0.1
+"""If it moved by less, it may be measured or rounded: with one decimal a spreadsheet moves it by up to 71 mm."""
 PLANNED_SIGMA_M = 0.1
 """How far from its planned place a sheet hangs, per axis, until it is measured."""
 PLANNED_HEADING_SIGMA_RAD = 0.05
@@ -52,13 +56,20 @@ class StateRow:
     x_m: float
     y_m: float
 
-    def is_about(self, x_m: float, y_m: float) -> bool:
+    def is_about(self, x_m: float, y_m: float, within_m: float = SAME_M) -> bool:
         """Whether a position is the one that the row is about."""
-        return math.hypot(x_m - self.x_m, y_m - self.y_m) < SAME_M
+        return self._moved_m(x_m, y_m) < within_m
 
-    def plans(self, x_m: float, y_m: float) -> bool:
+    def plans(self, x_m: float, y_m: float, within_m: float = SAME_M) -> bool:
         """Whether a position was only planned."""
-        return self.state is LandmarkState.PLANNED and self.is_about(x_m, y_m)
+        return self.state is LandmarkState.PLANNED and self.is_about(x_m, y_m, within_m)
+
+    def nearly_plans(self, x_m: float, y_m: float) -> bool:
+        """Whether a position is so close to the planned one that it may be measured or rounded."""
+        return self.state is LandmarkState.PLANNED and SAME_M <= self._moved_m(x_m, y_m) < NEAR_M
+
+    def _moved_m(self, x_m: float, y_m: float) -> float:
+        return math.hypot(x_m - self.x_m, y_m - self.y_m)
 
 
 def read_states(root: Path, folder: Path) -> tuple[dict[str, StateRow], list[Finding]]:
@@ -187,7 +198,8 @@ def planned_findings(landmarks: Landmarks, *, use_planned: bool) -> list[Finding
             message = (
                 f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are not "
                 "measured yet; they are not used. Measure them (vislam2tag register, or write measured positions into "
-                "marker_dict.csv), or use the plan's places with --use-planned"
+                f"marker_dict.csv and the state measured into {STATES_FILE}), or use the plan's places with "
+                "--use-planned"
             )
         severity = Severity.INFO if use_planned else Severity.WARNING
         count = len(here.planned_ids)

@@ -1466,6 +1466,11 @@ export interface components {
              */
             looked_at: string;
             /**
+             * Warnings
+             * @default 0
+             */
+            warnings: number;
+            /**
              * Why
              * @default
              */

@@ -8,6 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import vislam2tag
+from tests.locks import lock
 from tests.survey.site import write_survey
 from vislam2tag.cli.collect.command_inspect import register
 from vislam2tag.common.errors import SurveyError
@@ -28,7 +29,8 @@ def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
     assert "partial_last_line sensors.csv lines 301: the last line is cut off" in result.output
     assert "missing_control_points 3 x floor 4 has no control points" in result.output
     assert "sessions: 3, findings: 3\n" in result.output
-    assert " (looked at: the site's files and 3 sessions, not mapped)\nnext: vislam2tag run " in result.output
+    assert "nothing is wrong, 1 warning (looked at: the site's files and 3 sessions, not mapped)\n" in result.output
+    assert "next: vislam2tag run " in result.output
 
 
 def test_json_is_one_document(tmp_path: Path) -> None:
@@ -50,6 +52,22 @@ def test_a_session_without_poses_is_exit_code_1(tmp_path: Path) -> None:
 def test_a_folder_that_is_no_survey_raises_our_error(tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match="not a survey"):
         CliRunner().invoke(APP, ["inspect", str(tmp_path)], catch_exceptions=False)
+
+
+def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = write_survey(tmp_path)
+    path = root / "floor_1/One Plus/walk/sensors.csv"
+    path.write_text(path.read_text() + "not a row\n")
+    warned = CliRunner().invoke(APP, ["inspect", str(root), "--json"])
+    judgement = json.loads(warned.stdout)["judgement"]
+    assert (warned.exit_code, judgement["answer"], judgement["warnings"]) == (0, "nothing_wrong", 1)
+    (root / "floor_4/refmarker.csv").write_text("id,x,y\n1,1,1\n")
+    lock(monkeypatch, root / "floor_4/refmarker.csv")
+    wrong = CliRunner().invoke(APP, ["inspect", str(root)])
+    assert "unreadable_file floor_4/refmarker.csv" in wrong.output
+    assert "something is wrong, 1 warning (looked at: " in wrong.output
+    assert wrong.exit_code == 1
+    assert "next: correct what is named above" in wrong.output
 
 
 def test_help_has_examples() -> None:

@@ -18,7 +18,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     survey, out = make_survey(tmp_path / "campus"), tmp_path / "out"
     done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
     assert (done.returncode, done.stderr) == (0, "")
-    assert "2 sessions (0 failed): " in done.stdout
+    assert "2 sessions (0 failed); frames labelled: " in done.stdout
     assert "floor 0: mean error to expect 0." in done.stdout
     assert "kept" not in done.stdout
     assert done.stdout.splitlines()[-2:] == [
@@ -51,7 +51,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     assert done.returncode == 0
     assert "kept" not in done.stdout
     assert len(open_dataset(out / "dataset").info.sources) == 1
-    assert "1 sessions (0 failed): " in done.stdout
+    assert "1 sessions (0 failed); frames labelled: " in done.stdout
 
 
 def test_folders_that_cannot_be_are_refused(tmp_path: Path) -> None:

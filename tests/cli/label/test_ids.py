@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -64,7 +65,7 @@ def test_ids_shifted_by_one_are_named(clean: Path, tmp_path: Path, by: int) -> N
     ("name", "pattern"),
     [
         (lambda number: f"LM{number:02d}", "other prefix or suffix"),
-        (lambda number: f"{chr(96 + number)}x", "no pattern maps one to the other"),
+        (lambda number: f"{chr(96 + number)}x", "no single pattern maps one to the other"),
     ],
 )
 def test_ids_of_another_kind_are_named(clean: Path, tmp_path: Path, name: Callable[[int], str], pattern: str) -> None:
@@ -112,3 +113,50 @@ def test_planned_positions_are_used_only_if_that_is_asked_for(clean: Path, tmp_p
     )
     assert found["inspect"][0] == found["process"][0] == 0, "measured ones are used"
     assert "nothing is wrong" in found["diagnose"][1], "no walk saw the planned ones"
+
+
+def planned_survey(clean: Path, to: Path) -> Path:
+    """A copy whose landmarks are only planned: their sheets hang 1.5 m away."""
+    shutil.copytree(clean, to)
+    (table,) = to.glob("floor_*/marker_dict.csv")
+    _, *rows = table.read_text().splitlines()
+    at = [(name, f"{float(x) + 1.5:.3f}", f"{float(y):.3f}") for name, x, y in (row.split(",") for row in rows)]
+    table.write_text("id,x,y,sigma_m\n" + "".join(f"{name},{x},{y},0.1\n" for name, x, y in at))
+    states = "".join(f"{name},planned,plan,{x},{y}\n" for name, x, y in at)
+    (table.parent / "landmark_states.csv").write_text("id,state,source,x,y\n" + states)
+    return to
+
+
+def test_a_copy_of_the_planned_table_is_no_survey_of_it(clean: Path, tmp_path: Path) -> None:
+    survey = planned_survey(clean, tmp_path / "survey")
+    (table,) = survey.glob("floor_*/marker_dict.csv")
+    shutil.copy(table, tmp_path / "copy.csv")
+    table.write_text("id,x,y\n")
+    command = ("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--landmarks", tmp_path / "copy.csv")
+    done = vislam2tag(*command)
+    assert done.returncode == 1
+    assert "frames labelled: 0.0 %" in done.stdout
+    assert "planned_landmarks" in done.stdout
+
+
+def test_planned_landmarks_are_counted_once_and_are_not_corrected_by_diagnose(clean: Path, tmp_path: Path) -> None:
+    survey = planned_survey(clean, tmp_path / "survey")
+    (table,) = survey.glob("floor_*/marker_dict.csv")
+    done = vislam2tag("run", survey, "--out", tmp_path / "out", "--jobs", "1")
+    assert done.returncode == 1
+    assert "wrong: the positions of landmarks" in done.stdout
+    assert done.stdout.splitlines()[-1] == f"next: vislam2tag diagnose {survey}"
+    summary = json.loads((tmp_path / "out/labels/summary.json").read_text())
+    assert summary["site_findings"]["planned_landmarks"] == len(table.read_text().splitlines()) - 1
+    assert vislam2tag("diagnose", survey, "--jobs", "1").stdout.splitlines()[-1].startswith("next: correct what is")
+
+
+def test_inspect_uses_planned_positions_if_the_survey_says_so(clean: Path, tmp_path: Path) -> None:
+    survey = planned_survey(clean, tmp_path / "survey")
+    assert vislam2tag("inspect", survey).returncode == 1
+    assert vislam2tag("inspect", survey, "--use-planned").returncode == 0
+    (survey / "vislam2tag.toml").write_text("survey.use_planned = true\n")
+    done = vislam2tag("inspect", survey)
+    assert done.returncode == 0
+    assert "they are used as if measured" in done.stdout
+    assert "they are not used" not in done.stdout

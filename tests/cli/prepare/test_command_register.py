@@ -102,6 +102,46 @@ def test_the_site_is_written_whole_and_other_positions_only_if_asked(site: Path)
     assert np.delete(off, after.index["7"]).max() < 0.002
 
 
+def test_names_that_are_not_those_of_the_table_are_not_written(site: Path, tmp_path: Path) -> None:
+    planned = {"10": (2.5, 3.0), "7": (29.0, 4.5), "11": (21.0, 20.5), "12": (49.0, 25.5)}
+    floor = site / "floor_1"
+    (floor / "marker_dict.csv").write_text(
+        "id,x,y\n" + "".join(f"{name},{x},{y}\n" for name, (x, y) in planned.items())
+    )
+    states = "".join(f"{name},planned,plan,{x},{y}\n" for name, (x, y) in planned.items())
+    (floor / "landmark_states.csv").write_text("id,state,source,x,y\n" + states)
+    measured = (tmp_path / "S1.txt").read_text()
+    (tmp_path / "S1.txt").write_text(re.sub(r"^(?=\d)", "LM", measured, flags=re.MULTILINE))
+    before = bytes_of(site)
+    for further in (("--write",), ("--write", "--replace")):
+        done = vislam2tag(*arguments(site, *further))
+        assert done.returncode == 1
+        assert "Register again with --landmark-names 'LM*'" in done.stdout
+        assert "nothing was written into the site" in done.stdout
+        assert done.stdout.splitlines()[-1].startswith("next: give the points the ids of the table (--landmark-names")
+        assert bytes_of(site) == before
+    assert vislam2tag(*arguments(site, "--write", "--landmark-names", "LM*")).returncode == 0
+    assert read_site(site)[0].landmarks.planned_ids == ()
+
+    (tmp_path / "S1.txt").write_text(
+        re.sub(r"^10;|^7;|^11;|^12;", lambda m: f"{int(m[0][:-1]) + 20};", measured, flags=re.MULTILINE)
+    )
+    (floor / "marker_dict.csv").write_text((floor / "marker_dict.csv").read_text() + "30,,\n27,,\n31,,\n32,,\n")
+    assert vislam2tag(*arguments(site, "--write")).returncode == 0, "rows with the new ids are there: further landmarks"
+
+
+def test_the_site_shows_sheets_that_its_table_has_twice(site: Path) -> None:
+    rows = "".join(
+        f"{name},{x},{y}\nLM{name},{x + 1.5},{y}\n" for name, x, y in (("1", 2, 3), ("2", 9, 4), ("3", 5, 8))
+    )
+    (site / "floor_1/marker_dict.csv").write_text("id,x,y\n" + rows)
+    states = "1,planned,plan,2,3\n2,planned,plan,9,4\n3,planned,plan,5,8\n"
+    (site / "floor_1/landmark_states.csv").write_text("id,state,source,x,y\n" + states)
+    done = vislam2tag("site", "show", site)
+    assert "landmarks LM1, LM2, LM3 are measured where landmarks 1, 2, 3 are planned" in done.stdout
+    assert "nothing is wrong" not in done.stdout
+
+
 def test_a_swapped_pair_is_named_and_1(site: Path, tmp_path: Path) -> None:
     text = (tmp_path / "known.csv").read_text()
     (tmp_path / "known.csv").write_text(text.replace("\nA,", "\nx,").replace("\nB,", "\nA,").replace("\nx,", "\nB,"))

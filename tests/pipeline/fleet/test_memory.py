@@ -62,7 +62,7 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int, int],
         for name in ("read_corrections", "inputs_of"):
             monkeypatch.setattr(module, name, lambda *_: "inputs")
         survey = SimpleNamespace(sessions=(), findings=())
-        monkeypatch.setattr(module, "open_survey", lambda *_: survey)
+        monkeypatch.setattr(module, "open_survey", lambda *_, **__: survey)
         monkeypatch.setattr(module, "shared_survey", lambda found, **_: found)
         monkeypatch.setattr(module, "described", lambda _: {})
 

@@ -10,7 +10,7 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.pipeline.fleet.conftest import SmallFleet
 from tests.pipeline.fleet.trees import tree_of
-from tests.surveys import bytes_of
+from tests.surveys import bytes_of, make_survey
 from vislam2tag.pipeline.fleet.catalogue import Fleet
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.registry import open_survey
@@ -71,6 +71,42 @@ def test_a_bad_session_and_a_bad_survey_are_told_and_the_rest_goes_on(fleet: Sma
         "failed: 1 surveys, 2 sessions",
     ]
     assert vislam2tag("verify", store / "labels" / "ward", f"{fleet.address}/labels/ward").returncode == 0
+
+
+def test_a_fleet_whose_frames_are_all_uncertain_is_labelled_as_its_surveys_are(
+    fleet: SmallFleet, tmp_path: Path
+) -> None:
+    config = tmp_path / "settings.toml"
+    config.write_text("[labels]\nmax_sigma_m = 0.0001\n")
+    alone = vislam2tag(
+        "process", fleet.surveys["ward"], "--out", tmp_path / "out", "--jobs", "1", "--config", config, "--json"
+    )
+    frames = json.loads(alone.stdout)["frames"]
+    assert frames["uncertain"] > 0
+    assert "ok" not in frames
+    store = tmp_path / "fleet"
+    assert vislam2tag("fleet", "add", store, fleet.surveys["ward"]).returncode == 0
+    done = vislam2tag("fleet", "process", store, "--jobs", "1", "--config", config)
+    assert (done.returncode, alone.returncode) == (0, 0), done.stderr
+    assert "done: 1 surveys, 2 sessions" in done.stdout
+    assert done.stdout.splitlines()[-1].startswith("next: open ")
+
+
+def test_a_fleet_with_shifted_ids_fails_as_its_survey_does(tmp_path: Path) -> None:
+    survey, store = make_survey(tmp_path / "hall", seconds=90.0), tmp_path / "fleet"
+    table = survey / "floor_0" / "marker_dict.csv"
+    head, *rows = table.read_text().splitlines()
+    shifted = [f"{int(row.partition(',')[0]) + 1},{row.partition(',')[2]}" for row in rows]
+    table.write_text("\n".join([head, *shifted]) + "\n")
+    assert vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1").returncode == 1
+    assert vislam2tag("fleet", "add", store, survey).returncode == 0
+    for _ in range(2):  # what is unchanged is no less wrong
+        done = vislam2tag("fleet", "process", store, "--jobs", "1")
+        assert done.returncode == 1
+        assert "hall: walks and landmark tables have different ids" in done.stderr
+        assert done.stdout.splitlines()[-1] == f"next: vislam2tag fleet list {store}"
+    assert "failed: 1 surveys" in done.stdout
+    assert "hall: walks and landmark tables have different ids" in vislam2tag("fleet", "list", store).stdout
 
 
 @pytest.mark.parametrize("command", ["process", "list", "status", "report"])

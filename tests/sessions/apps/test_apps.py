@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.sessions.apps.recordings import APPS, POSITION, TIME_S, TURN, ios_logger, stray_scanner, tum
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.findings import Severity
 from vislam2tag.sessions.formats.stray_scanner import StrayScannerFormat
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import format_of, read_session
@@ -67,8 +68,11 @@ def test_the_unit_of_accelerations_is_told_from_gravity(scale: float, kinds: set
 def test_a_frame_that_is_not_level_is_an_error(tmp_path: Path) -> None:
     stray_scanner(tmp_path)
     _write_imu(tmp_path, Rotation.from_euler("x", 20, degrees=True), 1.0)
-    (finding,) = (each for each in read(tmp_path, "stray-scanner").findings if each.kind == "not_level")
+    session = read(tmp_path, "stray-scanner")
+    (finding,) = (each for each in session.findings if each.kind == "not_level")
     assert "tilted by 20 degrees" in finding.message
+    others = {each.kind for each in session.findings if each.severity == Severity.ERROR} - {"no_sightings"}
+    assert others == {"not_level"}, "no other check refuses it"
 
 
 def _write_imu(folder: Path, tilt: Rotation, scale: float) -> None:

@@ -49,8 +49,8 @@ def test_a_clean_session_is_read_whole_without_findings(tmp_path: Path) -> None:
     assert [(record.name, record.role, record.lines, record.rows) for record in session.files] == [
         ("poses.csv", "poses", 60, 60),
         ("initPoses.csv", "landmarks", 80, 80),
-        ("wifi.csv", "wifi", 12, 12),
         ("sensors.csv", "sensors", 300, 300),
+        ("wifi.csv", "wifi", 12, 12),
         ("refMarker.csv", "presses", 3, 3),
     ]
 

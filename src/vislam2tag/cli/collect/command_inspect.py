@@ -10,6 +10,7 @@ import typer
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say_json, visible_console
 from vislam2tag.common.findings import Finding
@@ -19,14 +20,15 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview
+    from vislam2tag.settings import Settings
 
 HELP = """
 Show what is in a survey and what is wrong with it, without mapping anything.
 
 Lists floors, sessions and all findings: which file, which lines, what was done about it. Nothing is written.
 
-Exit code: 0 all sessions can be read (findings are no failure), 1 at least one cannot be read or has not what mapping
-needs, or all are excluded, 2 not a survey.
+Exit code: 0 nothing is wrong (warnings are no failure), 1 a finding is an error, a session cannot be read or does not
+have what mapping needs, or all are excluded, 2 not a survey.
 
 \b
 Examples:
@@ -45,8 +47,10 @@ def register(app: typer.Typer) -> None:
 def _inspect(
     survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
     json: AsJson = False,
+    config: ConfigFile = None,
+    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
-    inspection = _read_with_progress(survey)
+    inspection = _read_with_progress(survey, settings_of(config, {"survey.use_planned": use_planned}, survey))
     if json:
         say_json(inspection)
     else:
@@ -62,7 +66,7 @@ def _inspect(
     raise typer.Exit(0 if usable else 1)
 
 
-def _read_with_progress(survey: Path) -> Inspection:
+def _read_with_progress(survey: Path, settings: Settings) -> Inspection:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from vislam2tag.sessions.inspection import inspect_survey
@@ -71,7 +75,12 @@ def _read_with_progress(survey: Path) -> Inspection:
     columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None)
-        return inspect_survey(survey, progress=lambda done, total: bar.update(task, completed=done, total=total))
+        return inspect_survey(
+            survey,
+            settings.findings,
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            survey_settings=settings.survey,
+        )
 
 
 def _print(inspection: Inspection) -> None:

@@ -65,9 +65,9 @@ Formats, recognised by names and first lines unless --format says which:
 All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
 docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
 
-Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, or
-no fingerprint has a position, 2 wrong usage, files that are not of the format, or DS cannot be written, 130
-interrupted.
+Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, no
+reading can be used, or no fingerprint has a position, 2 wrong usage, files that are not of the format, or DS cannot
+be written, 130 interrupted.
 
 \b
 Examples:
@@ -142,9 +142,12 @@ def _import(
         say_json(dataset.info)
     else:
         say("\n".join(_summary(dataset, out)))
+    if not dataset.measured:
+        say("no reading of these files can be used: correct what the findings name and import again", err=True)
+    elif not json:
         next_step("import" if dataset.labelled else "no position", dataset=out, page=out / PAGE_FILE)
     odd = any(finding.severity is Severity.ERROR for finding in dataset.info.findings)
-    raise typer.Exit(1 if odd or not dataset.labelled else 0)
+    raise typer.Exit(1 if odd or not dataset.measured or not dataset.labelled else 0)
 
 
 def _bytes(gigabytes: float) -> int:

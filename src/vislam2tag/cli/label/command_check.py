@@ -43,8 +43,8 @@ are named, and on each floor the three places where one more landmark would lowe
 walkable space of the plans was walked, room by room, which rooms nobody entered, and the walk that would fill it.
 Nothing is written but --out.
 
-Exit code: 0 all sessions checked (whatever was found), 1 at least one session cannot be read or mapped, or the labels
-of none could be judged, 2 wrong usage, not a survey, or the folder cannot be written, 130 interrupted.
+Exit code: 0 nothing is wrong, 1 a landmark or known position is, a session cannot be read or mapped, or the labels of
+none could be judged, 2 wrong usage, not a survey, or the folder cannot be written, 130 interrupted.
 
 \b
 Examples:
@@ -85,15 +85,24 @@ def _check(
     selection = selection_of(floor, device)
     with outputs_of_interrupted(*(() if out is None else (out / CHECK_FILE, out / PAGE_FILE))):
         found = _with_progress(survey, settings, out, landmarks, selection, follow_links, jobs)
-    sound = found.checked and not found.failed
+    after = _after(found)
     if json:
         say_json(found)
-        raise typer.Exit(0 if sound else 1)
-    _print(found)
-    if out is not None:
-        say(f"page: {out / PAGE_FILE}")
-    next_step("check" if sound else "check, failed", survey=survey)
-    raise typer.Exit(0 if sound else 1)
+    else:
+        _print(found)
+        if out is not None:
+            say(f"page: {out / PAGE_FILE}")
+        next_step(after, survey=survey)
+    raise typer.Exit(0 if after == "check" else 1)
+
+
+def _after(found: SurveyCheck) -> str:
+    """Name what to go on with."""
+    from vislam2tag.common.judgement import Answer
+
+    if found.failed or not found.checked:
+        return "check, failed"
+    return "process, faults" if found.judgement.answer is Answer.WRONG else "check"
 
 
 def _with_progress(

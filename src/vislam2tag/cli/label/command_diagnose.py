@@ -95,21 +95,21 @@ def _diagnose(
         add_entries(survey, lines)
         say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
     if not json:
-        next_step(_after(found, bool(lines), apply), survey=survey)
-    sound = found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
-    raise typer.Exit(0 if sound or (apply and lines) else 1)
+        next_step(_after(found, apply), survey=survey)
+    raise typer.Exit(0 if _is_sound(found) or (apply and lines) else 1)
 
 
-def _after(found: Diagnosis, correctable: bool, applied: bool) -> str:
+def _is_sound(found: Diagnosis) -> bool:
+    return found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
+
+
+def _after(found: Diagnosis, applied: bool) -> str:
     """Name what to go on with."""
-    from vislam2tag.diagnosis.record import FaultKind
-
-    by_hand = (FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
-    if any(fault.kind in by_hand for fault in found.faults) or (found.faults and not correctable):
-        return "diagnose, by hand"
-    if correctable:
+    if found.correctable:
         return "diagnose" if applied else "diagnose, faults"
-    return "diagnose" if found.judgement.answer is Answer.NOTHING_WRONG else "diagnose, not judged"
+    if found.faults:
+        return "diagnose, by hand"
+    return "diagnose" if _is_sound(found) else "diagnose, not judged"
 
 
 def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:

@@ -41,8 +41,8 @@ track, a truth of the whole walk (truth.csv, .tum, .euroc or .kitti in the sessi
 OUT/errors.csv, errors.tex, sessions.csv, dense.csv, evaluation.json, report.html and OUT/trajectories (TUM files, which
 evo reads). docs/how-to/evaluate.md tells what each figure is. Truth is never used to map.
 
-Exit code: 0 all right, 1 at least one session cannot be read or mapped, or none compared, 2 wrong usage, not a survey,
-no truth, or OUT cannot be written, 130 interrupted.
+Exit code: 0 all right (odd control points are named and no failure), 1 at least one session cannot be read or mapped,
+or none compared, 2 wrong usage, not a survey, no truth, or OUT cannot be written, 130 interrupted.
 
 \b
 Examples:

@@ -62,9 +62,8 @@ Map every session of a fleet's surveys; what is done and unchanged is not repeat
 Writes STORE/labels/SURVEY (as process), STORE/tables (by survey and floor), STORE/report and the catalogue. Settings
 are those of --config, or of the vislam2tag.toml in each survey.
 
-Exit code: 0 all right, 1 at least one session or survey cannot be read or mapped, or no frame has a position, 2 wrong
-usage, or STORE cannot be read or written, 130 interrupted. Whatever ended a run early, the same command goes on, from
-any machine.
+Exit code: 0 all right, 1 a survey cannot be read, or process would end with 1 for it, 2 wrong usage, or STORE cannot
+be read or written, 130 interrupted. Whatever ended a run early, the same command goes on, from any machine.
 
 \b
 Examples:
@@ -202,11 +201,12 @@ def _process(
             _print_dry_run(store, tuple(survey or ()), config, run_all, json)
             return
         totals, failed = _process_with_progress(store, tuple(survey or ()), config, run_all, follow_links)
+    failed = failed or not totals.surveys
     _print_totals(totals, json)
     if not json:
-        after = "fleet process, failed" if failed or not totals.frames_labelled else "fleet process"
+        after = "fleet process, failed" if failed else "fleet process"
         next_step(after, fleet=store, page=store / "report" / "index.html")
-    raise typer.Exit(1 if failed or not totals.frames_labelled else 0)
+    raise typer.Exit(1 if failed else 0)
 
 
 def _print_dry_run(store: Path, surveys: tuple[str, ...], config: Path | None, executor: Executor, json: bool) -> None:
@@ -241,8 +241,8 @@ def _process_with_progress(
         def advance(done: Any, total: int) -> None:
             if isinstance(done, SessionOutcome):
                 bar.advance(total, done.error, done.outcome.rows)
-            elif done.error is not None:
-                bar.fail(done.error)
+            elif done.problem is not None:
+                bar.fail(done.problem)
 
         try:
             totals = process_fleet(

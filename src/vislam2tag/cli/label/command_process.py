@@ -45,9 +45,9 @@ Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OU
 OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
 same OUT finished, and that have not changed since, are not repeated.
 
-Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, no frame has a
-position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted. Whatever
-ended a run early, the same command goes on.
+Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
+frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
+interrupted. Whatever ended a run early, the same command goes on.
 
 \b
 Examples:
@@ -125,7 +125,7 @@ def _process(
         summary = _process_with_progress(
             survey, out, settings, lines=on_cluster, executor=run_all, follow_links=follow_links, **options
         )
-    code = 1 if summary.failed or summary.has_wrong_ids or not has_labels(summary) else 0
+    code = 0 if summary.problem is None else 1
     if json:
         say_json(summary)
         raise typer.Exit(code)
@@ -137,21 +137,14 @@ def _process(
     raise typer.Exit(code)
 
 
-def has_labels(summary: Summary) -> bool:
-    """Whether any frame has a position, certain or not."""
-    from vislam2tag.core.status import Status
-
-    return any(summary.frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
-
-
 def _after(summary: Summary) -> str:
     """Name what to go on with."""
     from vislam2tag.report.run_page.verdict import joining_helps
 
     found = {
-        "process, unsure": joining_helps(summary) and not summary.faults and has_labels(summary),
-        "process, failed": summary.failed > 0 or not has_labels(summary),
-        "process, faults": bool(summary.faults),
+        "process, faults": bool(summary.faults) and not summary.failed and summary.frames_placed > 0,
+        "process, failed": summary.problem is not None,
+        "process, unsure": joining_helps(summary),
     }
     return next((name for name, so in found.items() if so), "process")
 
@@ -202,10 +195,10 @@ def _print_summary(summary: Summary, out: Path) -> None:
 
     say(
         f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "
-        f"{summary.distance_m:.0f} m; frames labelled: {_share(summary.frames)}"
+        f"{summary.distance_m:.0f} m; frames labelled: {share_text(summary.frames)}"
     )
     for table, counts in summary.readings.items():
-        say(f"{table}: {sum(counts.values())} rows, labelled: {_share(counts)}")
+        say(f"{table}: {sum(counts.values())} rows, labelled: {share_text(counts)}")
     for name, counts in (("findings about the site", summary.site_findings), ("findings", summary.findings)):
         if counts:
             say(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
@@ -219,7 +212,8 @@ def _print_summary(summary: Summary, out: Path) -> None:
     say(f"report: {shown(out / 'report.html')}")
 
 
-def _share(counts: dict[str, int]) -> str:
+def share_text(counts: dict[str, int]) -> str:
+    """The share of frames or rows that are labelled, and how many more have an uncertain position."""
     from vislam2tag.core.status import Status, labelled_share
 
     share = labelled_share(counts)

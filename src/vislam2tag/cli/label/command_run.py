@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.interrupted import contents_there, interrupted_with
-from vislam2tag.cli.label.command_process import has_labels
+from vislam2tag.cli.label.command_process import share_text
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
@@ -28,8 +28,9 @@ Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as dia
 OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything: what
 is done and unchanged is kept. Each step has a command of its own with more options.
 
-Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, no frame has a
-position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130 interrupted.
+Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
+frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
+interrupted.
 
 \b
 Examples:
@@ -69,8 +70,7 @@ def _run(
         say_json(made)
     else:
         _print(made, survey, out)
-    failed = made.labels.failed or made.labels.has_wrong_ids or not has_labels(made.labels)
-    raise typer.Exit(1 if failed else 0)
+    raise typer.Exit(0 if made.labels.problem is None else 1)
 
 
 def _with_progress(
@@ -100,11 +100,8 @@ def _with_progress(
 
 
 def _print(made: SurveyRun, survey: Path, out: Path) -> None:
-    from vislam2tag.core.status import labelled_share
-
-    share = labelled_share(made.labels.frames)
-    labelled = "no frame has a position" if share is None else f"{100 * share:.1f} % of frames have a position"
-    say(f"{made.labels.sessions} sessions ({made.labels.failed} failed): {labelled}")
+    labelled = share_text(made.labels.frames)
+    say(f"{made.labels.sessions} sessions ({made.labels.failed} failed); frames labelled: {labelled}")
     for floor in made.check.floors:
         say(f"floor {floor.number}: mean error to expect {floor.expected_m:.2f} m")
     for bad in made.check.bad_landmarks:
@@ -115,5 +112,11 @@ def _print(made: SurveyRun, survey: Path, out: Path) -> None:
     if made.kept:
         say(f"unchanged and kept: {', '.join(made.kept)}")
     say(f"page: {out / 'index.html'}")
-    after = "run, faults" if made.faults else "run" if has_labels(made.labels) else "process, failed"
-    next_step(after, survey=survey, dataset=out / "dataset")
+    next_step(_after(made), survey=survey, dataset=out / "dataset")
+
+
+def _after(made: SurveyRun) -> str:
+    """Name what to go on with."""
+    if made.faults:
+        return "run, faults" if made.correctable else "run, by hand"
+    return "run" if made.labels.problem is None else "process, failed"

@@ -33,7 +33,8 @@ clicks on the plan (--click writes the page, --clicks reads its file) are cheape
 without --out or --write. docs/how-to/registration.md tells formats and method.
 
 Exit code: 0 all right, 1 something was left out, a landmark got no position, two look interchanged, or names do not
-match the landmark table, 2 wrong usage, or the measurements do not suffice, 130 interrupted.
+match the landmark table (then --write writes nothing), 2 wrong usage, or the measurements do not suffice, 130
+interrupted.
 
 \b
 Examples:
@@ -131,7 +132,8 @@ def _register(
         free_scale=scale == "free",
     )
     found = registering.register(whole, chosen, sources, settings)
-    written = registering.write_into_site(site, chosen, found, replace=replace) if write else []
+    refused = write and found.has_other_names
+    written = registering.write_into_site(site, chosen, found, replace=replace) if write and not refused else []
     written += [] if out is None else registering.write_folder(out, site, chosen, found)
     if json:
         say_json(found)
@@ -139,8 +141,17 @@ def _register(
         _print(found, settings.shot_sigma_m)
         for path in written:
             say(f"written: {path}")
-        next_step("register" if write else "register, not written", site=site)
+        if refused:
+            say("nothing was written into the site: the names are not those of its landmark table")
+        next_step(_after(found, write), site=site)
     raise typer.Exit(0 if found.complete else 1)
+
+
+def _after(found: Registration, write: bool) -> str:
+    """Name what to go on with."""
+    if found.has_other_names:
+        return "register, other names"
+    return "register" if write else "register, not written"
 
 
 def _write_page(page: Path, site: Site, floor: Floor) -> None:

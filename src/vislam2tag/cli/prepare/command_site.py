@@ -14,6 +14,7 @@ from vislam2tag.cli.prepare.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import print_findings, print_site, print_warnings, site_record, table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.judgement import Answer
 
 if TYPE_CHECKING:
     from vislam2tag.survey.frame_change import FrameChanges
@@ -21,10 +22,11 @@ if TYPE_CHECKING:
 HELP = """
 The site that a survey is of: building, floors, plans, frames (docs/how-to/site.md).
 """
-SHOW_HELP = f"""
+SHOW_HELP = """
 Show a site: a table of its floors, and with --out a drawing of plans, landmarks, control points, axes and scale.
 
-{SITE_CODES}
+Exit code: 0 nothing is wrong (warnings are no failure), 1 a finding is an error, 2 wrong usage or unusable files, or
+nothing can be written, 130 interrupted.
 
 \b
 Examples:
@@ -90,14 +92,18 @@ def _show(
     summary = summarise_site(site, floor or (), follow_links=follow_links)
     if out is not None:
         draw_site(summary, title_of(site, follow_links=follow_links), out)
+    wrong = summary.judgement.answer is Answer.WRONG
     if json:
         say_json(site_record(summary))
-        return
+        raise typer.Exit(1 if wrong else 0)
     print_site(summary)
     if out is not None:
         say(f"drawn: {out}")
     drawn = any(floor.pixel_m is not None for floor in summary.floors)
     say(f"site files: {summary.judgement.sentence}")
+    if wrong:
+        next_step("inspect, unusable", survey=site)
+        raise typer.Exit(1)
     next_step("site show" if drawn else "site show, no plan", site=site)
 
 

@@ -59,7 +59,12 @@ def read_key(path: Path) -> bytes:
 
 def hashed(identifier: str, key: bytes) -> str:
     """Hash an access point's identifier (HMAC-SHA256, RFC 2104): 32 hex digits; all notations are the same."""
-    return hmac.new(key, normal_address(identifier).lower().encode(), hashlib.sha256).hexdigest()[:_HASH_DIGITS]
+    return hashed_as_written(normal_address(identifier), key)
+
+
+def hashed_as_written(identifier: str, key: bytes) -> str:
+    """Hash as 0.2 did: upper and lower case are the same, other notations are not."""
+    return hmac.new(key, identifier.lower().encode(), hashlib.sha256).hexdigest()[:_HASH_DIGITS]
 
 
 def key_name(key: bytes) -> str:

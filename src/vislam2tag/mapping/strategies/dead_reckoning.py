@@ -21,7 +21,8 @@ from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
 from vislam2tag.heights.by_pressure import heights_by_pressure
 from vislam2tag.heights.rides import altitude_m
 from vislam2tag.heights.settings import HeightSettings
-from vislam2tag.mapping.registry import WITHOUT_TRACKER, register
+from vislam2tag.mapping.registry import register
+from vislam2tag.mapping.settings import WITHOUT_TRACKER
 from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder
 
 APART_M = 2.0
@@ -61,6 +62,7 @@ class DeadReckoning:
             events=_events(camera, walk, frame, time_s, self.settings),
             not_converged=() if walk.path.converged else ("path",),
             fix_contradiction_m=float(np.median(contradiction_m)),
+            fixes_used=len(walk.names),
         )
 
     def reckoned(self, camera: CameraTrack, landmarks: Landmarks) -> ReckonedWalk | None:

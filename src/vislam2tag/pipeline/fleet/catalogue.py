@@ -23,7 +23,8 @@ from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SNAPSHOTS
 
 PROGRAM = "vislam2tag fleet"
 NEW, CHANGED, DONE, FAILED, UNREADABLE = "new", "changed", "done", "failed", "unreadable"
-"""States: never processed; its files have changed since; every session is mapped; some are not; it cannot be opened."""
+"""States: never processed; its files have changed since; every session is mapped; some are not, the ids are wrong or no
+frame has a position; it cannot be opened."""
 STATES = (NEW, CHANGED, DONE, FAILED, UNREADABLE)
 CATALOGUE: dict[str, pl.DataType] = {
     "survey": pl.String(),

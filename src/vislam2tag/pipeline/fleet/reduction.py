@@ -57,6 +57,14 @@ class SurveyOutcome:
     survey: str
     row: dict[str, Any]
     error: str | None
+    """Why it could not be reduced."""
+
+    @property
+    def problem(self) -> str | None:
+        """Why the survey is not done, unless its sessions say so themselves."""
+        if self.error is not None:
+            return self.error
+        return None if self.row["state"] == DONE or self.row["failed"] else f"{self.survey}: {self.row['error']}"
 
 
 def reduction_code() -> str:
@@ -118,10 +126,10 @@ def _mark_of(labels: str) -> bytes:
 
 def _row(summary: Summary, rows: list[dict[str, Any]]) -> dict[str, Any]:
     return {
-        "state": FAILED if summary.failed else DONE,
+        "state": DONE if summary.problem is None else FAILED,
         "sessions": summary.sessions,
         "failed": summary.failed,
-        "error": next(iter(summary.failures.values()), None),
+        "error": summary.problem,
         "duration_s": summary.duration_s,
         "distance_m": summary.distance_m,
         "frames": sum(row["frames"] for row in rows),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,7 +86,7 @@ def attach(
     recording = read_recording(other, columns, zone)
     how, clock, refused = first_clear(possible_alignments(session, recording, by))
     if clock is None:
-        raise UsageError(_nothing_tells(other, refused, by))
+        raise UsageError(_nothing_tells(other, refused, by, recording.findings))
     rows = {table: content.height for table, content in recording.tables.items()}
     inside = _inside(session, recording, clock)
     if not any(inside.values()):
@@ -144,7 +145,7 @@ def _path_from(walk: Path, other: Path) -> str:
     return Path(os.path.relpath(other, walk)).as_posix() if survey in other.parents else other.as_posix()
 
 
-def _nothing_tells(other: Path, refused: list[str], by: str | None) -> str:
+def _nothing_tells(other: Path, refused: list[str], by: str | None, findings: Sequence[Finding]) -> str:
     if refused:
         return (
             f"{other}: what both recorded does not tell clearly how their clocks relate ({'; '.join(refused)}): carry "
@@ -154,4 +155,5 @@ def _nothing_tells(other: Path, refused: list[str], by: str | None) -> str:
     return (
         f"{other}: nothing in it can be compared{what} with the walk: needed are a gyroscope or accelerometer, access "
         f"points that both heard, or taps on both; see the folder {FOLDER} in docs/how-to/two-phones.md"
+        + "".join(f". {each.kind} {each.count}: {each.message}" for each in findings)
     )

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.judgement import counted
 from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.dead_reckoning.contradictions import MIN_JUDGED
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.trajectory_builder import surveyed_rows
 from vislam2tag.sessions.prepared import PreparedSession
@@ -24,6 +26,7 @@ def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m
         *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, radius_m, needs),
         *(_contradiction(found, landmarks) for found in trajectory.contradictions),
         *_contradicting_fixes(trajectory, prepared),
+        *_unjudged_fixes(trajectory),
         *_not_converged(trajectory),
         *_passes_left_out(trajectory, len(session.landmarks.ids)),
     ]
@@ -95,9 +98,23 @@ def _contradicting_fixes(trajectory: Trajectory, prepared: PreparedSession) -> l
     message = (
         f"the walk cannot have been at its {len(fixes.time_ns)} known positions ({fixes.name[0]}, ...) at their times: "
         f"they contradict its steps, the time or each other by {trajectory.fix_contradiction_m:.0f} m (median). Its "
-        "sigma covers that; check which points were pressed, and in which order"
+        "sigma covers that; check which points were pressed, and in which order. If the positions are right, the phone "
+        "was rolled (on a cart), not carried: dead reckoning needs steps"
     )
     return [Finding(kind="contradicting_fixes", file="", count=len(fixes.time_ns), message=message)]
+
+
+def _unjudged_fixes(trajectory: Trajectory) -> list[Finding]:
+    """Known positions of a walk without a tracker that are too few to show whether its path is right."""
+    used = trajectory.fixes_used
+    if used is None or used >= MIN_JUDGED or trajectory.fix_contradiction_m:
+        return []
+    message = (
+        f"the path could not be judged: the walk has {counted(used, 'known position')} within its readings, and fewer "
+        f"than {MIN_JUDGED} agree with any speed and heading. Its sigma allows for that, so that frames far from them "
+        "are 'uncertain'; tap more places, at least one a minute"
+    )
+    return [Finding(kind="unjudged_fixes", file="", count=used, message=message)]
 
 
 def _not_converged(trajectory: Trajectory) -> list[Finding]:

@@ -11,6 +11,7 @@ from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.labeling.results import PassesRecord
+from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.smoother.drift import STATES
 from vislam2tag.smoother.observations import WalkObservations
@@ -37,6 +38,7 @@ def passes_record(prepared: PreparedSession, range_m: float) -> PassesRecord | N
         sighting_m2=_rounded(walk.sighting_m2.tolist()),
         drift=[_rounded(row) for row in walk.drift.reshape(-1, STATES**2).tolist()],
         places={name: (floor, at.real, at.imag) for name, (floor, at) in places_of(prepared).items()},
+        id_shift=walk_id_shift(session.camera, session.landmarks, prepared.landmarks),
     )
 
 
@@ -61,6 +63,7 @@ def kept_walk(key: SessionKey, record: PassesRecord) -> tuple[WalkPasses, Places
         offset=_complex(record.offset),
         sighting_m2=np.array(record.sighting_m2, dtype=np.float64),
         drift=np.array(record.drift, dtype=np.float64).reshape(-1, STATES, STATES),
+        id_shift=record.id_shift,
     )
     return walk, {name: (floor, complex(x, y)) for name, (floor, x, y) in record.places.items()}
 

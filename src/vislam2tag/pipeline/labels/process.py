@@ -17,7 +17,6 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.progress import Progress, silent
@@ -61,12 +60,8 @@ from vislam2tag.survey.links import is_described_from_outside, shared_survey
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
 
-ID_FINDINGS: dict[FaultKind, FindingKind] = {
-    FaultKind.OTHER_IDS: "other_ids",
-    FaultKind.SHIFTED_IDS: "shifted_ids",
-    FaultKind.PLANNED: "planned_landmarks",
-}
-"""Faults of ids, for which there are no lines for ``corrections.toml``, and the findings that name them."""
+REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
+"""Faults that findings of the site or of sessions report already."""
 
 
 def process(
@@ -347,7 +342,8 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     rooms = RoomsOnPlans(shown.root, shown.site)
     summary = summarise(results(), settings.strategy, __version__)
     faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
-    survey = dataclasses.replace(shown, findings=(*shown.findings, *map(_fault_finding, faults)))
+    new = [_fault_finding(fault) for fault in faults if fault.kind not in REPORTED]
+    survey = dataclasses.replace(shown, findings=(*shown.findings, *new))
     said = {
         "faults": [fault.summary for fault in faults],
         "judgement": judgement,
@@ -380,10 +376,9 @@ def kept_faults(
 
 
 def _fault_finding(fault: Fault) -> Finding:
-    kind = ID_FINDINGS.get(fault.kind)
-    if kind is not None:
+    if fault.kind is FaultKind.OTHER_IDS:  # there are no lines for corrections.toml
         message = f"{fault.summary}: {fault.evidence}"
-        return Finding(kind=kind, file="", count=len(fault.landmarks), message=message, severity=Severity.ERROR)
+        return Finding(kind="other_ids", file="", count=len(fault.landmarks), message=message, severity=Severity.ERROR)
     what = f"vislam2tag diagnose gives the lines for {CORRECTIONS_FILE} that correct it"
     message = f"{fault.summary}: {fault.evidence}; {what}"
     return Finding(kind="survey_fault", file=CORRECTIONS_FILE, count=1, message=message)

@@ -16,7 +16,7 @@ from vislam2tag.common.judgement import Answer, Judgement, counted
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
-from vislam2tag.dataset.transmitters.privacy import hashed, key_name
+from vislam2tag.dataset.transmitters.privacy import hashed, hashed_as_written, key_name
 from vislam2tag.intake.addresses import normal_address
 from vislam2tag.positioning.model_file import SavedModel, load_model
 from vislam2tag.positioning.scans.places import Positions
@@ -215,7 +215,8 @@ def namer(saved: SavedModel, key: bytes | None) -> Callable[[str], str]:
     @lru_cache(_NAMES_KEPT)
     def name(identifier: str) -> str:
         if key is not None:
-            return hashed(identifier, key)
+            code = hashed(identifier, key)
+            return known.get(code, known.get(hashed_as_written(identifier, key), code))
         return known.get(identifier, known.get(normal_address(identifier).lower(), identifier))
 
     return name

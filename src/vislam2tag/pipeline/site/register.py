@@ -116,8 +116,14 @@ def _measured(
 def write_into_site(root: Path, floor: Floor, found: Registration, *, replace: bool) -> list[Path]:
     """Write the landmarks (and control points) into the floor's own files, and the record beside them.
 
-    Raises OutputError where other positions stand there and ``replace`` is not given; then nothing is written.
+    Raises OutputError if the names are not those of the landmark table, or if the files have other positions and
+    ``replace`` is not given; then nothing is written.
     """
+    if found.has_other_names:
+        raise OutputError(
+            f"{_folder_of(root, floor) / LANDMARK_FILE}: the names measured are not those of the table, so nothing is "
+            "written; give the points the ids of the table, or add rows with their ids to it"
+        )
     folder = _folder_of(root, floor)
     texts = _texts(root, folder, floor, found, replace=replace)
     for name, text in texts.items():

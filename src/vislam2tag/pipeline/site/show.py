@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.whole_file import write_file
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, count_of
 from vislam2tag.common.judgement import Judgement, counted
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.figures.site_plan import site_plan
@@ -46,11 +46,11 @@ class SiteSummary:
         """Whether something is wrong with the site's files, and what was there to look at."""
         plans = sum(one.pixel_m is not None for one in self.floors)
         marks = sum(one.landmarks.total for one in self.floors)
-        wrong = sum(one.severity is not Severity.INFO for one in self.findings)
+        wrong, warnings = (count_of(severity, self.findings) for severity in (Severity.ERROR, Severity.WARNING))
         missing = len(self.floors) - plans
         why = f"{counted(missing, 'floor')} without a plan: whether landmarks are on it could not be judged"
         looked_at = f"{counted(len(self.floors), 'floor')}, {counted(plans, 'plan')}, {counted(marks, 'landmark')}"
-        return Judgement.of(wrong, plans + marks, looked_at, why if missing else "")
+        return Judgement.of(wrong, plans + marks, looked_at, why if missing else "", warnings)
 
 
 def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: bool = False) -> SiteSummary:

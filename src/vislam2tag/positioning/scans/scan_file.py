@@ -11,7 +11,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -22,9 +22,9 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding
-from vislam2tag.intake.addresses import NO_ADDRESS, is_masked
-from vislam2tag.intake.not_heard import Judgement, filler_of
-from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH, in_range, is_sign_lost, may_lack_its_sign
+from vislam2tag.intake.addresses import is_masked, masked_addresses, normal_address
+from vislam2tag.intake.not_heard import Filler, Judgement, filler_found, filler_of
+from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH, in_range, is_sign_lost, lost_sign, may_lack_its_sign
 from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
@@ -41,15 +41,10 @@ LOST_SIGN: FindingKind = "lost_sign"
 FILLER: FindingKind = "unstated_filler"
 Fields = tuple[str, str, str, str, str]
 """Scan, access point, level, session and time as text; empty where it is not said."""
+_LEFT_OUT = "these lines are left out"
 _MESSAGES: dict[FindingKind, str] = {
-    MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; the lines are left out",
-    UNTIMED: "time_ns is no whole number; the scans stand alone, outside their session",
-    ABSURD: f"signal strengths must be {SIGNAL_STRENGTH.range_text}; the lines are left out. Possible cause: "
-    f"{SIGNAL_STRENGTH.cause}",
-    LOST_SIGN: "most levels are positive: the sign was lost (65 for -65); the lines are left out. Negate the levels",
-    MASKED: f"an address is masked or empty; the lines are left out. {NO_ADDRESS}",
-    FILLER: "the level of most lines, at the edge of all others, stands for 'not heard'; the lines are left out. "
-    "No action needed if that is right",
+    MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; {_LEFT_OUT}",
+    UNTIMED: "time_ns is not a whole number; these scans are located alone, outside their session",
 }
 
 
@@ -70,6 +65,10 @@ class BadLines:
     first: dict[FindingKind, list[int]] = field(default_factory=dict)
     levels: int = 0
     """Lines with a number for a level."""
+    masked: set[str] = field(default_factory=set)
+    """What was written for addresses that are not known."""
+    filler: Filler | None = None
+    """The level that stands for "not heard"."""
 
     def add(self, kind: FindingKind, line: int) -> None:
         """Count a line (1-based)."""
@@ -83,9 +82,21 @@ class BadLines:
         if LOST_SIGN in self.counts and not is_sign_lost(self.counts[LOST_SIGN], self.levels):
             self._join(LOST_SIGN, ABSURD)
         return tuple(
-            Finding(kind=kind, file=self.file, count=count, message=_MESSAGES[kind], lines=tuple(self.first[kind]))
+            self._finding(kind).model_copy(update={"count": count, "lines": tuple(self.first[kind])})
             for kind, count in sorted(self.counts.items())
         )
+
+    def _finding(self, kind: FindingKind) -> Finding:
+        count, lines = self.counts[kind], self.first[kind]
+        if kind == MASKED:
+            return masked_addresses(self.file, lines, list(self.masked))
+        if kind == LOST_SIGN:
+            return lost_sign(self.file, count, lines, _LEFT_OUT)
+        if kind == ABSURD:
+            return SIGNAL_STRENGTH.outside(self.file, lines, _LEFT_OUT)[0]
+        if kind == FILLER and self.filler is not None:
+            return filler_found(self.file, replace(self.filler, share=count / self.levels), count, None)
+        return Finding.at_lines(kind, self.file, lines, _MESSAGES[kind])
 
     def _join(self, kind: FindingKind, into: FindingKind) -> None:
         """Count the lines of one kind as those of another."""
@@ -115,14 +126,14 @@ class _Gathered:
         self.sessions.append(session)
         self.times_ns.append(time_ns)
 
-    def filler(self) -> float | None:
+    def filler(self) -> Filler | None:
         """The level that stands for "not heard" in these scans; None if there is none."""
         heard = pl.DataFrame(
             {"bssid": self.bssids, "rssi_dbm": self.levels}, {"bssid": pl.String, "rssi_dbm": pl.Float64}
         )
         points = heard["bssid"].n_unique()
         found = filler_of(heard, points, len(self.ids) * points - heard.height, SIGNAL_STRENGTH)
-        return found.level if found.judgement is Judgement.FOUND else None
+        return found if found.judgement is Judgement.FOUND else None
 
     def leave_out(self, filler: float, bad: BadLines) -> None:
         """Leave out the readings with a level that stands for "not heard"."""
@@ -152,12 +163,11 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
     A scan of which no line can be used is there, without readings. Raises DatasetError where the file cannot be read,
     has not the columns, or scatters the readings of a scan.
     """
-    fillers: list[float | None] = []
-    for gathered in _gathered(path, bad, name):
-        if not fillers:
-            fillers.append(gathered.filler())
-        if fillers[0] is not None:
-            gathered.leave_out(fillers[0], bad)
+    for number, gathered in enumerate(_gathered(path, bad, name)):
+        if number == 0:
+            bad.filler = gathered.filler()
+        if bad.filler is not None:
+            gathered.leave_out(bad.filler.level, bad)
         yield gathered.block()
 
 
@@ -209,6 +219,7 @@ def _level_dbm(fields: Fields, line: int, bad: BadLines) -> float | None:
     bad.levels += 1
     if is_masked(fields[1]):
         bad.add(MASKED, line)
+        bad.masked.add(normal_address(fields[1]))
     elif not in_range(level):
         bad.add(LOST_SIGN if may_lack_its_sign(level) else ABSURD, line)
     else:

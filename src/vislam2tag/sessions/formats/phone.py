@@ -48,10 +48,12 @@ from vislam2tag.sessions.tables.camera import poses_of
 from vislam2tag.sessions.tables.landmark_log import frames_of, landmark_log
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.recognised_times import (
+    clock_of,
     with_frame_times,
     with_landmark_times,
     with_reading_times,
     with_scan_times,
+    with_times_of,
 )
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
@@ -106,15 +108,17 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
     camera = _camera(reading, settings)
     landmarks = _landmarks(reading, camera)
     anchors = _anchors(reading, camera)
-    tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
-    ble = _ble(reading, camera)
+    sensors = _sensors(reading, camera)
+    clock_ns = clock_of(camera, sensors)
+    tables = {"wifi": _wifi(reading, camera, clock_ns, settings), "sensors": sensors}
+    ble = _ble(reading, camera, clock_ns)
     if len(ble):
         tables["ble"] = ble
-    rtt = _rtt(reading, camera)
+    rtt = _rtt(reading, camera, clock_ns)
     if len(rtt):
         tables["rtt"] = rtt
-    presses_ns, taps, taps_file = _presses(reading, camera)
-    recording, told_floors = _recording(reading, record)
+    presses_ns, taps, taps_file = _presses(reading, camera, clock_ns)
+    recording, told_floors = _recording(reading, record, clock_ns)
     camera = replace(camera, anchors=anchors, told_floors=told_floors, pressure=pressure_log(tables["sensors"]))
     session = Session(
         key=key,
@@ -182,7 +186,7 @@ def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     """Rows that the tracker stands for; one that it does not track, or in a lost frame, counts as lost."""
     file, data, table = _table(reading, "landmarks", LANDMARKS)
-    rows, unit = with_landmark_times(unit_poses(reading.account("landmarks", data, table)), file, camera)
+    rows, unit = with_landmark_times(unit_poses(reading.account("landmarks", data, table)), file, clock_of(camera))
     reading.findings += unit
     # A row that is not tracked may have no pose: it says no more than that.
     logged = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
@@ -199,9 +203,10 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
 def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     """Rows of anchors that are tracked, at usable frames with tracking; None where there are none."""
     file, data, table = _table(reading, "anchors", ANCHORS)
-    rows = unit_poses(reading.account("anchors", data, table)).filter(pl.col("state") == TRACKING)
+    rows, unit = with_landmark_times(unit_poses(reading.account("anchors", data, table)), file, clock_of(camera))
+    rows = rows.filter(pl.col("state") == TRACKING)
     position, orientation, sound, findings = poses_of(rows, file)
-    reading.findings += findings
+    reading.findings += [*unit, *findings]
     frame, _ = frames_of(rows["time_ns"].to_numpy(), camera)
     used = sound & (frame >= 0)
     if camera.state is not None and len(camera.time_ns):
@@ -217,9 +222,9 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     return AnchorLog(anchor[order], frame[order], position[order], orientation[order])
 
 
-def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
+def _wifi(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray, settings: FindingSettings) -> pl.DataFrame:
     file, data, table = _table(reading, "wifi", WIFI)
-    rows, unit = with_scan_times(reading.account("wifi", data, table), file, camera)
+    rows, unit = with_scan_times(reading.account("wifi", data, table), file, clock_ns)
     rows, odd = admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file)
     reading.findings += unit
     rows = mark_repeated(rows)
@@ -231,39 +236,43 @@ def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings)
 
 def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     file, data, table = _table(reading, "sensors", SENSORS)
-    rows, unit = with_reading_times(reading.account("sensors", data, table), file, camera)
+    rows, unit = with_reading_times(reading.account("sensors", data, table), file, clock_of(camera))
     sensors, findings = sensor_table(rows.with_columns(pl.col(SENSOR_VALUES).fill_null(0.0)), file)
     reading.findings += [*unit, *findings]
     reading.findings += clock_mismatch(sensors["time_ns"].to_numpy(), file, camera)
     return sensors
 
 
-def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
+def _ble(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
     file, data, table = _table(reading, "ble", BLE)
-    rows = reading.account("ble", data, table)
+    rows, unit = with_times_of(reading.account("ble", data, table), file, clock_ns)
     rows = rows.with_columns(pl.col("name").fill_null(""), normal_uuids(rows["uuid"]))
     rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
     rows = mark_repeated_ble(rows)
-    reading.findings += [*odd, *ble_findings(rows, file), *clock_mismatch(rows["time_ns"].to_numpy(), file, camera)]
-    return rows
-
-
-def _rtt(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
-    """Ranges to access points; none of apps before them, which have no such file."""
-    file, data = reading.load("rtt")
-    table = parse_phone_table(data, file, RTT)
-    rows, odd = admitted(reading.account("rtt", data, table), "bssid", file)
-    rows = mark_repeated(rows.with_columns(responder=pl.col("responder") != 0))
-    reading.findings += odd
+    reading.findings += [*unit, *odd, *ble_findings(rows, file)]
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 
 
-def _presses(reading: SessionFiles, camera: CameraTrack) -> tuple[IntArray, pl.DataFrame, str]:
+def _rtt(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
+    """Ranges to access points; none of apps before them, which have no such file."""
+    file, data = reading.load("rtt")
+    table = parse_phone_table(data, file, RTT)
+    rows, unit = with_times_of(reading.account("rtt", data, table), file, clock_ns)
+    rows, odd = admitted(rows, "bssid", file)
+    rows = mark_repeated(rows.with_columns(responder=pl.col("responder") != 0))
+    reading.findings += [*unit, *odd]
+    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
+    return rows
+
+
+def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> tuple[IntArray, pl.DataFrame, str]:
     """Times (k,) of presses of the button, ns; the taps on the plan; their file. What was taken back is left out."""
     file, data = reading.load("presses")
     has_places = b"x_m" in data.partition(b"\n")[0].split(b",")
-    rows = reading.account("presses", data, parse_phone_table(data, file, TAPS if has_places else PRESSES))
+    table = parse_phone_table(data, file, TAPS if has_places else PRESSES)
+    rows, unit = with_times_of(reading.account("presses", data, table), file, clock_ns)
+    reading.findings += unit
     undone = rows.filter(pl.col("action") == "undo")["n"]
     kept = rows.filter(~pl.col("n").is_in(undone.to_list()))
     presses_ns = kept.filter(action="press")["time_ns"].to_numpy().astype(np.int64)
@@ -274,10 +283,13 @@ def _presses(reading: SessionFiles, camera: CameraTrack) -> tuple[IntArray, pl.D
     return presses_ns, kept.filter(action="tap").select("row", "time_ns", x, y, "sigma_m"), file
 
 
-def _recording(reading: SessionFiles, record: PhoneRecord | None) -> tuple[Recording, ToldFloors | None]:
+def _recording(
+    reading: SessionFiles, record: PhoneRecord | None, clock_ns: IntArray
+) -> tuple[Recording, ToldFloors | None]:
     """What the recorder says of itself, and where the walker said to have come to another floor."""
     file, data, table = _table(reading, "events", EVENTS)
-    rows = reading.account("events", data, table)
+    rows, unit = with_times_of(reading.account("events", data, table), file, clock_ns)
+    reading.findings += unit
     counts = dict(rows["event"].value_counts().sort("event").iter_rows())
     recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
     if recording.scans_refused:

@@ -22,6 +22,7 @@ from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
 from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.recognised_times import (
+    clock_of,
     with_frame_times,
     with_landmark_times,
     with_reading_times,
@@ -74,10 +75,12 @@ class PublishedFormat:
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
     camera = _camera(reading, settings)
     landmarks = _landmarks(reading, camera)
-    tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
+    sensors = _sensors(reading, camera)
+    clock_ns = clock_of(camera, sensors)
+    tables = {"wifi": _wifi(reading, camera, clock_ns, settings), "sensors": sensors}
     if reading.has("ble"):
-        tables["ble"] = _ble(reading, camera)
-    presses_ns = _presses(reading, camera)
+        tables["ble"] = _ble(reading, camera, clock_ns)
+    presses_ns = _presses(reading, camera, clock_ns)
     pose_lag_s = pose_lag_of(camera, tables["sensors"])
     session = Session(
         key=key,
@@ -102,15 +105,15 @@ def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     file, data = reading.load("landmarks")
     rows = reading.account("landmarks", data, parse_table(data, file, LANDMARK_SCHEMA))
-    rows, unit = with_landmark_times(rows, file, camera)
+    rows, unit = with_landmark_times(rows, file, clock_of(camera))
     log, findings = landmark_log(rows, file, camera)
     reading.findings += [*unit, *findings]
     return log
 
 
-def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
+def _wifi(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray, settings: FindingSettings) -> pl.DataFrame:
     file, data = reading.load("wifi")
-    rows, unit = with_scan_times(reading.account("wifi", data, parse_wifi(data, file)), file, camera, "microseconds")
+    rows, unit = with_scan_times(reading.account("wifi", data, parse_wifi(data, file)), file, clock_ns, "microseconds")
     rows, odd = admitted(rows, "bssid", file)
     rows = mark_repeated(rows)
     reading.findings += [*unit, *odd, *wifi_findings(rows, file, settings)]
@@ -121,16 +124,16 @@ def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings)
 def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     file, data = reading.load("sensors")
     readings = reading.account("sensors", data, parse_table(data, file, SENSOR_SCHEMA))
-    readings, unit = with_reading_times(readings, file, camera)
+    readings, unit = with_reading_times(readings, file, clock_of(camera))
     rows, findings = sensor_table(readings, file)
     reading.findings += [*unit, *findings]
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 
 
-def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
+def _ble(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
     file, data = reading.load("ble")
-    rows, unit = with_times_of(reading.account("ble", data, parse_ble(data, file)), file, camera)
+    rows, unit = with_times_of(reading.account("ble", data, parse_ble(data, file)), file, clock_ns)
     rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
     rows = mark_repeated_ble(rows)
     reading.findings += [*unit, *odd, *ble_findings(rows, file)]
@@ -138,10 +141,10 @@ def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
     return rows
 
 
-def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
+def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> IntArray:
     """Times (k,) of the presses, ns."""
     file, data = reading.load("presses")
-    rows, unit = with_times_of(reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA)), file, camera)
+    rows, unit = with_times_of(reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA)), file, clock_ns)
     reading.findings += unit
     presses_ns = rows["time_ns"].to_numpy().astype(np.int64)
     reading.findings += clock_mismatch(presses_ns, file, camera)

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 from tests.surveys import bytes_of, make_survey
@@ -194,6 +195,20 @@ def test_that_for_walks_without_poses_is_not_among_the_usual_strategies(tmp_path
     names = json.loads((tmp_path / "out" / "run.json").read_bytes())["strategies"]
     assert "smoother" in names
     assert "dead-reckoning" not in names
+
+
+def test_damaged_poses_are_refused_unless_dead_reckoning_is_among_the_strategies(survey: Path, tmp_path: Path) -> None:
+    damaged = Path(shutil.copytree(survey, tmp_path / "survey"))
+    for session in damaged.glob("floor_*/*/*/"):
+        (session / "poses.csv").write_bytes(b"")
+        rows = pl.read_csv(session / "truth.csv").gather_every(2000).select("time_ns", "x", "y").rows()
+        fixes = "".join(f"{time_ns}; {x}; {y}\n" for time_ns, x, y in rows)
+        (session / "fixes.csv").write_text(fixes, encoding="utf-8")
+    refused = evaluate(damaged, tmp_path / "refused", strategies=("smoother",))
+    assert all("--strategy dead-reckoning" in str(each.error) for each in refused.sessions)
+    found = evaluate(damaged, tmp_path / "mapped", strategies=("dead-reckoning",))
+    assert [each.error for each in found.sessions] == [None] * len(found.sessions)
+    assert all(each.measured for each in found.sessions)
 
 
 def test_truth_of_another_tool_from_its_own_folder(survey: Path, out: Path, tmp_path: Path) -> None:

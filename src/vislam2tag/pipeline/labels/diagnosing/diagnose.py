@@ -13,7 +13,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.diagnosis.judged import FEWEST_FIXES, judgement_of
+from vislam2tag.diagnosis.judged import MIN_FIXES, judgement_of
 from vislam2tag.diagnosis.other_ids import id_faults
 from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind, Gain
 from vislam2tag.diagnosis.references import References
@@ -92,7 +92,7 @@ def diagnose(
     faults = [*of_ids, *faults, *odd_faults(found, faults)]
     shares = {session.key: session.share for session in sessions}
     failed = [session.error for session in sessions if session.error is not None]
-    fixes = sum(session.fixes for session in sessions if session.fixes >= FEWEST_FIXES)
+    fixes = sum(session.fixes for session in sessions if session.fixes >= MIN_FIXES)
     return Diagnosis(
         version=__version__,
         sessions=len(sessions),

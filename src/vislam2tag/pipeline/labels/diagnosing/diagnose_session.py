@@ -24,6 +24,7 @@ from vislam2tag.pipeline.labels.kept_passes import Places, places_of
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.record import DoubtfulFix
+from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
@@ -112,7 +113,9 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         share = MappedShare(share.frames, int(labelled.sum()), expected_m)
     return DiagnosedSession(
         session.key,
-        passes=WalkPasses.of(session.key, observations),
+        passes=WalkPasses.of(
+            session.key, observations, walk_id_shift(session.camera, session.landmarks, prepared.landmarks)
+        ),
         places=places_of(prepared),
         signs=stream_signs(whole.session),
         share=share,

@@ -33,7 +33,7 @@ from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_tex
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
@@ -67,6 +67,15 @@ class EvaluationJob:
     def ref(self) -> SessionRef:
         """Where the session lies."""
         return self.task.ref
+
+    @property
+    def inertial(self) -> bool:
+        """Whether the user chose to map walks by their inertial sensors."""
+        return WITHOUT_TRACKER in self.strategies
+
+    def max_sigma_m(self, session: Session) -> float:
+        """Greatest sigma of a session's labels that are compared, metres."""
+        return self.settings.labels.for_session(without_poses=session.camera.without_poses).max_sigma_m
 
     @property
     def truth_place(self) -> tuple[Path, str]:
@@ -111,13 +120,13 @@ def map_with(
 
 
 def _evaluate(job: EvaluationJob) -> SessionEvaluation:
-    prepared = mappable_session(job.task, inertial=job.settings.inertial)
+    prepared = mappable_session(job.task, inertial=job.inertial)
     prepared.refuse_without_frames()
     session, landmarks = prepared.session, prepared.landmarks
     needed = ("local", "local-corrected", REFERENCE)
     everything = map_with((*job.strategies, *needed), session, landmarks, job.settings.mapping)
     chosen = {name: everything[name] for name in job.strategies}
-    limit = job.settings.labels.max_sigma_m
+    limit = job.max_sigma_m(session)
     sure = {name: frames_within_sigma(trajectory, limit) for name, trajectory in everything.items()}
     found = TruthComparisons()
     _at_dense_truth(job, session, landmarks, chosen, found)
@@ -149,9 +158,7 @@ def _at_dense_truth(
     known = [visit.frame for visit in passed if visit.landmark in landmarks.surveyed_ids]
     visits_ns = session.camera.time_ns[known]
     for name, trajectory in mapped.items():
-        points = points_within_sigma(
-            dense_errors(trajectory, path, job.settings.truth), job.settings.labels.max_sigma_m
-        )
+        points = points_within_sigma(dense_errors(trajectory, path, job.settings.truth), job.max_sigma_m(session))
         found.measured.append(strategy_errors(points, "", name, dense_figures(points, path, visits_ns)))
     _write(job, TRUTH, tum_text_of_truth(truth))
 
@@ -195,7 +202,7 @@ def _at_control_points(
         methods[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, own, without_lead=True)
     for method, compare in methods.items():
         for name, trajectory in mapped.items():
-            points = points_within_sigma(compare(trajectory), job.settings.labels.max_sigma_m)
+            points = points_within_sigma(compare(trajectory), job.max_sigma_m(session))
             found.measured.append(strategy_errors(points, method, name))
     names = [floor.control_points.ids[point] for point in truth.identities.point[truth.identified].tolist()]
     found.presses += press_offsets(names, press_errors(reference, truth, own))

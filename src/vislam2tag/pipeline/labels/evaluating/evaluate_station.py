@@ -129,7 +129,7 @@ def _track_file(job: EvaluationJob) -> Path:
 def _walk(job: EvaluationJob, found: TruthComparisons) -> _Walk | None:
     """Read and map a session; None where that cannot be, which the session's own record tells."""
     try:
-        prepared = mappable_session(job.task, inertial=job.settings.inertial)
+        prepared = mappable_session(job.task, inertial=job.inertial)
         prepared.refuse_without_frames()
         track = read_station_track(_track_file(job))
     except SurveyError as error:
@@ -186,7 +186,7 @@ def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, 
     for name in walk.job.strategies:
         points = station_point_errors(walk.mapped[name], known)
         found.measured.append(
-            strategy_errors(points_within_sigma(points, walk.job.settings.labels.max_sigma_m), method, name)
+            strategy_errors(points_within_sigma(points, walk.job.max_sigma_m(walk.session)), method, name)
         )
 
 
