@@ -42,8 +42,18 @@ CORPUS = HERE / "tests" / "corpus"
 Json: TypeAlias = Any
 Digest: TypeAlias = dict[str, Any]
 
-VOLATILE = re.compile(r"(^|_)(seconds|elapsed|took|wall|versions?|commit|fingerprint|sha256|created)(_s|_ns)?$")
-"""Keys of JSON whose values follow from when, where or by which version a command ran."""
+VOLATILE = re.compile(
+    r"(^|_)(seconds|elapsed|took|wall|versions?|commit|fingerprint|sha256|created|contentSize|dateCreated)(_s|_ns)?$"
+)
+"""Keys of JSON, and columns, whose values follow from when, where or by which version a command ran."""
+VOLATILE_FILES = ("log.txt", "times.csv")
+UNLIKE = (
+    (re.compile(r"\b[0-9a-f]{64}\b"), "SHA256"),
+    (re.compile(r"(?<=[.-])([0-9a-f]{12}|[0-9a-f]{8})\b"), "HASH"),
+    (re.compile(r"\b\d+\.\d+\.\d+( \(commit [0-9a-f]+(-dirty)?\))?"), "VERSION"),
+    (re.compile(r"\b\d+(\.\d+)? (s|ms|min|seconds?|minutes?)\b"), "TIME"),
+)
+"""What differs in texts from run to run: hashes of files that contain a version, and durations."""
 DETERMINED = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS"), "1")
 """One thread: sums of several threads depend on their order."""
 MAX_SHOWN = 4
@@ -382,20 +392,26 @@ class Writer:
         self.work, self.private = work, private
 
     def text(self, text: str) -> str:
-        """A text without paths, times and durations."""
+        """A text without what differs from run to run, and masked if private."""
+        text = self._plain(text)
+        return f"{re.sub(r'[^ ]*[^a-z .,;:()]+[^ ]*', '~', text)[:80]} #{_hash(text)}" if self.private else text
+
+    def _plain(self, text: str) -> str:
         for folder, name in ((self.work, "WORK"), (SHARED, "DATA"), (HERE, "REPOSITORY")):
             text = text.replace(str(folder), name)
-        text = re.sub(r"\d+(\.\d+)? (s|ms|min|seconds?|minutes?)\b", "TIME", text)
-        text = re.sub(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?(Z|\+00:00)", "DATE", text) if not self.private else text
-        return f"{re.sub(r'[^ ]*[^a-z .,;:()]+[^ ]*', '~', text)[:80]} #{_hash(text)}" if self.private else text
+        for pattern, name in UNLIKE:
+            text = pattern.sub(name, text)
+        return text
 
     def name(self, name: str) -> str:
         """A file's name or a key, its hash if private."""
+        name = self._plain(name)
         return _hash(name) if self.private else name
 
     def outputs(self, pattern: str) -> Digest:
         """All that is below the paths of this pattern."""
-        files = [file for path in sorted(self.work.glob(pattern)) for file in _files(path)] if pattern else []
+        paths = sorted(self.work.glob(pattern)) if pattern else []
+        files = [file for path in paths for file in _files(path) if file.name not in VOLATILE_FILES]
         groups: defaultdict[str, list[Path]] = defaultdict(list)
         for file in files:
             groups[self._group(file)].append(file)
@@ -417,16 +433,13 @@ class Writer:
             return self._tables(paths, read)
         if suffix in {".json", ".geojson"}:
             return self.json([json.loads(path.read_text(encoding="utf-8")) for path in paths], depth=WRITTEN_DEPTH)
-        if (suffix in TEXTS or paths[0].name == OWN_FILES) and paths[0].name != "log.txt":
+        if suffix in TEXTS or paths[0].name == OWN_FILES:
             text = "\n".join(self._plain(path.read_text(encoding="utf-8", errors="replace")) for path in paths)
             return {"files": len(paths), "lines": text.count("\n") + 1, "hash": _hash(text)}
         return None
 
-    def _plain(self, text: str) -> str:
-        return text.replace(str(self.work), "WORK").replace(str(SHARED), "DATA").replace(str(HERE), "REPOSITORY")
-
     def _tables(self, paths: list[Path], read: Callable[[Path], pl.DataFrame]) -> Digest:
-        tables = [read(path) for path in paths]
+        tables = [table.drop(name for name in table.columns if VOLATILE.search(name)) for table in map(read, paths)]
         table = pl.concat(tables, how="diagonal_relaxed")
         digest: Digest = {"rows": table.height, "columns": {one.name: column(one) for one in table}}
         if len(paths) > 1:
@@ -460,7 +473,7 @@ def _leaves(value: Json, name: Callable[[str], str], path: str = "") -> Iterator
     if isinstance(value, dict):
         for key, inner in value.items():
             if not VOLATILE.search(key):
-                shown = key if re.fullmatch(r"[a-z_A-Z .-]+", key) else name(key)
+                shown = key if re.fullmatch(r"[a-z_ .-]+", key) else name(key)
                 yield from _leaves(inner, name, f"{path}.{shown}" if path else shown)
     elif isinstance(value, list):
         for inner in value:
