@@ -2,11 +2,11 @@
 
     python benchmarks/snapshot.py OUT.json                some ten minutes on one core
     python benchmarks/snapshot.py --compare A.json B.json  the differences by table and column; exit code 1 if any
-    python benchmarks/snapshot.py OUT.json --only demo --only register
+    python benchmarks/snapshot.py OUT.json --only demo --only site
 
 Each command runs as users run it, in an empty folder. Of every table that it writes the digest contains the rows, the
 type of each column, its nulls, a hash of its exact content, and sum, smallest and greatest value to nine digits. JSON,
-printed or written, is taken leaf by leaf. Times, paths, versions, durations and hashes of files are left out, see
+printed or written, is taken by its first keys. Times, paths, versions, durations and hashes of files are left out, see
 VOLATILE. Hashes are exact, so make both files on one machine with the same libraries.
 
 Runs on `../shared/data` are private: their names and texts are masked. Sets that are missing are left out.
@@ -43,10 +43,11 @@ Json: TypeAlias = Any
 Digest: TypeAlias = dict[str, Any]
 
 VOLATILE = re.compile(
-    r"(^|_)(seconds|elapsed|took|wall|versions?|commit|fingerprint|sha256|created|contentSize|dateCreated)(_s|_ns)?$"
+    r"(^|_)(seconds|elapsed|took|wall|versions?|commit|fingerprint|sha256|created|contentSize|dateCreated|size_bytes|fit|predict)(_s|_ns)?$"
 )
 """Keys of JSON, and columns, whose values follow from when, where or by which version a command ran."""
-VOLATILE_FILES = ("log.txt", "times.csv")
+VOLATILE_FILES = ("log.txt", "times.csv", "series.parquet")
+"""Tracebacks, durations, and the studio's curves, whose last digits differ between two runs."""
 UNLIKE = (
     (re.compile(r"\b[0-9a-f]{64}\b"), "SHA256"),
     (re.compile(r"(?<=[.-])([0-9a-f]{12}|[0-9a-f]{8})\b"), "HASH"),
@@ -58,8 +59,8 @@ DETERMINED = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 """One thread: sums of several threads depend on their order."""
 MAX_SHOWN = 4
 """So many values of one leaf are written out, of private runs one; of more, their digest."""
-WRITTEN_DEPTH = 2
-"""JSON that is printed is taken leaf by leaf, written files by the beginnings of their paths: they are many."""
+PRINTED_DEPTH, WRITTEN_DEPTH = 3, 2
+"""Leaves of JSON whose first keys are the same, so many, are taken together; of written files fewer: they are many."""
 OWN_FILES = ".vislam2tag-files"
 WIDTH = 118
 
@@ -203,7 +204,7 @@ PARTS = (
             Run("verify", "verify labels together --json"),
             Run("label", "label co2.csv --labels labels --out co2.parquet --json", "co2.parquet", _readings),
             Run("attach", "attach walk second.csv --json", "walk/companions", _second_phone),
-            Run("process attached", "process survey --out attached --json --jobs 1", "attached"),
+            Run("process attached", "process survey --out attached --json --jobs 1", "attached/sensors"),
             Run("sightings", "sightings survey --tags apriltag-36h11 --tag-side-m 0.16 --json"),
             Run("paper", "paper survey --out paper --json", "paper"),
             Run(
@@ -221,15 +222,15 @@ PARTS = (
                 "simulate",
                 "simulate survey --floors 1 --devices 3 --sessions 2 --minutes 2 --seed 8 --severity default"
                 " --format phone --rtt --ble --json",
-                "survey",
+                "survey/simulation.json",
             ),
             Run("inspect", "inspect survey --json"),
-            Run("run", "run survey --out ran --json --jobs 1", "ran"),
+            Run("run", "run survey --out ran --json --jobs 1", "ran/check"),
             *SURVEY,
             Run(
                 "dataset windows",
                 "dataset labels --out windows --window 1s --radios --no-ssid --json --jobs 1",
-                "windows",
+                "windows/[fr]*.parquet",
             ),
             Run("split", "split set --by block --block-m 8 --guard-m 3 --seed 1 --name blocks --json", "set/splits"),
             Run("splits", "split set --json"),
@@ -242,7 +243,7 @@ PARTS = (
                 for name in ("gia", "tum", "mcap")
             ),
             *(
-                Run(f"import {name}", f"import as-{name} --out from-{name} --json", f"from-{name}")
+                Run(f"import {name}", f"import as-{name} --out from-{name} --json", f"from-{name}/*.parquet")
                 for name in ("parquet", "uji", "comford", "gia")
             ),
             Run(
@@ -448,8 +449,8 @@ class Writer:
             digest["files"] = dict(zip(names, rows, strict=True))
         return digest
 
-    def json(self, documents: Iterable[Json], depth: int | None = None) -> Digest:
-        """The leaves of documents of one form, by their path or its beginning."""
+    def json(self, documents: Iterable[Json], depth: int = PRINTED_DEPTH) -> Digest:
+        """The leaves of documents of one form, by the beginning of their path."""
         leaves: defaultdict[str, list[Json]] = defaultdict(list)
         for document in documents:
             for path, value in _leaves(document, self.name):
@@ -484,7 +485,9 @@ def _leaves(value: Json, name: Callable[[str], str], path: str = "") -> Iterator
 
 def column(series: pl.Series) -> Digest:
     """Type, nulls and content of a column."""
-    digest: Digest = {"type": str(series.dtype), "nulls": series.null_count(), "hash": _hash(_content(series))}
+    digest: Digest = {"type": str(series.dtype), "hash": _hash(_content(series))}
+    if nulls := series.null_count():
+        digest["nulls"] = nulls
     if series.dtype.is_numeric():
         digest |= _range(series.drop_nulls().cast(pl.Float64).to_list())
     return digest
@@ -502,7 +505,7 @@ def _range(numbers: list[float]) -> Digest:
 
 
 def _hash(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:12]
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:8]
 
 
 def _numpy(path: Path) -> pl.DataFrame:
