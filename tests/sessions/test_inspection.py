@@ -32,7 +32,8 @@ def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> 
     write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n7,,\n"})
     session = inspect_survey(tmp_path).sessions[2]
     assert (session.landmarks_seen, session.landmarks_surveyed) == (("10", "7"), 1)
-    presses, finding = session.findings
+    short, presses, finding = session.findings
+    assert short.kind == "poses_not_judged"
     assert (finding.kind, finding.count) == ("landmark_without_position", 1)
     assert (presses.kind, presses.count) == ("missing_control_points", session.presses)
     assert finding.message.startswith("landmarks 7 were seen")
@@ -42,7 +43,8 @@ def test_a_landmark_that_only_another_floor_has_is_a_finding(tmp_path: Path) -> 
     write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n3,1,1\n"})
     session = inspect_survey(tmp_path).sessions[2]
     assert session.landmarks_surveyed == 1
-    assert [finding.kind for finding in session.findings] == ["missing_control_points", "landmark_of_other_floor"]
+    kinds = [finding.kind for finding in session.findings]
+    assert kinds == ["poses_not_judged", "missing_control_points", "landmark_of_other_floor"]
 
 
 def test_ids_that_clash_over_the_floors_walked_fail_the_session(tmp_path: Path) -> None:

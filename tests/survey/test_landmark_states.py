@@ -138,7 +138,7 @@ def twice(root: Path, measured: str) -> list[Finding]:
 def test_sheets_that_the_table_has_twice_are_named(tmp_path: Path) -> None:
     rows = "".join(f"LM{name},{x + 1.5:.3f},{y:.3f}\n" for name, (x, y) in PLACES.items())
     (finding,) = twice(tmp_path / "s", "7,18,9\n" + rows)
-    assert (finding.kind, finding.severity, finding.lines) == ("duplicate_landmarks", Severity.WARNING, (7, 8, 9, 10))
+    assert (finding.kind, finding.severity, finding.lines) == ("duplicate_landmarks", Severity.ERROR, (7, 8, 9, 10))
     assert "landmarks LM1, LM2, LM3, LM4 are measured where landmarks 1, 2, 3, 4 are planned" in finding.message
 
 

@@ -230,7 +230,7 @@ def _with_readings(session: Session) -> Session:
 
 def _with_pose_findings(session: Session, landmarks: Landmarks) -> Session:
     """Add what the poses say against themselves; sessions without poses stay as they are."""
-    if not session.camera.usable.any():
+    if session.camera.without_poses or not session.camera.usable.any():
         return session
     file = next((record.name for record in session.files if record.role == "poses"), "")
     found = pose_findings(session.camera, session.landmarks, landmarks, file)

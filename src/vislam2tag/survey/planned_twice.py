@@ -6,7 +6,7 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.intake.ids import NamedIds, compare_ids
 from vislam2tag.survey.landmark_states import names_shown
 from vislam2tag.survey.surveyed_landmark import SurveyedLandmark
@@ -36,7 +36,7 @@ def planned_twice(file: str, landmarks: Sequence[SurveyedLandmark]) -> list[Find
         "planned, and have similar names: the same sheets? Give each sheet one id, that of the plan if walks log it, "
         "and remove the other row"
     )
-    return [Finding.at_lines("duplicate_landmarks", file, [line[name] for name in pairs], message)]
+    return [Finding.at_lines("duplicate_landmarks", file, [line[name] for name in pairs], message, Severity.ERROR)]
 
 
 def _are_close(

@@ -114,4 +114,4 @@ def test_scans_without_any_position_are_no_success(
     told = vislam2tag("locate", place / "model.v2t", scans, "--out", out, "--json")
     record = json.loads(told.stdout)
     assert (told.returncode, record["located"]) == (1, 0)
-    assert record["judgement"] == {"answer": "not_judged", "looked_at": "", "why": why}
+    assert record["judgement"] == {"answer": "not_judged", "looked_at": "", "why": why, "warnings": 0}

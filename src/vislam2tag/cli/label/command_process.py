@@ -142,9 +142,9 @@ def _after(summary: Summary) -> str:
     from vislam2tag.report.run_page.verdict import joining_helps
 
     found = {
-        "process, faults": bool(summary.faults) and not summary.failed and summary.frames_placed > 0,
+        "process, unsure": joining_helps(summary) and not summary.faults and summary.frames_placed > 0,
         "process, failed": summary.problem is not None,
-        "process, unsure": joining_helps(summary),
+        "process, faults": bool(summary.faults),
     }
     return next((name for name, so in found.items() if so), "process")
 
