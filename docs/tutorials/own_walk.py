@@ -72,7 +72,7 @@ for what, x, y, status in label(mine, folder / "labels").table.select("what", "x
 # ## The same in memory
 #
 # [`map_walk`](../reference/api.md#map_walk) takes tables instead of folders: from Polars, pandas or Arrow. Its
-# positions are those of `process`. Here the tables are read from the walk's files.
+# positions are those of `process`, which also uses the readings of `sensors.csv`: pass them as `sensors`.
 
 # %%
 pose = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"]

@@ -24,9 +24,18 @@ _CAUSES = {name: style.meaning for name, style in STATUS_STYLES.items() if name 
 
 @dataclass(frozen=True, repr=False)
 class MappedWalk(Drawable):
-    """A mapped walk: ``frames``, ``findings``, ``label(table)`` and ``plot()``, which returns Matplotlib axes.
+    """A walk that :func:`~vislam2tag.api.map_walk` mapped.
 
-    ``findings`` are those of ``process`` on poses, landmarks and mapping.
+    ``frames`` is a table with one row for each pose, in the order given; values that are not known are null:
+
+    * ``floor``, ``time_ns``; ``x``, ``y``, ``z`` of the camera on the plan, metres; ``qx`` .. ``qw``, camera to plan;
+    * ``sigma``, one standard deviation per axis, metres; ``cov_xx``, ``cov_xy``, ``cov_yy``, square metres;
+    * ``status``: ``ok``, or why the position is uncertain or not known, and ``cause``, the same as a sentence;
+    * ``heading_rad``: where the camera looks in the plane, counter-clockwise from x.
+
+    ``findings`` are those of ``process`` on poses, landmarks and mapping. ``label(table, time_column="time_ns")`` adds
+    ``x``, ``y``, ``z``, ``sigma`` and ``status`` to a table. ``plot()`` draws path and landmarks, and returns
+    Matplotlib axes.
     """
 
     walk: LabelledWalk
@@ -36,13 +45,7 @@ class MappedWalk(Drawable):
 
     @cached_property
     def frames(self) -> pl.DataFrame:
-        """One row for each pose, in the order given: ``floor``, ``time_ns``, then null where not known:
-
-        * ``x``, ``y``, ``z`` of the camera, metres on the plan; ``qx`` .. ``qw``, camera to plan;
-        * ``sigma`` (one standard deviation per axis, metres) and ``cov_xx``, ``cov_xy``, ``cov_yy`` (m^2);
-        * ``status`` (``ok``, or why the position is not known or uncertain), ``heading_rad`` (where the camera looks
-          in the plane, counter-clockwise from x), ``cause`` (the status as a sentence, null if ``ok``).
-        """
+        """One row for each pose, in the order given."""
         trajectory = self.walk.trajectory
         heading = np.full(len(trajectory.status), np.nan)
         placed = has_position(trajectory.status)
