@@ -9,6 +9,7 @@ import subprocess
 import sys
 import typing
 from collections.abc import Iterable, Iterator
+from operator import attrgetter
 from pathlib import Path
 from types import UnionType
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+import vislam2tag
 from vislam2tag import api
 from vislam2tag.cli.app import COMMANDS
 
@@ -111,3 +113,14 @@ def test_processing_loads_no_scipy_before_a_session_needs_it() -> None:
     code = "import sys; from vislam2tag.api import process; print(process.__name__, 'scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.split() == ["process", "False"]
+
+
+def test_the_package_loads_nothing_until_its_one_name_is_used() -> None:
+    code = (
+        "import sys, vislam2tag; print([name for name in sys.modules if name.startswith(('vislam2tag.', 'polars'))]); "
+        "from vislam2tag.api import map_walk; print(vislam2tag.map_walk is map_walk)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines() == ["[]", "True"]
+    with pytest.raises(AttributeError, match="module 'vislam2tag' has no attribute 'walk'"):
+        attrgetter("walk")(vislam2tag)

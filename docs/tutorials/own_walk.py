@@ -15,6 +15,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import polars as pl
 
+import vislam2tag
 from vislam2tag.api import Settings, label, process, regular_survey, simulate
 
 folder = Path(tempfile.mkdtemp())
@@ -66,6 +67,30 @@ times = frames["time_ns"].gather_every(600).head(3)
 mine = pl.DataFrame({"time_ns": times, "what": ["door", "window", "stairs"]})
 for what, x, y, status in label(mine, folder / "labels").table.select("what", "x_m", "y_m", "status").iter_rows():
     print(f"{what}: {x:.1f} m, {y:.1f} m, {status}")
+
+# %% [markdown]
+# ## The same in memory
+#
+# [`map_walk`](../reference/api.md#map_walk) takes tables instead of folders: from Polars, pandas or Arrow. Its
+# positions are those of `process`, which also uses the readings of `sensors.csv`: pass them as `sensors`.
+
+# %%
+pose = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"]
+
+
+def read(file: str, columns: list[str]) -> pl.DataFrame:
+    texts = pl.read_csv(walk / file, separator=";", has_header=False, new_columns=columns, infer_schema=False)
+    plain = texts.select(pl.all().str.strip_chars().str.replace(",", "."))
+    return plain.cast({"time_ns": pl.Int64, **dict.fromkeys(pose, pl.Float64)})
+
+
+poses = read("poses.csv", ["time_ns", *pose])
+sightings = read("initPoses.csv", ["id", "time_ns", *pose])
+landmarks = pl.read_csv(survey / "floor_0" / "marker_dict.csv")
+
+result = vislam2tag.map_walk(poses, sightings, landmarks)
+print(result)
+print(result.label(mine).select("what", "x", "y", "status"))
 
 # %% [markdown]
 # ## Next

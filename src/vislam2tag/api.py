@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
     from vislam2tag.intake.shifted_ids import IdShift as IdShift
+    from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
     from vislam2tag.labeling.results import SessionResult as SessionResult
@@ -116,6 +117,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.labels.joining.landmark_survey import survey_landmarks as survey_landmarks
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
     from vislam2tag.pipeline.labels.label_table import label as label
+    from vislam2tag.pipeline.labels.map_walk import map_walk as map_walk
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
     from vislam2tag.pipeline.labels.sightings import SightingsFound as SightingsFound
@@ -255,6 +257,7 @@ _NAMES = {
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
     "intake.shifted_ids": "IdShift",
+    "labeling.mapped_walk": "MappedWalk",
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
@@ -281,6 +284,7 @@ _NAMES = {
     "pipeline.labels.evaluating.evaluate": "evaluate",
     "pipeline.labels.label_table": "TableLabels label",
     "pipeline.labels.joining.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
+    "pipeline.labels.map_walk": "map_walk",
     "pipeline.labels.process": "process",
     "pipeline.labels.session": "Outcome",
     "pipeline.labels.sightings": "SightingsFound sightings",

@@ -12,12 +12,17 @@ import pytest
 
 from tests.dataset.factory import small_dataset
 from tests.survey.site import write_survey
+from tests.walks import landmarks_at
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.radio_mapping.radio_maps import radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
+from vislam2tag.labeling.mapped_walk import MappedWalk
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.sessions.registry import open_survey
+from vislam2tag.survey.model import SessionKey
 
 
 @pytest.fixture(autouse=True)
@@ -44,6 +49,18 @@ def test_a_trajectory_is_one_line_a_table_and_a_drawing(trajectory: Trajectory) 
     assert labels == ["ok", "uncertain"]
     assert np.isfinite(axes.lines[0].get_xdata()).sum() == 2
     assert trajectory.plot(axes=axes) is axes
+
+
+def test_a_mapped_walk_draws_its_path_and_the_landmarks_of_its_floor(trajectory: Trajectory) -> None:
+    settings = ProcessSettings()
+    landmarks = landmarks_at({"7": (0.0, 0.0), "8": (5.0, 1.0)})
+    walk = LabelledWalk(SessionKey(0, "", ""), trajectory, trajectory, {}, settings.labels, "")
+    drawn = MappedWalk(walk, replace(landmarks, floor=np.array([0, 1])), ())
+    axes = drawn.plot()
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["landmark", "ok", "uncertain"]
+    assert [text.get_text() for text in axes.texts] == ["7"]
+    with pytest.raises(UsageError, match="floor 2: there is none; there are: 0, 1"):
+        drawn.plot(floor=2)
 
 
 def test_a_survey_draws_the_floor_that_is_asked_for(tmp_path: Path) -> None:

@@ -10,13 +10,12 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dead_reckoning.self_check import LeftOut
+from vislam2tag.dead_reckoning.settings import MIN_JUDGED
 from vislam2tag.dead_reckoning.walk import ReckonedWalk
 
 MIN_DOUBTFUL = 2
 MAX_DOUBTFUL_SHARE = 0.3
 """Real walks have one wrong fix in ten at most."""
-MIN_JUDGED = 3
-"""Two fixes agree with any speed and heading. Only steps and time can contradict so few."""
 MAX_SCALE = 2.0
 """Greatest distance between fixes, in parts of what the steps say ..."""
 MAX_M_S = 3.0

@@ -6,6 +6,9 @@ from pydantic import Field
 
 from vislam2tag.common.records import FiniteRecord
 
+MIN_JUDGED = 3
+"""Two fixes agree with any speed and heading. Only steps and time can contradict so few."""
+
 
 class DeadReckoningSettings(FiniteRecord):
     """How paths are found from inertial sensors; docs/results/dead_reckoning.md calibrates the defaults."""

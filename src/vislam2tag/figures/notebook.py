@@ -11,11 +11,12 @@ from matplotlib.axes import Axes
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.status import Status
-from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps
 from vislam2tag.figures.panels import draw_plan, in_metres
 from vislam2tag.figures.style import LANDMARK
+from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.survey.model import Survey
 
 OK, UNCERTAIN = "#0072b2", "#56b4e9"
@@ -51,12 +52,22 @@ def _survey(value: Survey, axes: Axes, floor: int | None) -> None:
     numbers = [one.number for one in value.site.floors]
     number = _chosen(floor, numbers)
     draw_plan(axes, value.site.floor(number))
-    here = value.site.landmarks.on_floor(number)
-    axes.plot(*here.position_bcs[here.surveyed].T, "s", color=LANDMARK, markersize=4)
-    for name, place in zip(here.ids, here.position_bcs.tolist(), strict=True):
+    _draw_landmarks(axes, value.site.landmarks.on_floor(number))
+    axes.set_title(value.site.floor(number).name)
+
+
+def _draw_landmarks(axes: Axes, landmarks: Landmarks) -> None:
+    axes.plot(*landmarks.position_bcs[landmarks.surveyed].T, "s", color=LANDMARK, markersize=4, label="landmark")
+    for name, place in zip(landmarks.ids, landmarks.position_bcs.tolist(), strict=True):
         if np.isfinite(place).all():
             axes.annotate(name, tuple(place), xytext=(3, 3), textcoords="offset points", fontsize=7)
-    axes.set_title(value.site.floor(number).name)
+
+
+@_draw.register
+def _mapped_walk(value: MappedWalk, axes: Axes, floor: int | None) -> None:
+    number = _chosen(value.walk.key.floor if floor is None else floor, value.floors)
+    _draw_landmarks(axes, value.landmarks.on_floor(number))
+    _trajectory(value.walk.trajectory, axes, number)
 
 
 @_draw.register

@@ -17,10 +17,11 @@ from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings, mark_uncertain
 from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS
-from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.labeling.settings import LabelSettings, ProcessSettings
 from vislam2tag.labeling.status_column import status_codes, status_text
 from vislam2tag.labeling.tables_in_new_frame import changed_table
-from vislam2tag.sessions.model import Session
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.survey.frame_change import FrameChange
 from vislam2tag.survey.model import SessionKey
 
@@ -29,28 +30,36 @@ from vislam2tag.survey.model import SessionKey
 class LabelledWalk:
     """A mapped session whose readings have labels; make it by :meth:`of`.
 
-    ``trajectory`` tells which frames are uncertain; ``readings`` holds each time-stamped table with one row for each
-    raw row that parsed, in file order. All are in the frame that the session was mapped in.
+    ``mapped`` is what the strategy made of it, and ``trajectory`` marks its uncertain frames; ``readings`` has each
+    time-stamped table with one row for each raw row that parsed, in file order. All are in the frame that the session
+    was mapped in. ``settings`` are those that hold for it.
     """
 
     key: SessionKey
+    mapped: Trajectory
     trajectory: Trajectory
     readings: dict[str, pl.DataFrame]
+    settings: LabelSettings
+    needs: str
+    """What the strategy says that a walk must have had to be mapped."""
 
     @classmethod
-    def of(cls, session: Session, mapped: Trajectory, settings: LabelSettings) -> LabelledWalk:
-        """Label the readings of a session by its trajectory."""
-        settings = settings.for_session(without_poses=session.camera.without_poses)
+    def of(cls, prepared: PreparedSession, settings: ProcessSettings) -> LabelledWalk:
+        """Map a session that was prepared, and label its readings by its trajectory."""
+        session = prepared.session
+        strategy = strategy_named(settings.strategy, settings.mapping)
+        mapped = strategy.map(session.camera, session.landmarks, prepared.landmarks)
+        labels = settings.labels.for_session(without_poses=session.camera.without_poses)
         # Readings come first: between a sure and an uncertain frame each one's own sigma decides.
         readings = {
             name: _keyed(
                 session.key,
                 name,
-                label_readings(table, mapped, settings, session.excluded_ns, session.attached.get(name)),
+                label_readings(table, mapped, labels, session.excluded_ns, session.attached.get(name)),
             )
             for name, table in session.tables.items()
         }
-        return cls(session.key, mark_uncertain(mapped, settings.max_sigma_m), readings)
+        return cls(session.key, mapped, mark_uncertain(mapped, labels.max_sigma_m), readings, labels, strategy.needs)
 
     def tables(self, frames: Mapping[int, FrameChange]) -> dict[str, pl.DataFrame]:
         """All tables by name, each row in the frame of its own floor; ``frames`` is empty where all share one."""

@@ -158,17 +158,18 @@ def mappable_session(task: SessionTask, *, inertial: bool = False) -> PreparedSe
 
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
-    return _prepared(task, _read(task, read_session))
+    return prepared_from(task, _read(task, read_session))
 
 
 def prepared_track(task: SessionTask) -> PreparedSession:
     """The same with no more than a map of landmarks needs: readings may be missing, and the session must be fit."""
-    prepared = _prepared(task, _read(task, read_track))
+    prepared = prepared_from(task, _read(task, read_track))
     prepared.refuse_unfit(inertial=False)
     return prepared
 
 
-def _prepared(task: SessionTask, read: Session) -> PreparedSession:
+def prepared_from(task: SessionTask, read: Session) -> PreparedSession:
+    """Correct a session as it was read and choose its landmarks; raises SessionError if it cannot be used."""
     task = _with_told_floors(task, read)
     session, session_uses = corrected_session(read, task.corrections)
     entries = task.corrections.for_session(session.key)

@@ -79,7 +79,7 @@ def read_landmark_file(
         return [], [unreadable_file(name, error, "the floor's landmarks are unknown, its sessions cannot be mapped")]
     if (problem := table.missing_columns(LANDMARKS)) is not None:
         return [], [_no_landmarks("malformed_header", name, problem, table.header_lines)]
-    landmarks, findings = _landmarks_of(table, floor, default_sigma_m, taken)
+    landmarks, findings = landmarks_in(table, floor, default_sigma_m, taken)
     states, state_findings = read_states(root, folder)
     landmarks = [
         replace(one, planned=one.landmark in states and states[one.landmark].plans(one.x_m, one.y_m))
@@ -142,7 +142,7 @@ def read_completed_file(
         raise SurveyError(f"{':'.join(map(str, (path, *table.header_lines)))}: {problem}")
     if len(floors) > 1 and "floor" not in table.header[1:]:
         raise SurveyError(f"{path}: there is no column floor, which a landmark file for several floors needs")
-    found, findings = _landmarks_of(table, next(iter(floors)) if len(floors) == 1 else None, default_sigma_m, set())
+    found, findings = landmarks_in(table, next(iter(floors)) if len(floors) == 1 else None, default_sigma_m, set())
     if not any(landmark.floor in floors for landmark in found):
         there = ", ".join(str(floor) for floor in sorted(floors))
         raise SurveyError(f"{path}: holds no usable landmark of the survey's floors ({there})")
@@ -162,9 +162,13 @@ def _no_landmarks(kind: FindingKind, file: str, message: str, lines: tuple[int, 
     return Finding(kind=kind, file=file, count=1, message=f"{message}; its sessions cannot be mapped", lines=lines)
 
 
-def _landmarks_of(
+def landmarks_in(
     table: SiteTable, floor: int | None, default_sigma_m: float, taken: set[tuple[int, str]]
 ) -> tuple[list[SurveyedLandmark], list[Finding]]:
+    """Read the landmarks of a table with our columns; ``floor`` is that of rows without one.
+
+    Rows that cannot be used, or are in ``taken`` (floor, id), are findings; the others' pairs are added to it.
+    """
     counts = LineCounts.of(table.file)
     found: list[SurveyedLandmark] = []
     for line, fields in table.rows:

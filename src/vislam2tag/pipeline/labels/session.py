@@ -25,7 +25,7 @@ from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
-from vislam2tag.mapping.registry import strategy_modules, strategy_named
+from vislam2tag.mapping.registry import strategy_modules
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, truth_mark
 from vislam2tag.pipeline.labels.session_result import result_of, session_result
 from vislam2tag.pipeline.run.failures import unexpected
@@ -124,14 +124,12 @@ def outcome_of(result: SessionResult, *, repeated: bool) -> Outcome:
 
 def _process(job: Job) -> SessionResult:
     prepared = mappable_session(job.task, inertial=job.settings.inertial)
-    session, settings = prepared.session, job.settings
-    strategy = strategy_named(settings.strategy, settings.mapping)
-    mapped = strategy.map(session.camera, session.landmarks, prepared.landmarks)
-    walk = LabelledWalk.of(session, mapped, settings.labels)
+    session = prepared.session
+    walk = LabelledWalk.of(prepared, job.settings)
     _write_tables(job, walk.tables(job.task.frames))
     hashes = {record.name: record.sha256 for record in session.files}
     fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
-    result = session_result(prepared, walk, settings, strategy.needs, fingerprint)
+    result = session_result(prepared, walk, job.settings, fingerprint)
     return result.model_copy(update={"parts": _parts(job)})
 
 

@@ -24,9 +24,9 @@ from vislam2tag.sessions.told_floors import floors_told
 
 
 def session_result(
-    prepared: PreparedSession, walk: LabelledWalk, settings: ProcessSettings, needs: str, fingerprint: str
+    prepared: PreparedSession, walk: LabelledWalk, settings: ProcessSettings, fingerprint: str
 ) -> SessionResult:
-    """Reduce a session to its result; ``needs`` is what its strategy says that a walk must have had to be mapped."""
+    """Reduce a session to its result."""
     task, session, trajectory = prepared.task, prepared.session, walk.trajectory
     own = task.floor.number
     errors, truth_findings = error_record(task.ref.folder, trajectory, session.presses_ns, task.floor, settings.truth)
@@ -35,11 +35,11 @@ def session_result(
         task,
         settings.strategy,
         fingerprint=fingerprint,
-        error=_mapping_error(session, trajectory, needs),
+        error=_mapping_error(session, trajectory, walk.needs),
         files=[FileAccount(**vars(record)) for record in session.files],
         findings=[
             *prepared.findings(),
-            *mapping_findings(prepared, trajectory, settings.mapping.visit_radius_m, needs),
+            *mapping_findings(prepared, trajectory, settings.mapping.visit_radius_m, walk.needs),
             *truth_findings,
             *pose_lag_findings(session.camera.pose_lag_s, settings),
         ],

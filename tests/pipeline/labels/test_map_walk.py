@@ -1,0 +1,139 @@
+"""A walk from tables in memory has the positions that ``process`` gives its files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import vislam2tag as vt
+from tests.surveys import make_survey
+from vislam2tag.api import ProcessSettings, process
+from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.labeling.mapped_walk import MappedWalk
+from vislam2tag.labeling.results import SessionResult
+
+POSE = ("tx", "ty", "tz", "qx", "qy", "qz", "qw")
+SENSOR = ("v1", "v2", "v3", "v4", "v5", "v6")
+
+
+class Walk(NamedTuple):
+    poses: pl.DataFrame
+    sightings: pl.DataFrame
+    landmarks: pl.DataFrame
+    sensors: pl.DataFrame
+    labels: Path
+    mapped: MappedWalk
+
+
+def table(file: Path, columns: list[str]) -> pl.DataFrame:
+    texts = pl.read_csv(file, separator=";", has_header=False, new_columns=columns, infer_schema=False)
+    plain = texts.select(pl.all().str.strip_chars().str.replace(",", "."))
+    numbers = [pl.col(name).cast(pl.Float64) for name in columns if name in POSE + SENSOR]
+    return plain.with_columns(pl.col("time_ns").cast(pl.Int64), *numbers)
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory: pytest.TempPathFactory) -> Walk:
+    folder = tmp_path_factory.mktemp("in_memory")
+    survey = make_survey(folder / "survey", devices=("LG",), seconds=60.0, severity="severe", seed=5)
+    process(survey, folder / "labels")
+    session = next((survey / "floor_0" / "LG").iterdir())
+    poses = table(session / "poses.csv", ["time_ns", *POSE])
+    sightings = table(session / "initPoses.csv", ["id", "time_ns", *POSE])
+    sensors = table(session / "sensors.csv", ["time_ns", "sensor", *SENSOR])
+    landmarks = pl.read_csv(survey / "floor_0" / "marker_dict.csv")
+    mapped = vt.map_walk(poses, sightings, landmarks, sensors=sensors)
+    return Walk(poses, sightings, landmarks, sensors, folder / "labels", mapped)
+
+
+def test_frames_and_findings_are_those_of_process(walk: Walk) -> None:
+    written = pl.read_parquet(walk.labels / "trajectory" / "*.parquet").drop("device", "session")
+    assert walk.mapped.frames.select(written.columns).equals(written)
+    assert walk.mapped.frames["sigma"].is_not_null().any()
+    result = SessionResult.model_validate_json(next((walk.labels / "sessions").iterdir()).read_bytes())
+    of_poses = {found.kind for found in result.findings if found.file not in ("wifi.csv", "refMarker.csv")}
+    assert {found.kind for found in walk.mapped.findings} == of_poses
+
+
+def test_labels_are_those_of_process(walk: Walk) -> None:
+    wifi = pl.read_parquet(walk.labels / "wifi" / "*.parquet").filter(pl.col("status") != "duplicate")
+    labels = ["x", "y", "z", "sigma", "status"]
+    again = walk.mapped.label(wifi.drop("floor", *labels).rename({"time_ns": "t"}), "t")
+    assert again.columns == [
+        *("t" if name == "time_ns" else name for name in wifi.drop("floor", *labels).columns),
+        *labels,
+    ]
+    assert again.select(labels).equals(wifi.select(labels))
+
+
+def test_pandas_arrow_and_lazy_tables_give_the_same(walk: Walk) -> None:
+    poses: pd.DataFrame = walk.poses.to_pandas()
+    assert vt.map_walk(poses, walk.sightings.to_arrow(), walk.landmarks.lazy(), sensors=walk.sensors).frames.equals(
+        walk.mapped.frames
+    )
+    labelled = walk.mapped.label(poses[["time_ns"]])
+    assert labelled["x"].equals(walk.mapped.frames["x"])
+
+
+@given(st.data())
+def test_labels_at_the_times_of_frames_are_the_frames(walk: Walk, data: st.DataObject) -> None:
+    frames = walk.mapped.frames.filter(~pl.col("status").is_in(["invalid", "duplicate"]))
+    chosen = frames[data.draw(st.lists(st.integers(0, frames.height - 1), max_size=30))]
+    labelled = walk.mapped.label(chosen.select("time_ns"))
+    assert labelled.equals(chosen.select(labelled.columns))
+
+
+def test_a_walk_that_cannot_be_mapped_says_why(walk: Walk) -> None:
+    result = vt.map_walk(walk.poses, walk.sightings, walk.landmarks.head(1))
+    assert set(result.frames["status"]) == {"no_mapping"}
+    assert result.frames["x"].null_count() == result.frames.height
+    assert result.frames["cause"].null_count() == 0
+    assert "too_few_landmarks" in {found.kind for found in result.findings}
+    nothing = vt.map_walk(walk.poses.head(0), walk.sightings.head(0), walk.landmarks.head(0))
+    assert nothing.frames.columns == result.frames.columns
+    assert [found.kind for found in nothing.findings] == ["no_frames"]
+
+
+def test_poses_of_another_convention_are_refused(walk: Walk) -> None:
+    with pytest.raises(SessionError, match="floor 0 / in memory / walk: poses: "):
+        vt.map_walk(walk.poses.with_columns(pl.col("tx", "ty", "tz") * 100), walk.sightings, walk.landmarks)
+
+
+def test_settings_and_floor_are_taken(walk: Walk) -> None:
+    settings = ProcessSettings(strategy="local")
+    result = vt.map_walk(walk.poses, walk.sightings, walk.landmarks, floor=4, settings=settings)
+    assert result.frames["floor"].unique().to_list() == [4]
+    assert result.frames["sigma"].null_count() == result.frames.height
+    assert "before_first_landmark" in set(result.frames["status"])
+
+
+def test_columns_that_are_there_already_or_missing_are_refused(walk: Walk) -> None:
+    times = walk.poses.select("time_ns")
+    with pytest.raises(UsageError, match="table: there is a column x and status already; rename it"):
+        walk.mapped.label(times.with_columns(x=0.0, status=0))
+    with pytest.raises(UsageError, match="table: there is no column t; found time_ns"):
+        walk.mapped.label(times, "t")
+    with pytest.raises(UsageError, match="table, column time_ns, row 1: expected integers, nanoseconds; found "):
+        walk.mapped.label(times.cast(pl.Float64))
+
+
+def test_headings_are_where_the_camera_looks(walk: Walk) -> None:
+    placed = walk.mapped.frames.filter(pl.col("x").is_not_null())
+    quaternion = placed.select("qx", "qy", "qz", "qw").to_numpy()
+    x, y, z, w = quaternion.T
+    looks = np.column_stack((-2 * (x * z + w * y), -2 * (y * z - w * x)))  # minus the rotation's third column
+    level = np.hypot(*looks.T) > 0.5
+    assert level.mean() > 0.9
+    assert np.allclose(np.arctan2(looks[level, 1], looks[level, 0]), placed["heading_rad"].to_numpy()[level])
+
+
+def test_it_shows_itself_in_a_notebook(walk: Walk) -> None:
+    assert "<th>median sigma</th>" in walk.mapped._repr_html_()
+    assert repr(walk.mapped).startswith(f"MappedWalk(frames: {walk.poses.height}, ")

@@ -1,0 +1,108 @@
+"""Tables in memory: columns are checked, and what cannot be used is named by table, column and row."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.sessions.in_memory import checked_column, frame_of, landmarks_in_memory, session_in_memory
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.survey.model import SessionKey
+
+KEY = SessionKey(0, "in memory", "walk")
+FRAMES = 5
+POSE = {"tx": [0.0, 0.1, 0.2, 0.3, 0.4], **dict.fromkeys(("ty", "tz", "qx", "qy", "qz"), [0.0] * 5), "qw": [1.0] * 5}
+POSES = pl.DataFrame({"time_ns": np.arange(FRAMES) * 33_333_333, **POSE})
+SIGHTINGS = POSES.with_columns(id=pl.Series(["7", "07", "8", "8", "8"]), tx=pl.col("tx") + 1)
+
+
+def session(
+    poses: pl.DataFrame = POSES, sightings: pl.DataFrame = SIGHTINGS, sensors: pl.DataFrame | None = None
+) -> Session:
+    return session_in_memory(KEY, poses, sightings, sensors, FindingSettings())
+
+
+def test_a_session_has_all_poses_and_sightings_and_reports_numbers_that_are_not_finite() -> None:
+    poses = POSES.with_columns(tx=pl.Series([0.0, None, np.nan, 0.3, 0.4]))
+    read = session(poses)
+    assert read.camera.usable.tolist() == [True, False, False, True, True]
+    assert [(found.kind, found.file, found.lines) for found in read.findings] == [
+        ("non_finite_values", "poses", (2, 3))
+    ]
+    assert (read.landmarks.ids, read.landmarks.frame.tolist()) == (("7", "8"), [0, 3, 4])
+
+
+def test_air_pressure_comes_from_sensors() -> None:
+    values = {f"v{i}": [1013.0] * FRAMES for i in range(1, 7)}
+    sensors = pl.DataFrame({"time_ns": POSES["time_ns"], "sensor": ["PRESSURE"] * FRAMES, **values})
+    pressure = session(sensors=sensors).camera.pressure
+    assert pressure is not None
+    assert pressure.pressure_hpa.tolist() == [1013.0] * FRAMES
+
+
+@pytest.mark.parametrize(
+    ("column", "values", "message"),
+    [
+        ("time_ns", [0, 1, None, 3, 4], "table, column time_ns, row 3: expected integers, nanoseconds; found None"),
+        ("time_ns", [0, -1, 2, 3, 4], "table, column time_ns, row 2: expected integers, nanoseconds; found -1"),
+        ("time_ns", [0.5] * 5, "table, column time_ns, row 1: expected integers, nanoseconds; found 0.5"),
+        ("tx", ["a"] * 5, "table, column tx, row 1: expected numbers, metres; found 'a'"),
+        ("qw", [True] * 5, "table, column qw, row 1: expected numbers, a unit quaternion's; found True"),
+        ("id", ["1", " ", "2", "3", "4"], "row 2: expected text or whole numbers, the landmark's name; found ' '"),
+    ],
+)
+def test_a_wrong_value_is_named_by_column_and_row(column: str, values: list[object], message: str) -> None:
+    frame = pl.DataFrame({column: values})
+    kind = {"time_ns": pl.Int64, "id": pl.String}.get(column, pl.Float64)
+    with pytest.raises(UsageError) as caught:
+        checked_column(frame, "table", column, kind)
+    assert str(caught.value).endswith(message)
+
+
+@pytest.mark.parametrize("kind", [pl.Int64, pl.String, pl.Float64])
+def test_a_column_without_rows_may_have_any_type(kind: type[pl.DataType]) -> None:
+    for given in (pl.Int32, pl.String, pl.Boolean, pl.Null):
+        assert checked_column(pl.DataFrame({"a": pl.Series([], dtype=given)}), "table", "a", kind).dtype == kind
+
+
+def test_a_missing_column_is_named_with_those_expected_and_found() -> None:
+    expected = "sightings: there is no column id, qw; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw; found time_ns, "
+    with pytest.raises(UsageError, match=expected):
+        session(sightings=SIGHTINGS.drop("id", "qw"))
+
+
+def test_times_in_another_unit_are_refused() -> None:
+    many = pl.concat([POSES] * 8).with_columns(time_ns=np.arange(40) * 33)
+    with pytest.raises(
+        UsageError, match="poses, column time_ns: times must be in nanoseconds, and are in milliseconds"
+    ):
+        session(many, SIGHTINGS.head(0))
+
+
+def test_what_is_no_table_is_refused() -> None:
+    with pytest.raises(UsageError, match="poses: expected a Polars, pandas or Arrow table: "):
+        frame_of(7, "poses")  # type: ignore[arg-type]
+
+
+def test_landmarks_have_what_a_file_of_them_would_have() -> None:
+    table = pl.DataFrame({"id": [7, 8, 8, 9, 10], "x": [1.0, 2.0, 3.0, None, 1e9], "y": [0.1, 0.2, 0.3, np.nan, 0.0]})
+    landmarks, own, findings = landmarks_in_memory(table.with_columns(sigma_m=0.5), None, 0.02)
+    assert (landmarks.ids, own, landmarks.surveyed.tolist()) == (("7", "8", "9"), 0, [True, True, False])
+    assert landmarks.position_bcs[1].tolist() == [2.0, 0.2]
+    assert landmarks.covariance_bcs[0, 0, 0] == 0.25
+    assert [(found.kind, found.lines) for found in findings] == [
+        ("non_finite_values", (5,)),
+        ("duplicate_landmarks", (3,)),
+    ]
+
+
+def test_several_floors_need_the_one_on_which_the_walk_starts() -> None:
+    table = pl.DataFrame({"id": ["a", "b", "c"], "x": [0.0] * 3, "y": [0.0] * 3, "floor": [2, 3, None]})
+    with pytest.raises(UsageError, match=r"landmarks, column floor: there are 2, 3; say by floor=\.\.\. on which"):
+        landmarks_in_memory(table, None, 0.02)
+    landmarks, own, _ = landmarks_in_memory(table, 3, 0.02)
+    assert (own, landmarks.floor.tolist()) == (3, [2, 3, 3])
+    assert landmarks_in_memory(table.head(1), None, 0.02)[1] == 2
