@@ -73,3 +73,24 @@ def test_a_tracker_that_goes_on_is_believed_but_for_its_jumps() -> None:
     step, variance = steps_over_loss(walking, DT)
     np.testing.assert_array_equal(step, np.where(np.arange(90) == 40, 0, walking))
     assert variance.sum() == pytest.approx(FOUND_SIGMA_M**2)
+
+
+@pytest.mark.parametrize(("found_m", "turn_rad"), [(11.0, FOUND_TURN_RAD), (13.0, NEW_MAP_TURN_RAD)])
+def test_no_one_walks_twelve_metres_in_three_seconds_and_the_one_before(found_m: float, turn_rad: float) -> None:
+    assert loss_turn_rad(frozen(found_m), DT) == turn_rad
+    assert steps_over_loss(frozen(found_m), DT)[0].sum() == pytest.approx(found_m if found_m < 12 else 0)
+
+
+@pytest.mark.parametrize(("speed_m_s", "goes_on"), [(0.2, False), (0.4, True)])
+def test_a_camera_that_hardly_moves_while_tracking_is_lost_is_frozen(speed_m_s: float, goes_on: bool) -> None:
+    logged = np.where(np.arange(90) % 2, 0.0, 2 * speed_m_s / 30).astype(np.complex128)
+    step, variance = steps_over_loss(logged, DT)
+    np.testing.assert_allclose(step, logged if goes_on else logged.mean(), atol=1e-9)
+    assert (variance.sum() < 0.2**2) == goes_on
+
+
+@pytest.mark.parametrize(("size_m", "jumped"), [(0.25, False), (0.35, True)])
+def test_a_step_of_a_foot_is_a_jump_of_a_tracker_that_goes_on(size_m: float, jumped: bool) -> None:
+    walking = np.full(90, 0.03 + 0j)
+    walking[40] = size_m * 1j
+    assert steps_over_loss(walking, DT)[0][40] == (0 if jumped else size_m * 1j)

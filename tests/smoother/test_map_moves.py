@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.drifting import sheet_orientation
 from tests.walks import camera_on, log_of, to_acs
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import AnchorLog, TrackerState
@@ -172,3 +173,24 @@ def test_the_commonest_reason_of_a_loss(first: int, after: int, expected: str) -
         np.array([True, False, False, False]), np.zeros(4, dtype=np.int64), ("DARK", "NONE"), np.array([0, 1, 0, 0])
     )
     assert state.reason(first, after) == expected
+
+
+@pytest.mark.parametrize(("away_m", "moved"), [(3.8, False), (4.2, True)])
+def test_what_moves_four_metres_from_the_camera_was_not_seen(away_m: float, moved: bool) -> None:
+    camera = camera_on(straight())
+    shift = np.where(np.arange(FRAMES) >= UPDATE, 0.01, 0.0)
+    beside = {str(y): np.column_stack((straight()[UPDATE, 0] + shift, np.full(FRAMES, y))) for y in (-away_m, away_m)}
+    log = log_of(camera, {name: to_acs(place, 1.4) for name, place in beside.items()})
+    moves = map_moves(camera, log, np.zeros(FRAMES - 1, dtype=bool))
+    assert moves.moved[UPDATE - 1] == moved
+    assert moves.sighted[UPDATE - 1] == (not moved)
+
+
+def test_sheets_show_the_turn_of_the_map_as_well_as_places_a_metre_from_their_middle() -> None:
+    camera = camera_on(straight())
+    later = np.arange(FRAMES) >= UPDATE
+    places = {str(y): np.column_stack((np.where(later, -9.0, -10.0), np.full(FRAMES, y))) for y in (-1.0, 1.0)}
+    log = log_of(camera, {name: to_acs(place, 1.4) for name, place in places.items()})
+    log.orientation_acs[:] = sheet_orientation(np.where(later[log.frame], 0.2, 0.0))
+    turn = map_moves(camera, log, np.zeros(FRAMES - 1, dtype=bool)).turn[UPDATE - 1]
+    assert np.angle(turn) == pytest.approx(0.1)  # places: not at all, sheets: 0.2

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from tests.drifting import camera_track, loops, nothing_logged
+import numpy as np
+import pytest
+
+from tests.drifting import about_vertical, camera_track, loops, nothing_logged
 from vislam2tag.smoother.noise import DriftSource
 from vislam2tag.smoother.observations import WalkObservations
 
@@ -48,3 +51,16 @@ def test_turning_lets_the_heading_drift_but_not_the_position() -> None:
     np.testing.assert_allclose(
         per_metre["curved"][DriftSource.POSITION], per_metre["straight"][DriftSource.POSITION], rtol=0.01
     )
+
+
+def test_a_radian_counts_as_four_metres_fifty_seconds_as_one_and_a_leap_of_the_heading_little() -> None:
+    time_s = np.arange(501) / 10
+    camera = camera_track(np.zeros(501, dtype=np.complex128), time_s)
+    turned_rad = {"still": np.zeros(501), "turns": np.minimum(time_s, 1.0), "leaps": np.where(time_s < 1, 0.0, 2.0)}
+    heading_m = {}
+    for name, angle_rad in turned_rad.items():
+        turning = replace(camera, orientation_acs=about_vertical(angle_rad))
+        variance = WalkObservations.of(turning, nothing_logged(), 6.0).step_variance
+        assert variance[DriftSource.POSITION].sum() == pytest.approx(1.0)
+        heading_m[name] = variance[DriftSource.HEADING].sum()
+    assert heading_m == pytest.approx({"still": 1.0, "turns": 1.0 + 4.0, "leaps": 1.0 + 4.0 * 0.3})

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.drifting import Drifting, about_vertical, camera_track, loops, nothing_logged
-from tests.walks import to_acs
+from tests.walks import camera_on, log_of, to_acs
 from vislam2tag.core.arrays import BoolArray, ComplexArray
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.orientation import multiply
@@ -237,3 +237,53 @@ def test_frames_that_cannot_be_used_are_no_hole() -> None:
     odometry = continuous_odometry(camera, log.select([]))
     assert odometry.events == ()
     np.testing.assert_allclose(odometry.path[-1], walk.tracked[-1], atol=1e-6)
+
+
+def straight(jumps: dict[int, complex]) -> ComplexArray:
+    """Ten seconds straight ahead at 1 m/s and 30 Hz, as a tracker logs them that jumps at some frames."""
+    path = np.asarray(np.arange(300) / 30, dtype=np.complex128)
+    for frame, jump in jumps.items():
+        path[frame:] += jump
+    return path
+
+
+def without_landmarks(path: ComplexArray) -> Odometry:
+    return continuous_odometry(camera_on(as_points(path)), nothing_logged())
+
+
+@pytest.mark.parametrize(("size_m", "sigma_m"), [(0.5, 0.05), (0.8, 0.08), (5.0, 0.1), (50.0, 0.1)])
+def test_a_break_is_known_within_a_tenth_of_its_size_and_of_a_metre_at_most(size_m: float, sigma_m: float) -> None:
+    odometry = without_landmarks(straight({150: size_m * 1j}))
+    assert np.sqrt(odometry.jump_m2[149]) == pytest.approx(sigma_m, rel=0.1)
+    assert np.rad2deg(np.sqrt(odometry.jump_rad2[149])) == pytest.approx(6, abs=1)  # as no landmark shows its turn
+
+
+def test_two_landmarks_show_the_turn_of_a_jump_within_two_degrees() -> None:
+    camera, shift = camera_on(as_points(straight({150: 3j}))), np.where(np.arange(300) < 150, 0.0, 1.0)
+    far = {f"far{y}": to_acs(np.column_stack((np.full(300, 5.0), y + shift)), 1.4) for y in (-20.0, 20.0)}
+    odometry = continuous_odometry(camera, log_of(camera, far))
+    assert kinds(odometry) == [EventKind.CORRECTION]
+    assert np.rad2deg(np.sqrt(odometry.jump_rad2[149])) == pytest.approx(1.7, abs=0.3)
+
+
+@pytest.mark.parametrize(("back_m", "kind"), [(1.6, "relocalisation"), (2.4, "relocalisation"), (1.2, "break")])
+def test_a_jump_that_leads_back_but_for_a_third_undoes_another(back_m: float, kind: str) -> None:
+    assert kinds(without_landmarks(straight({100: 2j, 200: -back_m * 1j}))) == ["break", kind]
+
+
+@pytest.mark.parametrize(("size_m", "reported"), [(0.003, False), (0.01, True)])
+def test_map_updates_of_less_than_half_a_centimetre_are_not_reported(size_m: float, reported: bool) -> None:
+    camera = camera_on(as_points(straight({150: size_m * 1j})))
+    shift = np.where(np.arange(300) < 150, 0.0, size_m)
+    far = {f"far{y}": to_acs(np.column_stack((np.full(300, 5.0), y + shift)), 1.4) for y in (-20.0, 20.0)}
+    odometry = continuous_odometry(camera, log_of(camera, far))
+    assert kinds(odometry) == [EventKind.MAP_UPDATE] * reported
+    np.testing.assert_allclose(odometry.path, straight({}), atol=1e-9)
+
+
+@pytest.mark.parametrize(("gap_s", "expected"), [(1.8, []), (2.2, ["loss"])])
+def test_two_seconds_without_a_frame_are_a_loss(gap_s: float, expected: list[str]) -> None:
+    camera = camera_on(as_points(straight({150: complex(gap_s)})))  # who walks on meanwhile
+    late = np.arange(300) >= 150
+    camera = replace(camera, time_ns=camera.time_ns + late * int(gap_s * 1e9))
+    assert kinds(continuous_odometry(camera, nothing_logged())) == expected

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.drifting import loops, nothing_logged, sheet_orientation
-from tests.walks import corridor_walk
+from tests.walks import camera_on, corridor_walk, log_of
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.smoother.odometry import continuous_odometry
@@ -150,3 +152,12 @@ def test_poses_of_lost_tracking_do_not_make_a_constant_orientation_vary() -> Non
     passes = passes_of(camera, log)
     assert len(passes.at) == 2
     assert np.all(passes.heading == 0)
+
+
+@pytest.mark.parametrize(("unseen_s", "passes"), [(1.8, 1), (2.2, 2)])
+def test_a_landmark_not_seen_for_two_seconds_is_passed_again(unseen_s: float, passes: int) -> None:
+    time_s = np.arange(180) / 30
+    camera = camera_on(np.column_stack((time_s, np.zeros(180))))
+    log = log_of(camera, {"a": np.tile((2.5, 1.4, -1.0), (180, 1))})
+    seen = (time_s <= 1) | (time_s >= 1 + unseen_s)
+    assert len(passes_of(camera, replace(log, seen=seen)).at) == passes

@@ -87,3 +87,11 @@ def test_who_hangs_on_the_same_landmarks_makes_them_no_surer() -> None:
     assert alone is not None
     tied = smooth_with_ties(alone, time_ns, ties_of(walk, time_ns, np.zeros(2), 0.05))
     assert mapped_path(tied)[1][:, 0, 0].min() > 0.8 * 0.25
+
+
+@pytest.mark.parametrize(("away_s", "tied"), [(0.4, True), (0.6, False)])
+def test_a_moment_more_than_half_a_second_from_every_frame_ties_nothing(away_s: float, tied: bool) -> None:
+    walk, smoothed, time_ns = walk_past_few(0)
+    end = as_points(walk.truth[-1:] + 3.0)
+    tie = PlaceTies(time_ns[-1:] + int(away_s * 1e9), end, np.eye(2) * 0.05**2)
+    assert (smooth_with_ties(smoothed, time_ns, tie) is not smoothed) == tied

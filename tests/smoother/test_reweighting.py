@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from tests.drifting import loops
 from tests.smoother.dense import as_matrix, whitened_rows
 from tests.smoother.test_equations import linearised
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.context import TrackerNoise
 from vislam2tag.smoother import reweighting
 from vislam2tag.smoother.chain import solve
-from vislam2tag.smoother.equations import Weights, normal_equations
+from vislam2tag.smoother.equations import Weights, normal_equations, sighting_variance
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import LEAST_DRIFT, Model
 from vislam2tag.smoother.noise import (
@@ -219,3 +222,33 @@ def test_the_numbers_that_tell_each_level_are_counted_for_each() -> None:
     passes = len(model.observations.passes.at)
     assert passes < noise.sighting_numbers < 2 * passes
     assert all(0 <= number < passes for number in noise.drift_numbers.values())
+
+
+def of_five_sigmas(model: Model) -> Weights:
+    """Weights where every number is five of its standard deviations from what is expected; these are given."""
+    drift = {source: np.full(model.ranks[source].shape, 25.0 * USUAL.level(source) ** 2) for source in DriftSource}
+    passes, marks = len(model.observations.passes.at), len(model.observations.ids)
+    given = Weights.even(USUAL, passes, marks, TrackerNoise(times_usual=1.0, numbers=1e12))
+    squares = NoiseSquares(
+        {source: ExpectedSquares(each * model.ranks[source], np.zeros_like(each)) for source, each in drift.items()},
+        ExpectedSquares(np.asarray(50.0 * sighting_variance(model, USUAL), dtype=np.float64), np.zeros(passes)),
+        ExpectedSquares(np.zeros(passes), np.zeros(passes)),
+        np.full(marks, 50.0),
+    )
+    return reweighted(model, given, squares)
+
+
+def test_what_is_far_from_usual_counts_as_little_as_the_tail_of_its_kind_says() -> None:
+    """A variance with such a prior (scaled inverse chi-squared), after so many numbers of five sigmas."""
+
+    def factor(freedom: float, numbers: npt.ArrayLike) -> FloatArray:
+        return np.asarray((freedom + 25 * np.asarray(numbers)) / (freedom + np.asarray(numbers)), dtype=np.float64)
+
+    model = linearised(loops(5, USUAL, marks=6, laps=1))
+    weights = of_five_sigmas(model)
+    drift = {DriftSource.POSITION: 2, DriftSource.HEADING: 4, DriftSource.SCALE: 20}
+    for source, freedom in drift.items():
+        assert model.ranks[source].min() >= 2
+        np.testing.assert_allclose(weights.stretch[source], factor(freedom, model.ranks[source]), rtol=1e-6)
+    np.testing.assert_allclose(weights.sighting, factor(3, 2), rtol=1e-6)
+    np.testing.assert_allclose(weights.landmark, factor(2, 2), rtol=1e-6)

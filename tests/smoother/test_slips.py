@@ -12,8 +12,8 @@ from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.slips import slips
-from vislam2tag.smoother.smoothing import smooth
+from vislam2tag.smoother.slips import may_have_slipped, slips
+from vislam2tag.smoother.smoothing import Smoothed, smooth
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
@@ -77,3 +77,32 @@ def test_a_larger_doubt_across_does_not_say_when() -> None:
     observations = slipped(observations, step, 2.0j)
     (event,) = found(walk, replace(observations, odometry=replace(observations.odometry, doubt=doubt)))
     assert event.frame == step + 1
+
+
+STRETCH = 4
+
+
+def led_off(by_m: float, usual_m: float) -> Smoothed:
+    """A walk found to have led this far off over one stretch, of a tracker that usually drifts so much there."""
+    walk = loops(1, marks=8, laps=1, drifted=False)
+    smoothed = smooth(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks()))
+    assert smoothed is not None
+    state = np.zeros_like(smoothed.solution.state)
+    state[STRETCH + 1 :, 0] = by_m
+    way_m = float(np.ptp(walk.time_s[smoothed.model.observations.nodes[STRETCH : STRETCH + 2]]))  # at 1 m/s
+    noise = NoiseLevels(position_m=usual_m / np.sqrt(way_m), heading_rad=0.0, scale=0.0)
+    return replace(
+        smoothed, solution=replace(smoothed.solution, state=state), weights=replace(smoothed.weights, noise=noise)
+    )
+
+
+@pytest.mark.parametrize(("by_m", "usual_m", "slip"), [(0.7, 0.2, False), (0.9, 0.2, True), (0.33, 0.02, True)])
+def test_a_slip_leads_farther_off_than_four_times_the_usual_drift(by_m: float, usual_m: float, slip: bool) -> None:
+    assert len(slips(led_off(by_m, usual_m))) == slip
+
+
+@pytest.mark.parametrize(("by_m", "asked"), [(0.12, False), (0.18, True), (0.27, True)])
+def test_other_sensors_are_asked_where_less_than_a_slip_may_be_made_good(by_m: float, asked: bool) -> None:
+    smoothed = led_off(by_m, 0.02)
+    assert may_have_slipped(smoothed) == asked
+    assert slips(smoothed) == ()
