@@ -156,11 +156,12 @@ def _far_landmarks(camera: CameraTrack, log: LandmarkLog) -> list[Finding]:
     """Report landmarks that are far from the camera when they are first logged."""
     first = [rows.start for rows in map(log.rows_of, range(len(log.ids))) if rows.stop > rows.start]
     away_m = np.linalg.norm(log.position_acs[first] - camera.position_acs[log.frame[first]], axis=1)
-    if len(first) < MIN_LANDMARKS or np.median(away_m) <= MAX_SIGHT_M:
+    far = away_m > MAX_SIGHT_M
+    if far.sum() < max(MIN_LANDMARKS, len(first) / 2):
         return []
     message = (
-        f"landmarks are {np.median(away_m):.0f} m from the camera when they are first seen (median), and are "
+        f"landmarks are {np.median(away_m[far]):.0f} m from the camera when they are first seen (median), and are "
         f"recognised from {MAX_SIGHT_M:g} m at most: their poses have another convention than those of the camera, or "
         "another origin; landmark to ACS is expected"
     )
-    return [Finding(kind="far_landmarks", file="", count=len(first), message=message, severity=Severity.ERROR)]
+    return [Finding(kind="far_landmarks", file="", count=int(far.sum()), message=message, severity=Severity.ERROR)]
