@@ -12,7 +12,6 @@ from subprocess import CompletedProcess
 from unittest.mock import patch
 
 from vislam2tag.cli import main
-from vislam2tag.cli.terminal import _shown
 
 
 def vislam2tag(*arguments: str | Path) -> CompletedProcess[str]:
@@ -20,7 +19,7 @@ def vislam2tag(*arguments: str | Path) -> CompletedProcess[str]:
     command = ["vislam2tag", *map(str, arguments)]
     out, error = io.StringIO(), io.StringIO()
     code: int | str | None = 0
-    with redirect_stdout(out), redirect_stderr(error), patch.object(sys, "argv", command), patch.dict(_shown):
+    with redirect_stdout(out), redirect_stderr(error), patch.object(sys, "argv", command):
         try:
             main()
         except SystemExit as end:

@@ -11,6 +11,12 @@ from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.terminal import _shown
 
 
+@pytest.fixture(autouse=True)
+def _progress_is_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever an earlier test's ``--quiet`` left in this process."""
+    monkeypatch.setitem(_shown, "progress", True)
+
+
 def printed(sessions: int, failed: tuple[int, ...] = (), *, lines: bool = True) -> list[str]:
     with redirect_stderr(io.StringIO()) as told, session_bar("sessions", lines=lines) as bar:
         for number in range(sessions):
