@@ -62,15 +62,16 @@ def _not_judged(why: str, file: str) -> Finding:
 
 
 def _sights(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, poses: Poses, start_ns: int) -> Sights:
-    known = [index for index, name in enumerate(log.ids) if name in landmarks.surveyed_ids and _rows(log, index)]
-    time_s = (camera.time_ns[log.frame[[log.rows_of(index).start for index in known]]] - start_ns) * 1e-9
+    first = {name: row for name, row in _first_rows(log).items() if name in landmarks.surveyed_ids}
+    time_s = (camera.time_ns[log.frame[list(first.values())]] - start_ns) * 1e-9
     pose = np.searchsorted(poses.time_s, time_s).clip(max=len(poses.time_s) - 1)
-    return Sights(pose, landmarks.position_bcs[[landmarks.index[log.ids[index]] for index in known]])
+    return Sights(pose, landmarks.position_bcs[[landmarks.index[name] for name in first]])
 
 
-def _rows(log: LandmarkLog, index: int) -> int:
-    rows = log.rows_of(index)
-    return int(rows.stop - rows.start)
+def _first_rows(log: LandmarkLog) -> dict[str, int]:
+    """Row in which each landmark is first logged, by id."""
+    rows = {name: log.rows_of(index) for index, name in enumerate(log.ids)}
+    return {name: row.start for name, row in rows.items() if row.stop > row.start}
 
 
 def _conventions(poses: Poses, inertial: Inertial | None, sights: Sights, file: str) -> list[Finding]:
@@ -154,7 +155,7 @@ def _felt_level(match: InertialMatch | None) -> bool:
 
 def _far_landmarks(camera: CameraTrack, log: LandmarkLog) -> list[Finding]:
     """Report landmarks that are far from the camera when they are first logged."""
-    first = [rows.start for rows in map(log.rows_of, range(len(log.ids))) if rows.stop > rows.start]
+    first = list(_first_rows(log).values())
     away_m = np.linalg.norm(log.position_acs[first] - camera.position_acs[log.frame[first]], axis=1)
     far = away_m > MAX_SIGHT_M
     if far.sum() < max(MIN_LANDMARKS, len(first) / 2):
