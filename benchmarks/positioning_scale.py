@@ -6,7 +6,7 @@
 Fingerprints are drawn on five storeys of 100 x 60 m with 30 access points each, whose levels fall with distance; 40
 walks. Each model and size has a process of its own; memory is its greatest while learning and answering, less what it
 had with the data alone (Linux). Times are wall times and, in brackets, the processor's, of one thread. What ``--kept``
-holds already is not measured again, so that a campaign can be stopped and go on.
+contains already is not measured again, so that a campaign can be stopped and go on.
 """
 
 from __future__ import annotations

@@ -29,8 +29,8 @@ Train a positioning model on a data set, and save it as one file for `vislam2tag
 
 Learns from all labelled fingerprints, or with --split from the training part of a fold, and then says how well it does
 on the test part (`vislam2tag benchmark` compares models). Without --model several are tried by leaving walks out;
-a table says which is taken, and why. The file holds numbers and text only, a checksum, and what the model needs to
-know: access points, floors, how sure it is. docs/explanation/positioning.md tells what each model is.
+a table says which is taken, and why. The file contains numbers and text only, a checksum, and what the model needs to
+know: access points, floors, how sure it is. docs/explanation/positioning.md explains each model.
 
 With --update a model that keeps its fingerprints (neighbours, local-kriging) learns DS, a later survey of a part or all
 of the building, besides: what it holds of access points that are gone or were moved, as `vislam2tag join` tells them,
