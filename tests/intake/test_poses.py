@@ -215,3 +215,29 @@ def test_reading_the_order_of_a_quaternion_four_times_is_reading_it_once(numbers
     for _ in range(4):
         poses = order.read(poses)
     assert np.allclose(poses.rotation, Rotation.from_quat(quaternion).as_matrix(), atol=1e-7)
+
+
+@pytest.mark.parametrize(("away_m", "severity"), [(8.0, None), (15.0, Severity.WARNING), (40.0, Severity.ERROR)])
+def test_landmarks_seen_from_afar_may_be_large(away_m: float, severity: Severity | None) -> None:
+    poses = walked()
+    camera = CameraTrack(
+        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
+    )
+    log, landmarks = seen_at([10, 20, 30, 50, 70])
+    found = pose_findings(
+        camera, replace(log, position_acs=log.position_acs + np.array((0, away_m, 0))), landmarks, "poses.csv"
+    )
+    assert [each.severity for each in found] == ([] if severity is None else [severity])
+
+
+def test_a_few_landmarks_that_would_be_near_if_inverted_are_an_error() -> None:
+    """Two of five lie near the tracker's origin, where inverting moves them little."""
+    poses = walked()
+    poses[:, (0, 2)] += poses[0, (0, 2)] * -1
+    camera = CameraTrack(
+        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
+    )
+    log, landmarks = seen_at([0.1, 1, 15, 20, 25])
+    at = poses[log.frame, :3]
+    (finding,) = pose_findings(camera, replace(log, position_acs=-at), landmarks, "poses.csv")
+    assert (finding.kind, finding.severity) == ("far_landmarks", Severity.ERROR)

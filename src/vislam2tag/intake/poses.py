@@ -11,7 +11,16 @@ import numpy as np
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.intake.pose_conventions import CONVENTIONS, Convention
-from vislam2tag.intake.pose_evidence import FAST_M_S, MIN_WAY_M, Inertial, InertialMatch, PoseEvidence, Poses, Sights
+from vislam2tag.intake.pose_evidence import (
+    FAST_M_S,
+    MIN_WAY_M,
+    Inertial,
+    InertialMatch,
+    PoseEvidence,
+    Poses,
+    Sights,
+    matrices,
+)
 
 MAX_FAST_SHARE = 0.05
 MIN_SPEED_M_S = 0.05
@@ -34,7 +43,11 @@ MIN_EXPLAINED = 0.5
 MIRRORED_BETTER = 0.02
 MIN_FRAMES = 10
 MAX_SIGHT_M = 10.0
-"""Printed landmarks are recognised from a few metres."""
+"""Trackers recognise printed landmarks from a few metres."""
+MAX_PICTURE_SIGHT_M = 30.0
+"""Large tags are found in pictures from so far."""
+MAX_INVERTED_PART = 0.5
+"""Landmark poses are inverted if their inverses are less than half as far from the camera."""
 MIN_LANDMARKS = 2
 
 
@@ -154,15 +167,21 @@ def _felt_level(match: InertialMatch | None) -> bool:
 
 
 def _far_landmarks(camera: CameraTrack, log: LandmarkLog) -> list[Finding]:
-    """Report landmarks that are far from the camera when they are first logged."""
+    """Report landmarks that are far from the camera when they are first logged: an error unless pictures explain it."""
     first = list(_first_rows(log).values())
-    away_m = np.linalg.norm(log.position_acs[first] - camera.position_acs[log.frame[first]], axis=1)
-    far = away_m > MAX_SIGHT_M
-    if far.sum() < max(MIN_LANDMARKS, len(first) / 2):
+    if len(first) < MIN_LANDMARKS:
+        return []
+    at, position = camera.position_acs[log.frame[first]], log.position_acs[first]
+    inverted = -np.einsum("nji,nj->ni", matrices(log.orientation_acs[first]), position)
+    away_m, inverted_m = (float(np.median(np.linalg.norm(each - at, axis=1))) for each in (position, inverted))
+    far = np.linalg.norm(position - at, axis=1) > MAX_SIGHT_M
+    near_if_inverted = far.sum() >= MIN_LANDMARKS and inverted_m < MAX_INVERTED_PART * away_m
+    if away_m <= MAX_SIGHT_M and not near_if_inverted:
         return []
     message = (
-        f"landmarks are {np.median(away_m[far]):.0f} m from the camera when they are first seen (median), and are "
-        f"recognised from {MAX_SIGHT_M:g} m at most: their poses have another convention than those of the camera, or "
-        "another origin; landmark to ACS is expected"
+        f"landmarks are {away_m:.0f} m from the camera when they are first seen (median), and are recognised from "
+        f"{MAX_SIGHT_M:g} m at most: their poses have another convention than those of the camera, or another origin; "
+        "landmark to ACS is expected"
     )
-    return [Finding(kind="far_landmarks", file="", count=int(far.sum()), message=message, severity=Severity.ERROR)]
+    severity = Severity.ERROR if near_if_inverted or away_m > MAX_PICTURE_SIGHT_M else Severity.WARNING
+    return [Finding(kind="far_landmarks", file="", count=len(first), message=message, severity=severity)]
