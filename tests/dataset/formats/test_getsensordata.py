@@ -18,7 +18,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
-from vislam2tag.dataset.formats.getsensordata.reading import read
+from vislam2tag.dataset.formats.getsensordata import read
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.survey.georeference import Georeference
 

@@ -13,9 +13,9 @@ from tests.dataset.formats.round_trip import imported
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.dataset.annotated_tables import wifi_rows
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, export_named, import_format_of
-from vislam2tag.dataset.formats.gia.annotated_tables import wifi_rows
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
 from vislam2tag.pipeline.datasets.build import build_dataset

@@ -22,7 +22,7 @@ from tests.dataset.formats.round_trip import (
     with_split,
 )
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.formats.hdf5.writing import FILE, NOT_HEARD_DBM
+from vislam2tag.dataset.formats.hdf5 import FILE, NOT_HEARD_DBM
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import build_dataset
 
@@ -117,7 +117,7 @@ import resource, sys
 import numpy as np
 from pathlib import Path
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.dataset.formats.hdf5.output_file import hdf5_file
+from vislam2tag.dataset.formats.hdf5 import hdf5_file
 
 for most in (1, 1_000, 50_000, 200_000):
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))

@@ -19,8 +19,7 @@ from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
-from vislam2tag.dataset.formats.ilc20.reading import read
-from vislam2tag.dataset.formats.ilc20.site_folders import find_sites
+from vislam2tag.dataset.formats.ilc20 import find_sites, read
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.survey.names import floor_number

@@ -13,7 +13,7 @@ from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import ODD_BSSID, ODD_DEVICE, exported, imported, odd_dataset, through, with_split
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.format_registry import import_format_of
-from vislam2tag.dataset.formats.uji.writing import wap_columns
+from vislam2tag.dataset.formats.uji import wap_columns
 from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.dataset.writing.labelled_samples import labelled_fingerprints
 

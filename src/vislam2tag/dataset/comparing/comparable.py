@@ -12,9 +12,9 @@ import polars as pl
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.files.table_files import scan_parquet
+from vislam2tag.dataset.annotated_tables import ANNOTATED_FILES, WIFI_FILE, read_annotated
 from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
-from vislam2tag.dataset.formats.gia.annotated_tables import ANNOTATED_FILES, WIFI_FILE, read_annotated
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, RTT, SESSIONS
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE

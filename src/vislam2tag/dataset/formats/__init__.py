@@ -1,1 +1,1 @@
-"""Formats of the field: a module each, or a package with modules for reading and writing, that registers it."""
+"""Formats of the field: a module each, which reads, writes, or both, and registers itself."""

@@ -1,4 +1,7 @@
-"""Logs of GetSensorData as the IPIN competitions publish them: one text file a walk, places in degrees."""
+"""Logs of GetSensorData (CSIC), as the IPIN competitions publish them: log file -> taps and tables -> walks.
+
+One text file a walk, places in degrees.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import first_bytes_of_files, folder_of
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
 from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
@@ -164,3 +167,6 @@ def _walk(
 
 
 READS = ImportFormat("getsensordata", read, recognises, takes=("origin",))
+
+
+register(READS)
