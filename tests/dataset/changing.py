@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
+from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
-from vislam2tag.dataset.transmitters.access_points import access_point_table
 
 WIDTH_M, HEIGHT_M = 60.0, 30.0
 POINTS = 24

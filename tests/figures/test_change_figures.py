@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
 from tests.dataset.changing import Survey, surveyed, usual_places
-from vislam2tag.dataset.comparing.changes import CHANGED, Changes, survey_changes
+from vislam2tag.dataset.changes import CHANGED, Changes, survey_changes
 from vislam2tag.dataset.model import Storey
 from vislam2tag.figures.change_figures import PLACES, ChangedFloor, change_map
 from vislam2tag.figures.style import rendered

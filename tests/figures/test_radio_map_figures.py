@@ -11,7 +11,7 @@ from PIL import Image
 
 from tests.dataset.factory import small_dataset
 from vislam2tag.dataset.model import Storey
-from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, radio_maps
+from vislam2tag.dataset.radio_maps import FloorMaps, radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
 from vislam2tag.figures.radio_map_figures import (
     SCALES,

@@ -14,7 +14,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.splitting.splits import standard_splits
+from vislam2tag.dataset.splits import standard_splits
 from vislam2tag.positioning import registry as base
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces

@@ -25,8 +25,8 @@ from tests.survey.plans import drawn_floor
 from tests.undrawn import undrawn
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.settings import RadioMapSettings
-from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
-from vislam2tag.dataset.statistics.table_3 import Table3
+from vislam2tag.dataset.statistics import dataset_statistics
+from vislam2tag.dataset.statistics_record import Table3
 from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans

@@ -1,7 +1,7 @@
 """The annotated tables of giaIndoorLoc's layout, typed, and in the columns that ``process`` writes.
 
 The published files lead text fields with a blank; ours do not. Both are read. :class:`PrivateLabels` keeps private what
-becomes no data set (``transmitters.privacy`` is for what does).
+becomes no data set (``privacy`` is for what does).
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
-from vislam2tag.dataset.transmitters.access_points import NOMAP
-from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, hashed
+from vislam2tag.dataset.access_points import NOMAP
+from vislam2tag.dataset.labelled import LabelledSession
+from vislam2tag.dataset.privacy import NOMAP_LEFT_OUT, Privacy, hashed
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.survey.model import SessionKey
 

@@ -18,7 +18,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.transmitters.privacy import Privacy
+from vislam2tag.dataset.privacy import Privacy
 
 _NAMED = 3
 _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")

@@ -16,7 +16,7 @@ from tests.surveys import bytes_of
 from vislam2tag.cli.datasets.command_split import register
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.splitting.splits import split_findings, standard_splits
+from vislam2tag.dataset.splits import split_findings, standard_splits
 
 
 @pytest.fixture

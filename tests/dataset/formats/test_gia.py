@@ -14,10 +14,10 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.annotated_tables import wifi_rows
-from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, export_named, import_format_of
+from vislam2tag.dataset.labelled import open_labelled
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
+from vislam2tag.dataset.privacy import Privacy, hashed
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings

@@ -100,7 +100,7 @@ def test_the_same_set_gives_the_same_bytes_in_pieces_of_any_size(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     exported(small_dataset(), "hdf5", tmp_path / "a")
-    monkeypatch.setattr("vislam2tag.dataset.writing.labelled_samples._CELLS_AT_ONCE", 30)
+    monkeypatch.setattr("vislam2tag.dataset.writing._CELLS_AT_ONCE", 30)
     exported(small_dataset(), "hdf5", tmp_path / "b")
     assert signatures_of_hdf5(tmp_path / "a") == signatures_of_hdf5(tmp_path / "b")
     exported(small_dataset(), "hdf5", tmp_path / "c")

@@ -19,9 +19,9 @@ from PIL import Image
 from tests.dataset.formats.test_tum import with_covariances
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, export_named
 from vislam2tag.dataset.formats.mcap import foxglove_schemas
+from vislam2tag.dataset.labelled import open_labelled
 
 Messages = dict[str, list[tuple[int, dict[str, Any]]]]
 

@@ -16,7 +16,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.tampere import read
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.reading.point_fingerprints import OFFICIAL
+from vislam2tag.dataset.point_fingerprints import OFFICIAL
 
 FLOOR_OF_LEVELS_DBM = -105.0
 """What stands for "not heard" in the nearest neighbour that ../shared/algorithms.md gives the errors of."""

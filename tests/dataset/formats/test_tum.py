@@ -13,8 +13,8 @@ from evo.tools import file_interface  # type: ignore[import-untyped]
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, export_named
+from vislam2tag.dataset.labelled import open_labelled
 
 COVARIANCE = ("cov_xx", "cov_xy", "cov_yy")
 

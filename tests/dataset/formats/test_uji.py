@@ -15,7 +15,7 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.format_registry import import_format_of
 from vislam2tag.dataset.formats.uji import wap_columns
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.dataset.writing.labelled_samples import labelled_fingerprints
+from vislam2tag.dataset.writing import labelled_fingerprints
 
 TAIL = "LONGITUDE,LATITUDE,FLOOR,BUILDINGID,SPACEID,RELATIVEPOSITION,USERID,PHONEID,TIMESTAMP"
 
@@ -160,7 +160,7 @@ def test_times_are_seconds_of_the_walks_own_day(tmp_path: Path) -> None:
 
 def test_pieces_make_the_same_file_as_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     exported(small_dataset(), "uji", tmp_path / "whole")
-    monkeypatch.setattr("vislam2tag.dataset.writing.labelled_samples._CELLS_AT_ONCE", 30)
+    monkeypatch.setattr("vislam2tag.dataset.writing._CELLS_AT_ONCE", 30)
     exported(small_dataset(), "uji", tmp_path / "pieces")
     whole, pieces = ((tmp_path / name / "trainingData.csv").read_bytes() for name in ("whole", "pieces"))
     assert whole == pieces

@@ -10,7 +10,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.uji_library import read
-from vislam2tag.dataset.reading.point_fingerprints import OFFICIAL
+from vislam2tag.dataset.point_fingerprints import OFFICIAL
 
 FILES = {"rss": "-90,100\n100,-60\n", "crd": "1.5,2.5,3\n3.5,4.5,5\n", "tms": "20160602155217232\n20160602155220780\n"}
 

@@ -10,7 +10,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.uts import read
-from vislam2tag.dataset.reading.point_fingerprints import OFFICIAL
+from vislam2tag.dataset.point_fingerprints import OFFICIAL
 
 ACCESS_POINTS = ",".join(f"WAP{number:03d}" for number in range(1, 590))
 SILENT = ",".join(["100"] * 587)

@@ -26,8 +26,8 @@ from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, export_formats, import_named
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.privacy import Privacy, hashed
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
-from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.datasets.export import RECORD_FILE, ExportOptions, export, is_export
 from vislam2tag.pipeline.labels.process import process

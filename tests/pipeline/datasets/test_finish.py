@@ -19,7 +19,7 @@ from vislam2tag.common.files.whole_folder import exclusive_writer
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
 from vislam2tag.dataset.model import Split
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
-from vislam2tag.dataset.splitting.splits import make_split, standard_splits
+from vislam2tag.dataset.splits import make_split, standard_splits
 from vislam2tag.pipeline.datasets import finish as added_split
 from vislam2tag.pipeline.datasets.finish import STATISTICS_FILE, add_split, finish_dataset
 

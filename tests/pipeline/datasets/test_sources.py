@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.fingerprinting.test_labelled import RUN, write_out
+from tests.dataset.test_labelled import RUN, write_out
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.model import FloorInfo

@@ -14,7 +14,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.format_registry import ImportContext
 from vislam2tag.dataset.formats.tampere import read
-from vislam2tag.dataset.reading.point_fingerprints import OFFICIAL
+from vislam2tag.dataset.point_fingerprints import OFFICIAL
 from vislam2tag.positioning.baselines.scan_index import SignalDistance
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours

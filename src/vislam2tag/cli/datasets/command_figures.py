@@ -16,7 +16,7 @@ from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.coverage.record import CoverageRecord
+    from vislam2tag.dataset.coverage import CoverageRecord
     from vislam2tag.dataset.model import Storey
 
 HELP = """

@@ -17,7 +17,7 @@ from vislam2tag.dataset.settings import CHANGE_CELL_M
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.dataset.comparing.change_record import SurveyChanges, TechnologyChanges
+    from vislam2tag.dataset.changes import SurveyChanges, TechnologyChanges
 
 HELP = """
 Join a later survey to a data set, and tell what changed in the building between the two.
@@ -64,7 +64,7 @@ def _join(
 
 
 def _print(record: SurveyChanges) -> None:
-    from vislam2tag.dataset.comparing.changes import CHANGED, OUTDATED
+    from vislam2tag.dataset.changes import CHANGED, OUTDATED
 
     console = table_console()
     for one in record.technologies:

@@ -18,8 +18,8 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
 
 if TYPE_CHECKING:
+    from vislam2tag.dataset.leakage import FoldLeakage, QuantileSummary, SplitLeakage
     from vislam2tag.dataset.model import Dataset
-    from vislam2tag.dataset.splitting.leakage import FoldLeakage, QuantileSummary, SplitLeakage
 
 HELP = """
 Splits of a data set into what trains and what tests, and how far each leaks.
@@ -65,8 +65,8 @@ def _split(
     json: AsJson = False,
 ) -> None:
     from vislam2tag.dataset.folder import open_dataset
-    from vislam2tag.dataset.splitting.leakage import leakage
-    from vislam2tag.dataset.splitting.splits import make_split
+    from vislam2tag.dataset.leakage import leakage
+    from vislam2tag.dataset.splits import make_split
     from vislam2tag.pipeline.datasets.finish import add_split
 
     given = {"seed": seed, "share": share, "folds": folds, "block_m": block_m, "guard_m": guard_m}

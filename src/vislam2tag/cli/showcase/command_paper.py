@@ -94,13 +94,13 @@ def _print(made: ReproducedPaper, out: Path) -> None:
 def _print_collection(part: CollectionPart) -> None:
     from rich.markup import escape
 
-    from vislam2tag.dataset.statistics.table_3 import TITLE
+    from vislam2tag.dataset.statistics_record import TABLE_3_TITLE
 
     console = table_console()
     if part.table is None:
-        console.print(f"{TITLE}: {part.missing}", soft_wrap=True)
+        console.print(f"{TABLE_3_TITLE}: {part.missing}", soft_wrap=True)
         return
-    shown = table(TITLE, ("device",), part.table.heads)
+    shown = table(TABLE_3_TITLE, ("device",), part.table.heads)
     for device, texts in part.table.texts():
         shown.add_row(escape(device), *texts)
     console.print(shown)

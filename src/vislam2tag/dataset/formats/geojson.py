@@ -14,11 +14,10 @@ import polars as pl
 
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.model import Dataset, SessionTables
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
-from vislam2tag.dataset.writing.labelled_samples import labelled_by_session, labelled_fingerprints
+from vislam2tag.dataset.writing import labelled_by_session, labelled_fingerprints
 from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"

@@ -19,9 +19,8 @@ from vislam2tag.common.files.archives import first_bytes_of_files, folder_of
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
+from vislam2tag.dataset.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
-from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
-from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.sessions.tables.getsensordata_lines import looks_like_a_log
 from vislam2tag.sessions.tables.getsensordata_log import LoggedTaps, parse_log, parse_taps

@@ -20,6 +20,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import scan_parquet, write_csv, write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.annotated_tables import (
     SENSORS_FILE,
     WIFI_FILE,
@@ -28,17 +29,15 @@ from vislam2tag.dataset.annotated_tables import (
     sensor_rows,
     wifi_rows,
 )
-from vislam2tag.dataset.fingerprinting.fingerprints import SessionWalk, fingerprints_of
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
-from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
-from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
+from vislam2tag.dataset.fingerprints import PhoneMotion, SessionWalk, fingerprints_of
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
+from vislam2tag.dataset.labelled import LabelledSession
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
+from vislam2tag.dataset.sensor_windows import magnetic_windows
 from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.dataset.transmitters.access_points import access_point_table
-from vislam2tag.dataset.writing.shared_labels import shared_labels
+from vislam2tag.dataset.writing import shared_labels
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED

@@ -37,13 +37,15 @@ from vislam2tag.dataset.hdf5_columns import (
 )
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
-from vislam2tag.dataset.writing.labelled_samples import (
+from vislam2tag.dataset.writing import (
+    ONE_SPLIT,
+    SET,
+    SPLITS,
     MatrixLosses,
     labelled_by_session,
     labelled_fingerprints,
     matrices,
 )
-from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET, SPLITS
 
 if TYPE_CHECKING:
     import h5py

@@ -20,12 +20,11 @@ from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.limits import MAX_FLOOR_M
-from vislam2tag.dataset.fingerprinting.radio_tables import radio_rows
+from vislam2tag.dataset.fingerprints import radio_rows
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
+from vislam2tag.dataset.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
-from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
-from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.survey.names import floor_number, unique_slugs

@@ -25,9 +25,9 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.annotated_tables import PrivateLabels
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
-from vislam2tag.dataset.writing.shared_labels import shared_labels
+from vislam2tag.dataset.labelled import LabelledSession
+from vislam2tag.dataset.writing import shared_labels
 from vislam2tag.labeling.results import FloorRecord
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of

@@ -22,7 +22,7 @@ from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS, REQUIRED, SCHEMAS, UNITS
-from vislam2tag.dataset.writing.left_out import MANIFEST, ONE_SPLIT, SET, SPLITS
+from vislam2tag.dataset.writing import MANIFEST, ONE_SPLIT, SET, SPLITS
 
 SPLITS_FILE, COLUMNS_FILE = "splits.parquet", "columns.csv"
 SPLITS_COLUMNS = ("split", "id", "group")

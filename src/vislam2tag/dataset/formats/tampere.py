@@ -21,8 +21,8 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
-from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide_tables import LevelRules, read_columns, read_matrix
+from vislam2tag.dataset.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.dataset.wide_tables import LevelRules, read_columns, read_matrix
 
 FLOOR_HEIGHT_M = 3.7
 _OFF_FLOOR_M = 0.05

@@ -25,19 +25,20 @@ from vislam2tag.common.spreadsheet_text import escaped, unescaped
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
-from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide_tables import LevelRules, WideTable, is_wide, read_wide
-from vislam2tag.dataset.writing.labelled_samples import (
+from vislam2tag.dataset.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.dataset.wide_tables import LevelRules, WideTable, is_wide, read_wide
+from vislam2tag.dataset.writing import (
+    ONE_SPLIT,
+    SET,
     CsvFile,
     MatrixLosses,
     csv_file,
     labelled_by_session,
     labelled_fingerprints,
     matrices,
+    train_test_assignment,
     with_unix_time,
 )
-from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET
-from vislam2tag.dataset.writing.train_test_assignment import train_test_assignment
 from vislam2tag.intake.addresses import MASKED, normal_addresses
 from vislam2tag.intake.signal_strength import NOT_HEARD, strength_of
 

@@ -18,8 +18,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
-from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide_tables import LevelRules, WideTable, read_wide
+from vislam2tag.dataset.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.dataset.wide_tables import LevelRules, WideTable, read_wide
 
 _FILES = {"uts_training.csv": TRAIN, "uts_test.csv": TEST}
 _ACCESS_POINT = re.compile(r"W?AP[_ ]?\d+", re.IGNORECASE)

@@ -18,8 +18,8 @@ from vislam2tag.common.findings import Finding, pooled
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
-from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, numbered_on, point_dataset
-from vislam2tag.dataset.reading.wide_tables import LevelRules, read_wide
+from vislam2tag.dataset.point_fingerprints import PointFingerprints, floor_infos, numbered_on, point_dataset
+from vislam2tag.dataset.wide_tables import LevelRules, read_wide
 
 NOT_HEARD = -100.0
 _NAME = re.compile(r"(train|val|test)_[0-9a-z_]+\.csv", re.IGNORECASE)

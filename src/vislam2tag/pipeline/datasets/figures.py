@@ -14,12 +14,12 @@ from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
+from vislam2tag.dataset.coverage import CoverageRecord, floor_record
 from vislam2tag.dataset.folder import open_dataset_to_share
 from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
-from vislam2tag.dataset.statistics.table_3 import Table3, csv_text, latex_text, markdown_text
+from vislam2tag.dataset.statistics import dataset_statistics
+from vislam2tag.dataset.statistics_record import Table3, table_3_csv, table_3_latex, table_3_markdown
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.run.store import claim
@@ -57,7 +57,7 @@ def make_dataset_figures(
         floors=[floor_record(floor.coverage, floor.walks) for floor in floors],
     )
     table = Table3.of(statistics.by_device, statistics.walks)
-    texts = {"csv": csv_text(table), "md": markdown_text(table), "tex": latex_text(table)}
+    texts = {"csv": table_3_csv(table), "md": table_3_markdown(table), "tex": table_3_latex(table)}
     run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
     own = OwnFiles.of((COVERAGE_FILE, *(f"{TABLE}.{suffix}" for suffix in texts)))
     with claim(out, run, PROGRAM, own) as folder:

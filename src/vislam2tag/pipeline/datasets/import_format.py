@@ -19,7 +19,7 @@ from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
+from vislam2tag.dataset.privacy import Privacy, with_privacy
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.survey.links import CURE, is_from_outside
 

@@ -8,11 +8,21 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.table_files import write_csv
+from vislam2tag.common.spreadsheet_text import escaped
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record, write_changes
-from vislam2tag.dataset.comparing.changes import Changes, survey_changes
-from vislam2tag.dataset.comparing.joining import join_datasets
+from vislam2tag.dataset.changes import (
+    CHANGED,
+    CHANGED_POINTS,
+    OUTDATED,
+    RECORD,
+    Changes,
+    SurveyChanges,
+    survey_changes,
+    survey_record,
+)
 from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share
+from vislam2tag.dataset.joining import join_datasets
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Storey
 from vislam2tag.dataset.settings import CHANGE_CELL_M
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
@@ -79,3 +89,22 @@ def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Folder) -> None:
 
 def _title(building: str, floor: int) -> str:
     return f"{building} floor {floor}".strip().capitalize() if not building else f"{building}, floor {floor}"
+
+
+def write_changes(folder: Folder, record: SurveyChanges, changes: Sequence[Changes]) -> None:
+    """Write ``changes.json``, ``access_points.csv`` and ``places.csv``; what changed comes first, the most first."""
+    folder.write(RECORD, record.model_dump_json(indent=1) + "\n")
+    for name in ("access_points", "places"):
+        tables = [getattr(one, name).with_columns(technology=pl.lit(one.technology)) for one in changes]
+        if tables:
+            write_csv(escaped(_listed(pl.concat(tables))), folder, f"{name}.csv")
+
+
+def _listed(table: pl.DataFrame) -> pl.DataFrame:
+    """Order a table by what is to be done about it, and write lists as words."""
+    first = ~pl.col("change").is_in([*CHANGED_POINTS, CHANGED, OUTDATED])
+    size = "size_db" if "size_db" in table.columns else "score"
+    words = (pl.col(name).list.join(" ") for name, kind in table.schema.items() if isinstance(kind, pl.List))
+    order = (first, "technology", "change", size)
+    ordered = table.sort(*order, descending=[False, False, False, True], nulls_last=True, maintain_order=True)
+    return ordered.select("technology", pl.exclude("technology")).with_columns(*words)

@@ -13,12 +13,17 @@ from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, SessionWalk, fingerprints_of
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
-from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
-from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, WIFI, radio_rows
-from vislam2tag.dataset.inertial.imu_windows import imu_windows
+from vislam2tag.dataset.fingerprints import (
+    TECHNOLOGIES,
+    WIFI,
+    SessionFingerprints,
+    SessionWalk,
+    fingerprints_of,
+    radio_rows,
+)
+from vislam2tag.dataset.labelled import LabelledSession
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
+from vislam2tag.dataset.sensor_windows import imu_windows, magnetic_windows
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import SessionResult

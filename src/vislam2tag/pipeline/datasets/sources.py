@@ -11,7 +11,7 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
+from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.dataset.model import DatasetSource, FloorInfo
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord

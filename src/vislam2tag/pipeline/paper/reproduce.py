@@ -14,9 +14,14 @@ from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.folder import is_dataset, open_dataset
-from vislam2tag.dataset.statistics import table_3
-from vislam2tag.dataset.statistics.record import DatasetStatistics
-from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS, Table3
+from vislam2tag.dataset.statistics_record import (
+    PAPER_FINGERPRINTS,
+    DatasetStatistics,
+    Table3,
+    table_3_csv,
+    table_3_latex,
+    table_3_markdown,
+)
 from vislam2tag.evaluation.paper.table_text import csv_text, latex_text, markdown_text, walks_csv
 from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, table_2
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_shares
@@ -136,7 +141,11 @@ def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> C
     if statistics is None:
         return CollectionPart(TABLE_3, None, missing=f"{NO_COLLECTION.capitalize()}.")
     table = Table3.of(statistics.by_device, statistics.walks, beside_paper=True)
-    texts = {"csv": table_3.csv_text(table), "tex": table_3.latex_text(table), "md": table_3.markdown_text(table)}
+    texts = {
+        "csv": table_3_csv(table),
+        "tex": table_3_latex(table),
+        "md": table_3_markdown(table),
+    }
     for suffix, text in texts.items():
         folder.put_text(f"{TABLE_3}.{suffix}", text)
     wifi = statistics.technologies["wifi"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
-from vislam2tag.dataset.statistics.table_3 import TITLE, Table3
+from vislam2tag.dataset.statistics_record import TABLE_3_TITLE, Table3
 from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
 from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4
@@ -93,7 +93,7 @@ def write_paper_page(
         "names": names,
         "tables": tables,
         "collection": collection,
-        "collection_title": TITLE,
+        "collection_title": TABLE_3_TITLE,
         "positioning": positioning,
         "positioning_title": TITLE_4,
         "figures": figures,

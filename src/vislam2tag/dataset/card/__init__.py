@@ -1,1 +1,0 @@
-"""The card of a data set: README, citation, metadata for repositories and machine-learning libraries, checksums."""

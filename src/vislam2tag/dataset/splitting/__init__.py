@@ -1,1 +1,0 @@
-"""Splits into training and test parts, and how far they leak."""

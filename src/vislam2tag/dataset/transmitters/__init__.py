@@ -1,1 +1,0 @@
-"""Access points and beacons: what is known of them, radios with several addresses, privacy."""

@@ -1,1 +1,0 @@
-"""What several formats that are written share: labelled samples, parts of a split, and what is left out."""
