@@ -19,7 +19,7 @@ import numpy as np
 import torch
 
 from vislam2tag.positioning.networks.layers import dense, linear
-from vislam2tag.positioning.networks.training import (
+from vislam2tag.positioning.networks.positioner import (
     PUBLISHED_BATCH,
     TrainingExamples,
     TrainingSchedule,

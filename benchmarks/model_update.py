@@ -19,12 +19,12 @@ import numpy as np
 from changed_building import Changes, two_surveys
 
 from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.model_update import updated
+from vislam2tag.positioning.places import LabelledScans, joined_places
+from vislam2tag.positioning.radio_scans import joined_scans
 from vislam2tag.positioning.registry import Positioner, model_named
-from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
-from vislam2tag.positioning.scans.places import LabelledScans, joined_places
-from vislam2tag.positioning.scans.radio_scans import joined_scans
 from vislam2tag.simulation.settings import BuildingSettings, stream
 
 MODEL = "local-kriging"

@@ -27,10 +27,10 @@ from vislam2tag.common.bootstrap import mean_interval
 from vislam2tag.core.arrays import AnyArray, BoolArray
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import plane_error_m
+from vislam2tag.positioning.places import folds
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.held_out import folds
-from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 
 MODELS = ("weighted-knn", "local-kriging")
 MOST_ASKED = 1500

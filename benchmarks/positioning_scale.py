@@ -22,9 +22,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 SIZES = (1_000, 5_000, 20_000, 50_000, 200_000)
 MODELS = ("weighted-knn", "local-kriging")

@@ -22,11 +22,11 @@ import numpy as np
 from dead_reckoning import step_path
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import Score, score
+from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
-from vislam2tag.positioning.scans.places import Positions
-from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.sequences import filtered, smoothed
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace

@@ -11,8 +11,8 @@ import pytest
 from tests.positioning.in_an_app import answered, assert_same
 from tests.positioning.radio_world import radio_world
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
+from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.registry import model_named, model_names
-from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 NETWORKS = ("multi-cel", "regression-net")
 NAMES = tuple(name for name in model_names() if not name.startswith("example-"))

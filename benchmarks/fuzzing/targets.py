@@ -18,8 +18,7 @@ from vislam2tag.evaluation.control_points.route_file import read_route
 from vislam2tag.evaluation.total_station.station_file import read_shots, read_station_track
 from vislam2tag.evaluation.trajectory_files import READERS
 from vislam2tag.positioning.model_file import load_model
-from vislam2tag.positioning.scans.scan_file import BadLines, scan_blocks
-from vislam2tag.positioning.scans.track_file import Tracks
+from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
 from vislam2tag.receiving.session_zip import unpack
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.tape_file import read_distances, read_targets

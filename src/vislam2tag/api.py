@@ -153,8 +153,10 @@ if TYPE_CHECKING:
     from vislam2tag.planning.records import PlanSummary as PlanSummary
     from vislam2tag.planning.settings import CameraSettings as CameraSettings
     from vislam2tag.planning.settings import PlanSettings as PlanSettings
-    from vislam2tag.positioning.benchmark.protocol import ModelChoice as ModelChoice
-    from vislam2tag.positioning.benchmark.record import Benchmark as Benchmark
+    from vislam2tag.positioning.benchmark_protocol import ModelChoice as ModelChoice
+    from vislam2tag.positioning.benchmark_record import Benchmark as Benchmark
+    from vislam2tag.positioning.learning_data import LearningData as LearningData
+    from vislam2tag.positioning.learning_data import learning_data as learning_data
     from vislam2tag.positioning.model_choice import ModelTrial as ModelTrial
     from vislam2tag.positioning.model_choice import TriedModel as TriedModel
     from vislam2tag.positioning.model_file import ModelOrigin as ModelOrigin
@@ -164,9 +166,7 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.model_update import ModelUpdate as ModelUpdate
     from vislam2tag.positioning.registry import Positioner as Positioner
     from vislam2tag.positioning.registry import model_named as model_named
-    from vislam2tag.positioning.scans.learning_data import LearningData as LearningData
-    from vislam2tag.positioning.scans.learning_data import learning_data as learning_data
-    from vislam2tag.positioning.scans.track_file import Tracks as Tracks
+    from vislam2tag.positioning.scan_file import Tracks as Tracks
     from vislam2tag.positioning.settings import SequenceMethod as SequenceMethod
     from vislam2tag.registration.names import NameRules as NameRules
     from vislam2tag.registration.point_file import PointColumn as PointColumn
@@ -304,14 +304,14 @@ _NAMES = {
     "pipeline.survey_run": "SurveyRun run=run_survey run_survey",
     "planning.records": "PlanSummary",
     "planning.settings": "CameraSettings PlanSettings",
-    "positioning.benchmark.protocol": "ModelChoice",
-    "positioning.benchmark.record": "Benchmark",
+    "positioning.benchmark_protocol": "ModelChoice",
+    "positioning.benchmark_record": "Benchmark",
     "positioning.model_choice": "ModelTrial TriedModel",
     "positioning.model_file": "ModelOrigin SavedModel load_model save_model",
     "positioning.model_update": "ModelUpdate",
     "positioning.registry": "Positioner model_named",
-    "positioning.scans.learning_data": "LearningData learning_data",
-    "positioning.scans.track_file": "Tracks",
+    "positioning.learning_data": "LearningData learning_data",
+    "positioning.scan_file": "Tracks",
     "positioning.settings": "SequenceMethod",
     "registration.names": "NameRules",
     "registration.point_file": "PointColumn",

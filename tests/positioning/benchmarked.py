@@ -16,9 +16,9 @@ from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.splits import standard_splits
 from vislam2tag.positioning import registry as base
+from vislam2tag.positioning.places import Positions, ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 
 def benchmark_dataset(folder: Path) -> Dataset:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vislam2tag.positioning.scans.places import Positions
-from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.radio_scans import RadioScans
 
 APP = Path(__file__).parents[2] / "examples" / "locate_in_an_app" / "locate.mjs"
 

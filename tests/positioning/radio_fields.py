@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from vislam2tag.dataset.model import Storey
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 
 STOREY_HEIGHT_M = 4.0
 TWO_FLOORS = ((Storey("A", 0), (40.0, 20.0)), (Storey("A", 1), (24.0, 12.0)))

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.registry import Positioner
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 STOREYS = (Storey("east", 0), Storey("east", 1), Storey("west", 0))
 FAINTEST_DBM = -92.0

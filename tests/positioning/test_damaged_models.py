@@ -19,7 +19,7 @@ from vislam2tag.common.errors import ModelError
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.positioning import model_file
 from vislam2tag.positioning.model_file import load_model, save_model
-from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.radio_scans import RadioScans
 
 Header: TypeAlias = dict[str, Any]
 Arrays: TypeAlias = dict[str, AnyArray]

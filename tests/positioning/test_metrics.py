@@ -7,7 +7,7 @@ import pytest
 
 from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.places import Positions, ScanPlaces
 
 STOREYS = (Storey("A", 0), Storey("A", 1), Storey("A", 3), Storey("B", 0))
 

@@ -11,8 +11,8 @@ from tests.positioning.radio_world import radio_world
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.positioning.model_update import updated
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours
-from vislam2tag.positioning.scans.places import LabelledScans, joined_places
-from vislam2tag.positioning.scans.radio_scans import joined_scans
+from vislam2tag.positioning.places import LabelledScans, joined_places
+from vislam2tag.positioning.radio_scans import joined_scans
 
 KNOWN = radio_world(seed=1, walks=10)
 SWAPPED = {"ap-1-1": "ap-1-2", "ap-1-2": "ap-1-1"}

@@ -17,9 +17,8 @@ from tests.positioning.in_an_app import APP
 from vislam2tag.common.errors import ModelError, UsageError
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.model_file import load_model, save_model
-from vislam2tag.positioning.registry import model_named, model_names
-from vislam2tag.positioning.removed_models import REMOVED, removed_model
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.positioning.registry import REMOVED, model_named, model_names, removed_model
 
 FILES = Path(__file__).parents[1] / "data" / "outputs-0.2" / "models"
 EXPECTED: dict[str, dict[str, list[Any]]] = json.loads((FILES / "positions.json").read_text())

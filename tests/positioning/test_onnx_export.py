@@ -14,8 +14,8 @@ from tests.positioning.test_registry import Mean
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.positioning import onnx_export
 from vislam2tag.positioning.onnx_export import INPUT, write_onnx
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.registry import Positioner, model_named
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 FAR_M = np.array([-7600.0, 4864900.0])
 """Places as in UJIIndoorLoc, where single precision is half a metre."""

@@ -11,10 +11,10 @@ from sklearn.base import clone
 from tests.dataset.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.positioning.learning_data import learning_data
+from vislam2tag.positioning.places import Positions, ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.registry import NamedArrays, Positioner, model_named
-from vislam2tag.positioning.scans.learning_data import learning_data
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 
 class Mean(Positioner):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from vislam2tag.dataset.model import Storey
-from vislam2tag.positioning.scans.places import Positions
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.sequences import _variance, filtered, smoothed
 
 STOREYS = (Storey("", 0), Storey("", 1))

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser
 
 from tests.dataset.factory import small_dataset
 from tests.planning.floors import write_ring_site
-from tests.positioning.benchmark.test_rows import record
+from tests.positioning.test_benchmark_record import record
 from tests.report.browser import note_problems, running_browser
 from tests.report.factory import make_results, make_survey
 from tests.report.pages.test_check_page import write_page_of_a_check
@@ -32,9 +32,8 @@ from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
 from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.positioning.benchmark.best import best_models
-from vislam2tag.positioning.benchmark.record import Benchmark
-from vislam2tag.positioning.benchmark.rows import benchmark_rows
+from vislam2tag.positioning.benchmark_record import Benchmark, benchmark_rows
+from vislam2tag.positioning.benchmark_tables import best_models
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
 from vislam2tag.report.pages.click_page import write_click_page
 from vislam2tag.report.pages.dataset_page import dataset_page

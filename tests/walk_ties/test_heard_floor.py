@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.walk_ties.test_radio import hall, heard, walked
-from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.walk_ties.heard_floor import HeardFloor, scan_weights
 from vislam2tag.walk_ties.traces import WalkTrace
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
+from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.walk_ties.fix_errors import Fixes, MatchErrors, match_errors, promised
 from vislam2tag.walk_ties.radio import radio_ties, walk_fixes
 from vislam2tag.walk_ties.traces import WalkTrace

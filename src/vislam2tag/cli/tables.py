@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from vislam2tag.common.findings import Finding
     from vislam2tag.pipeline.site.show import SiteSummary
-    from vislam2tag.positioning.benchmark.table_4 import Table4
+    from vislam2tag.positioning.benchmark_tables import Table4
 
 _PIPE_WIDTH = 140
 """Columns where the output is no terminal, unless the environment's COLUMNS says how many."""
@@ -51,9 +51,9 @@ def print_table_4(made: Table4) -> None:
     """Print it on standard output."""
     from rich.markup import escape
 
-    from vislam2tag.positioning.benchmark.table_4 import TITLE
+    from vislam2tag.positioning.benchmark_tables import TABLE_4_TITLE
 
-    shown = table(TITLE, ("test data", "model"), made.heads)
+    shown = table(TABLE_4_TITLE, ("test data", "model"), made.heads)
     for row in made.rows:
         shown.add_row(escape(row.test), escape(row.model), *row.cells())
     table_console().print(shown)

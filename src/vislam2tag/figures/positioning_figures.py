@@ -27,7 +27,7 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import COLUMN_IN, DISCARDED, PAGE_IN, QUIET, print_quality
-from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
+from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
 from vislam2tag.survey.model import Floor
 
 ERROR_SCALE_M = (0.5, 20.0)

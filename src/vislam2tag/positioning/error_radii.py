@@ -1,15 +1,28 @@
-"""From how far a model's own guesses lie apart to radii that hold what they promise."""
+"""From how far a model's own guesses lie apart to radii that hold what they promise.
+
+Circles follow what a model erred on scans left out in several ways: alone, with their walk, with their place. Nobody
+knows which of these a scan that is asked for is like, and radii that suit one way do not suit another. A walk's scans
+tell it together. Whether their walk was learned is the same for all of them: the evidence of each is added up, less of
+it where they are many, as they are not independent (design effect; Kish 1965). How much of each further way is in them
+is estimated as the shares of classes are in data whose shares differ from those learned (Saerens et al. 2002). Of each
+way the errors follow features by quantile regression (Koenker and Bassett 1978), made to hold by conformal prediction
+(Romano et al. 2019) in which each walk that was left out counts the same (Dunn et al. 2023); the radius is the quantile
+of their mixture.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from scipy.special import expit, logsumexp
+from sklearn.linear_model import LogisticRegression, QuantileRegressor
 
-from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
+from vislam2tag.positioning.radio_scans import CheckedArrays, TextArray
 
 SMALLEST_SCALE_M = 0.1
 """No model is surer than this, metres."""
@@ -78,3 +91,193 @@ def fitted_radii(error_m: FloatArray, spread_m: FloatArray) -> SpreadRadii:
         return SpreadRadii(UNKNOWN_M, RadiusScale(1.0, 2.0))
     base_m = float(np.median(error_m[known]))
     return SpreadRadii(base_m, radius_scale(error_m, np.hypot(base_m, spread_m)))
+
+
+SHARES = (SIXTY_EIGHT, NINETY_FIVE)
+LEVELS = np.append(np.arange(1, 100) / 100, 0.995)
+"""(l,) probabilities whose quantiles are kept."""
+PRIOR_SCANS = 5.0
+"""What all ways of a kind alike count beside the scans of a walk."""
+CORRELATED = 0.5
+"""Of what two scans of a walk tell of whether it was learned; 0.2 does as well (docs/results/positioning-change.md)."""
+LIKE = 0.99
+"""A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
+_ROUNDS, _HALVINGS = 30, 12
+_LEAST_SPREAD = 1e-3
+"""Features that differ by less tell nothing of the way."""
+_LINE_WITH = 500
+"""Most scans that a quantile regression looks at; that circles hold does not depend on it."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """What a model said of ``n`` scans that it did not learn from."""
+
+    error_m: FloatArray
+    """(n,) in the plane."""
+    features: FloatArray
+    """(n, f) what the error may follow."""
+    group: IntArray
+    """(n,) walk: errors of one are not independent."""
+    learned: bool
+    """Whether others of a scan's walk were learned."""
+
+
+@dataclass(frozen=True)
+class HeldOutRadii:
+    """What is known of errors in ``w`` ways of leaving out."""
+
+    likeness: FloatArray
+    """(w, 1 + f) logarithm of how likely features are in a way, up to what all share: linear in them."""
+    line: FloatArray
+    """(2, w, 1 + f) logarithms of the 68 % and 95 % radius, metres: linear in features."""
+    beyond: FloatArray
+    """(2, w, l) quantiles of the logarithms of errors beyond these, at ``LEVELS``."""
+    bounds: FloatArray
+    """(2, f) least and greatest features that were seen; beyond, these count."""
+    learned: BoolArray
+    """(w,) whether others of a scan's walk were learned."""
+
+    def radii_m(self, features: FloatArray, walk: TextArray) -> tuple[FloatArray, FloatArray]:
+        """Return the 68 % and 95 % radii (n,), metres, of scans with these features (n, f) of walks (n,).
+
+        A scan whose walk is empty stands alone.
+        """
+        within = np.clip(features, *self.bounds)
+        share = self.shares(within, walk)
+        smaller, larger = (
+            _mixture_quantile(share, line[:, :1] + line[:, 1:] @ within.T, beyond, wanted)
+            for line, beyond, wanted in zip(self.line, self.beyond, SHARES, strict=True)
+        )
+        return np.exp(smaller), np.exp(np.maximum(smaller, larger))
+
+    def shares(self, features: FloatArray, walk: TextArray) -> FloatArray:
+        """(n, w) how probable each way is for scans with features (n, f) of walks (n,)."""
+        log_likely = self.likeness[:, 0] + features @ self.likeness[:, 1:].T
+        number = _walk_numbers(walk)
+        if self.learned.all() or not self.learned.any():
+            return _shares_of_walks(log_likely, number)
+        share = np.empty_like(log_likely)
+        evidence = _mean_likely(log_likely[:, self.learned]) - _mean_likely(log_likely[:, ~self.learned])
+        of_walk = np.bincount(number, evidence) / (1 + (np.bincount(number) - 1) * CORRELATED)
+        for kind, sign in ((self.learned, 1), (~self.learned, -1)):
+            chance = expit(sign * of_walk)[number]
+            share[:, kind] = chance[:, None] * _shares_of_walks(log_likely[:, kind], number)
+        return share
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return all numbers, for saving."""
+        return {f"radius_{name}": getattr(self, name) for name in ("likeness", "line", "beyond", "bounds", "learned")}
+
+    @classmethod
+    def restored(cls, arrays: CheckedArrays) -> Self:
+        """Take back what :meth:`arrays` gave; raises ValueError where it does not fit."""
+        bounds = arrays.floats("radius_bounds", 2, "features")
+        columns = 1 + bounds.shape[1]
+        likeness = arrays.floats("radius_likeness", "ways", columns)
+        line = arrays.floats("radius_line", 2, "ways", columns)
+        beyond = arrays.floats("radius_beyond", 2, "ways", len(LEVELS))
+        return cls(likeness, line, beyond, bounds, arrays.booleans("radius_learned", "ways"))
+
+
+def held_out_radii(ways: Sequence[HeldOut]) -> HeldOutRadii:
+    """Fit to scans left out in one way or several, the same scans in each."""
+    features = np.concatenate([way.features for way in ways])
+    if not len(features):
+        flat = np.zeros(features.shape[1])
+        line = np.array([[[np.log(UNKNOWN_M), *flat]], [[np.log(2 * UNKNOWN_M), *flat]]])
+        beyond, unlearned = np.zeros((2, 1, len(LEVELS))), np.zeros(1, np.bool_)
+        return HeldOutRadii(np.zeros((1, len(flat) + 1)), line, beyond, np.stack([flat, flat]), unlearned)
+    fitted = [[_line(way, share) for way in ways] for share in SHARES]
+    return HeldOutRadii(
+        likeness=_likeness(ways),
+        line=np.array([[line for line, _ in of_share] for of_share in fitted]),
+        beyond=np.array([[beyond for _, beyond in of_share] for of_share in fitted]),
+        bounds=np.stack([features.min(axis=0), features.max(axis=0)]),
+        learned=np.array([way.learned for way in ways]),
+    )
+
+
+def group_quantiles(values: FloatArray, group: IntArray, shares: FloatArray) -> FloatArray:
+    """Return what a value of a further group is below with these probabilities (s,), by values (n,) of groups (n,).
+
+    Each group counts the same (Dunn et al. 2023). None is added for the further one, as a bound that is never missed
+    would need: with 24 walks 95 % circles would hold 99 % (``tests/positioning/test_error_radii.py``).
+    """
+    _, number, count = np.unique(group, return_inverse=True, return_counts=True)
+    order = np.argsort(values)
+    below = np.cumsum(1 / count[number[order]]) / len(count)
+    return np.asarray(values[order][np.minimum(np.searchsorted(below, shares), len(values) - 1)])
+
+
+def like_limit(nearest: FloatArray, group: IntArray) -> float:
+    """Return how far the nearest learned scan is of one that is just like what was learned, else it is unlike.
+
+    ``nearest`` (n,) are those distances, in any measure, of scans of groups (n,) that were left out; 0 without any.
+    """
+    return float(group_quantiles(nearest, group, np.array(LIKE))) if len(nearest) else 0.0
+
+
+def _walk_numbers(walk: TextArray) -> IntArray:
+    """(n,) a number for each walk (n,), and one for each scan whose walk is empty."""
+    number = np.unique(walk, return_inverse=True)[1].reshape(-1)
+    alone = np.flatnonzero(walk == "")
+    number[alone] = len(walk) + np.arange(len(alone))
+    return np.asarray(np.unique(number, return_inverse=True)[1].reshape(-1))
+
+
+def _mean_likely(log_likely: FloatArray) -> FloatArray:
+    """(n,) logarithm of the mean of likelihoods whose logarithms are (n, w)."""
+    return np.asarray(logsumexp(log_likely, axis=1) - np.log(log_likely.shape[1]))
+
+
+def _shares_of_walks(log_likely: FloatArray, number: IntArray) -> FloatArray:
+    """(n, w) how probable each way is, by logarithms of likelihoods (n, w), for scans of walks (n,)."""
+    likely = np.exp(log_likely - log_likely.max(axis=1, keepdims=True, initial=-np.inf))
+    count, ways = np.bincount(number)[:, None], log_likely.shape[1]
+    of_walk = np.full((len(count), ways), 1 / ways)
+    share = likely
+    for _ in range(_ROUNDS):
+        weight = likely * of_walk[number]
+        share = weight / weight.sum(axis=1, keepdims=True)
+        total = np.stack([np.bincount(number, one, minlength=len(count)) for one in share.T], axis=1)
+        of_walk = (total + PRIOR_SCANS / ways) / (count + PRIOR_SCANS)
+    return np.asarray(share)
+
+
+def _line(way: HeldOut, share: float) -> tuple[FloatArray, FloatArray]:
+    """Regress (1 + f,), and tell by how much errors exceed it (l,)."""
+    log_error = np.log(np.maximum(way.error_m, SMALLEST_SCALE_M))
+    some = slice(None, None, -(-len(log_error) // _LINE_WITH))
+    line = QuantileRegressor(quantile=share, alpha=0.0).fit(way.features[some], log_error[some])
+    beyond = group_quantiles(log_error - line.predict(way.features), way.group, LEVELS)
+    return np.array([line.intercept_, *line.coef_]), beyond
+
+
+def _likeness(ways: Sequence[HeldOut]) -> FloatArray:
+    """(w, 1 + f) by logistic regression: which way features are of, were all as frequent."""
+    features = np.concatenate([way.features for way in ways])
+    if len(ways) == 1:
+        return np.zeros((1, features.shape[1] + 1))
+    mean, deviation = features.mean(axis=0), np.maximum(features.std(axis=0), _LEAST_SPREAD)
+    which = np.repeat(np.arange(len(ways)), [len(way.error_m) for way in ways])
+    found = LogisticRegression(class_weight="balanced", max_iter=500).fit((features - mean) / deviation, which)
+    slope, level = found.coef_ / deviation, found.intercept_
+    if len(ways) == 2:  # scikit-learn tells the second against the first
+        slope, level = np.vstack([np.zeros_like(slope), slope]), np.append(0.0, level)
+    return np.column_stack([level - slope @ mean, slope])
+
+
+def _mixture_quantile(share: FloatArray, line: FloatArray, beyond: FloatArray, wanted: float) -> FloatArray:
+    """(n,) below which ``wanted`` of the logarithms of errors lie: shares (n, w), lines (w, n), beyond (w, l).
+
+    It lies between the least and the greatest of the ways' own, and is found by halving.
+    """
+    own = line + np.array([np.interp(wanted, LEVELS, one) for one in beyond])[:, None]
+    least, greatest = own.min(axis=0), own.max(axis=0)
+    for _ in range(_HALVINGS):
+        middle = (least + greatest) / 2
+        below = [np.interp(middle - at, one, LEVELS, left=0.0, right=1.0) for at, one in zip(line, beyond, strict=True)]
+        too_small = (share.T * below).sum(axis=0) < wanted
+        least, greatest = np.where(too_small, middle, least), np.where(too_small, greatest, middle)
+    return np.asarray(greatest)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.places import Positions, ScanPlaces
 
 FLOOR_PENALTY_M = 15.0
 """What a wrong floor costs in the IPIN score, metres a floor."""

@@ -13,9 +13,8 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.positioning.metrics import FLOOR_PENALTY_M, plane_error_m
+from vislam2tag.positioning.places import LabelledScans, Positions, folds, walk_numbers
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.held_out import folds, walk_numbers
-from vislam2tag.positioning.scans.places import LabelledScans, Positions
 
 CANDIDATES = ("weighted-knn", "local-kriging", "cell-density")
 """Tried in this order, the quickest first."""

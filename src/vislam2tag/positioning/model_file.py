@@ -27,8 +27,14 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
 from vislam2tag.intake.addresses import normal_address
-from vislam2tag.positioning.registry import Positioner, model_named, model_names
-from vislam2tag.positioning.removed_models import removed_model, removed_parameter, without_idle
+from vislam2tag.positioning.registry import (
+    Positioner,
+    model_named,
+    model_names,
+    removed_model,
+    removed_parameter,
+    without_idle,
+)
 
 FORMAT_VERSION = 1
 _KEY = "vislam2tag_model"

@@ -18,8 +18,8 @@ from vislam2tag.core.status import Status
 from vislam2tag.dataset.changes import APPEARED, MOVED, VANISHED, survey_changes
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, in_schema
-from vislam2tag.positioning.scans.places import LabelledScans, joined_places
-from vislam2tag.positioning.scans.radio_scans import joined_scans
+from vislam2tag.positioning.places import LabelledScans, joined_places
+from vislam2tag.positioning.radio_scans import joined_scans
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 Input ``level_dbm`` (n, a), double: the level of each access point, in the order of the entry ``access_points`` of the
 file's metadata, NaN where it was not heard. Outputs are fields of
-:class:`~vislam2tag.positioning.scans.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry ``storeys``;
+:class:`~vislam2tag.positioning.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry ``storeys``;
 -1: unknown), ``storey_probability``, ``radius_68_m``, ``radius_95_m``. Scaling, decoding, radii and the answer
 "unknown" are part of the graph; what stays outside is to bring readings into the columns (of several readings of an
 access point the mean in dBm counts; unknown access points are left out).
@@ -35,7 +35,7 @@ class Exportable(Protocol):
     """A fitted model that is, or can be made, a PyTorch module."""
 
     def torch_module(self) -> Any:
-        """Return the module; its outputs are those of :mod:`.networks.locator`."""
+        """Return the module; its outputs are those of :mod:`.networks.layers`."""
 
 
 def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = None) -> None:
@@ -65,7 +65,7 @@ def _graph(module: Any, access_points: int) -> Any:
     """Export; takes seconds, most of them for PyTorch to get ready."""
     torch = import_extra("torch")
     import_extra("onnxscript")
-    names = import_extra("vislam2tag.positioning.networks.locator").OUTPUTS
+    names = import_extra("vislam2tag.positioning.networks.layers").OUTPUTS
     example = torch.from_numpy(np.full((3, access_points), -60.0))
     with _quiet():
         program = torch.onnx.export(

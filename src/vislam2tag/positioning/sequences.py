@@ -16,8 +16,8 @@ from scipy.linalg import solveh_banded
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.robust import iterate, variance_factor
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.places import Positions, ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans
 
 _SIGMA_TO_68 = 1.51
 """Radius of the 68 % circle of a Gaussian in the plane, in standard deviations per axis."""

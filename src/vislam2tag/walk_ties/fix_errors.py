@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.scans.held_out import calibration_rows
+from vislam2tag.positioning.places import calibration_rows
 
 PATH_REACH_M = 25.0
 """Errors of paths are correlated by 1/e over such a way, and those of labels over such a distance."""

@@ -11,10 +11,9 @@ import numpy as np
 
 from vislam2tag.common.bootstrap import draws, multiplicities
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.baselines.scan_index import Apart, NearestScans, ScanIndex, SignalDistance
-from vislam2tag.positioning.scans.held_out import calibration_rows
-from vislam2tag.positioning.scans.radio_scans import RadioScans, joined_scans
-from vislam2tag.positioning.scans.representation import Representation, represented_levels
+from vislam2tag.positioning.nearest_scans import Apart, NearestScans, ScanIndex, SignalDistance
+from vislam2tag.positioning.places import calibration_rows
+from vislam2tag.positioning.radio_scans import RadioScans, Representation, joined_scans, represented_levels
 from vislam2tag.walk_ties.traces import WalkTrace
 
 NEIGHBOURS = 5

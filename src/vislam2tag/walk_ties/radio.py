@@ -16,9 +16,9 @@ from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.positioning.baselines.scan_index import NearestScans
-from vislam2tag.positioning.scans.held_out import calibration_rows
-from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.nearest_scans import NearestScans
+from vislam2tag.positioning.places import calibration_rows
+from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.walk_ties.fix_errors import Fixes, match_errors, promised
 from vislam2tag.walk_ties.heard_floor import LEAST_AWAY, HeardFloor, scan_weights
 from vislam2tag.walk_ties.traces import WalkTrace

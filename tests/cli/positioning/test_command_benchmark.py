@@ -11,7 +11,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.positioning.benchmarked import benchmark_dataset
 from vislam2tag.cli.positioning.command_benchmark import with_parameters
 from vislam2tag.common.errors import UsageError
-from vislam2tag.positioning.benchmark.protocol import ModelChoice
+from vislam2tag.positioning.benchmark_protocol import ModelChoice
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from vislam2tag.pipeline.paper.reproduce import (
     reproduce,
 )
 from vislam2tag.pipeline.run.store import OutputFolder, claim
-from vislam2tag.positioning.benchmark.protocol import ModelChoice
+from vislam2tag.positioning.benchmark_protocol import ModelChoice
 from vislam2tag.settings import Settings
 
 __all__ = ["known_models"]

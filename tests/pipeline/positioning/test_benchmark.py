@@ -22,8 +22,8 @@ from vislam2tag.common.progress import Stage
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, public_dataset
 from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
-from vislam2tag.positioning.benchmark.protocol import ModelChoice
-from vislam2tag.positioning.benchmark.record import Benchmark
+from vislam2tag.positioning.benchmark_protocol import ModelChoice
+from vislam2tag.positioning.benchmark_record import Benchmark
 from vislam2tag.positioning.registry import MODELS as REGISTRY
 
 __all__ = ["known_models"]

@@ -20,9 +20,9 @@ from vislam2tag.dataset.splits import standard_splits
 from vislam2tag.pipeline.positioning import locate as module
 from vislam2tag.pipeline.positioning.locate import LOCATED, LocatedScans, WalkPlan, locate, located_table
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
-from vislam2tag.positioning.scans import scan_file
-from vislam2tag.positioning.scans.places import Positions
-from vislam2tag.positioning.scans.track_file import Tracks
+from vislam2tag.positioning import scan_file
+from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.scan_file import Tracks
 from vislam2tag.positioning.settings import SequenceMethod
 
 KEY = b"0123456789abcdef-secret"

@@ -13,8 +13,8 @@ from vislam2tag.positioning.cell_density.novelty import (
     ReferenceScans,
     fitted_novelty_radii,
 )
-from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import UNKNOWN_M
+from vislam2tag.positioning.radio_scans import CheckedArrays
 
 
 def circle(angle: np.ndarray) -> np.ndarray:

@@ -9,9 +9,9 @@ import pytest
 
 from tests.positioning.radio_world import assert_says_what_is_unlike, radio_world
 from vislam2tag.common.errors import UsageError
-from vislam2tag.positioning.baselines.scan_index import Apart
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.local_kriging import LocalKriging
+from vislam2tag.positioning.nearest_scans import Apart
 
 
 @pytest.fixture(scope="module")

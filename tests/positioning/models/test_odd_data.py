@@ -10,9 +10,9 @@ import pytest
 
 from tests.positioning.radio_world import radio_world
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 BASELINES: dict[str, dict[str, Any]] = {
     "weighted-knn": {"distance": "cosine"},

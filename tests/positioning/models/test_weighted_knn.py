@@ -9,19 +9,19 @@ import pytest
 
 from tests.conftest import shared_folder
 from tests.positioning.radio_world import STOREYS, assert_says_what_is_unlike, radio_world
-from tests.positioning.scans.test_radio_scans import scans_from
+from tests.positioning.test_radio_scans import scans_from
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.format_registry import ImportContext
 from vislam2tag.dataset.formats.tampere import read
 from vislam2tag.dataset.point_fingerprints import OFFICIAL
-from vislam2tag.positioning.baselines.scan_index import SignalDistance
+from vislam2tag.positioning.learning_data import learning_data
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours
+from vislam2tag.positioning.nearest_scans import SignalDistance
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import Representation
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.learning_data import learning_data
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.representation import Representation
 
 LEVELS = np.array([[-50.0, -60.0, np.nan], [-52.0, -63.0, np.nan], [np.nan, -60.0, -50.0], [np.nan, -57.0, -48.0]])
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.positioning.scans.test_radio_scans import scans_from
-from vislam2tag.positioning.scans.representation import Representation, represented
+from tests.positioning.test_radio_scans import scans_from
+from vislam2tag.positioning.radio_scans import Representation, represented
 
 torch = pytest.importorskip("torch", reason="networks need the extra 'models'")
 from vislam2tag.positioning.networks.layers import InputScale, LevelScaling, dense  # noqa: E402

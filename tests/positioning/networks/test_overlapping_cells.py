@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.networks.overlapping_cells import NO_CELL, CellLattice, decoded, lattice_over
-from vislam2tag.positioning.scans.places import ScanPlaces
+from vislam2tag.positioning.places import ScanPlaces
 
 COORDINATE = st.floats(-500, 500)
 SPOTS = st.lists(st.tuples(st.integers(0, 2), COORDINATE, COORDINATE), min_size=1, max_size=30)

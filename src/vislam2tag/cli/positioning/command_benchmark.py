@@ -21,8 +21,8 @@ from vislam2tag.common.plugins import MODELS
 if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
     from vislam2tag.dataset.model import Dataset
-    from vislam2tag.positioning.benchmark.protocol import ModelChoice
-    from vislam2tag.positioning.benchmark.record import Benchmark, BestModel
+    from vislam2tag.positioning.benchmark_protocol import ModelChoice
+    from vislam2tag.positioning.benchmark_record import Benchmark, BestModel
 
 _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
 HELP = f"""
@@ -89,15 +89,15 @@ def _benchmark(
     json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark
-    from vislam2tag.positioning.benchmark.protocol import published_choices
-    from vislam2tag.positioning.benchmark.table_4 import SPLITS
+    from vislam2tag.positioning.benchmark_protocol import published_choices
+    from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS
 
     chosen = list(published_choices(dataset)) if paper else []
     chosen = with_parameters(_with_models(chosen, model or ()), set_ or ())
     if not chosen:
         raise UsageError(f"--model: name at least one; there are: {', '.join(MODELS.names())}")
     table_wanted = paper and dataset is None
-    plan = BenchmarkPlan(chosen, split or (SPLITS if table_wanted else ()), seeds, technology, table_wanted)
+    plan = BenchmarkPlan(chosen, split or (TABLE_4_SPLITS if table_wanted else ()), seeds, technology, table_wanted)
     with interrupted_with(lambda: _there(out)), _opened(folder, dataset, data) as opened, _bar() as progress:
         found = benchmark(opened, out, plan, progress)
     if json:
@@ -116,7 +116,7 @@ def _there(out: Path) -> str:
 
 
 def _with_models(chosen: Sequence[ModelChoice], names: Sequence[str]) -> list[ModelChoice]:
-    from vislam2tag.positioning.benchmark.protocol import ModelChoice
+    from vislam2tag.positioning.benchmark_protocol import ModelChoice
 
     there = {one.name: one for one in chosen}
     return list((there | {name: ModelChoice(name) for name in names if name not in there}).values())
@@ -127,7 +127,7 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
 
     Raises UsageError for what is not of this form, and for models that are not chosen.
     """
-    from vislam2tag.positioning.benchmark.protocol import ModelChoice
+    from vislam2tag.positioning.benchmark_protocol import ModelChoice
 
     parameters: dict[str, dict[str, Any]] = {one.name: dict(one.parameters) for one in chosen}
     for text in texts:
@@ -201,8 +201,7 @@ def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:
     from rich.markup import escape
 
     from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
-    from vislam2tag.positioning.benchmark.table_4 import table_4
-    from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
+    from vislam2tag.positioning.benchmark_tables import HEADS, figure_text, fold_name, table_4
 
     console = table_console()
     for split, rows in groupby(found.rows, key=lambda row: row.split):

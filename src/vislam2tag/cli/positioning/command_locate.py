@@ -103,8 +103,7 @@ def _locate(
         raise UsageError("give SCANS, or --serve (with --plans)")
     from vislam2tag.dataset.privacy import read_key
     from vislam2tag.pipeline.positioning.locate import WalkPlan, locate
-    from vislam2tag.positioning.scans.scan_file import JSON_SUFFIXES
-    from vislam2tag.positioning.scans.track_file import Tracks
+    from vislam2tag.positioning.scan_file import JSON_SUFFIXES, Tracks
 
     key = None if hash_bssid is None else read_key(hash_bssid)
     if out is not None and out.resolve() in (model.resolve(), scans.resolve()):

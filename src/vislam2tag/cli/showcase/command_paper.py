@@ -108,7 +108,7 @@ def _print_collection(part: CollectionPart) -> None:
 
 
 def _print_positioning(part: PositioningPart) -> None:
-    from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4
+    from vislam2tag.positioning.benchmark_tables import TABLE_4_TITLE as TITLE_4
 
     if part.table is None:
         table_console().print(f"{TITLE_4}: {part.missing}", soft_wrap=True)

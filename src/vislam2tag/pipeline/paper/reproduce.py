@@ -34,8 +34,8 @@ from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, write_table_4
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
-from vislam2tag.positioning.benchmark.protocol import published_choices
-from vislam2tag.positioning.benchmark.table_4 import SPLITS, table_4
+from vislam2tag.positioning.benchmark_protocol import published_choices
+from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS, table_4
 from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
 
 PROGRAM = "vislam2tag paper"
@@ -198,7 +198,7 @@ def paper_positioning(
     if not is_dataset(fingerprints):
         return PositioningPart(TABLE_4, None, "No walk that collects fingerprints is in this data.")
     dataset = open_dataset(fingerprints)
-    splits = [name for name in SPLITS if name in dataset.splits]
+    splits = [name for name in TABLE_4_SPLITS if name in dataset.splits]
     if not splits:
         return PositioningPart(TABLE_4, None, "There are too few fingerprints to hold some out.")
     plan = BenchmarkPlan(list(published_choices()), splits, seeds, beside_paper=True)

@@ -26,15 +26,33 @@ from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_for
 from vislam2tag.pipeline.positioning.benchmark_figures import Predictions, benchmark_figures
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder, claim
-from vislam2tag.positioning.benchmark.best import best_models, paired_interval
-from vislam2tag.positioning.benchmark.predictions import predictions_table, with_errors
-from vislam2tag.positioning.benchmark.protocol import BenchmarkRun, ModelChoice, execute, planned
-from vislam2tag.positioning.benchmark.record import Benchmark, FailedRun, RunRecord, RunTime
-from vislam2tag.positioning.benchmark.rows import benchmark_rows, model_times
-from vislam2tag.positioning.benchmark.table_4 import Table4, table_4
-from vislam2tag.positioning.benchmark.text import latex_text, rows_csv, times_csv
+from vislam2tag.positioning.benchmark_protocol import (
+    BenchmarkRun,
+    ModelChoice,
+    execute,
+    planned,
+    predictions_table,
+    with_errors,
+)
+from vislam2tag.positioning.benchmark_record import (
+    Benchmark,
+    FailedRun,
+    RunRecord,
+    RunTime,
+    benchmark_rows,
+    model_times,
+)
+from vislam2tag.positioning.benchmark_tables import (
+    Table4,
+    best_models,
+    latex_text,
+    paired_interval,
+    rows_csv,
+    table_4,
+    times_csv,
+)
+from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.registry import model_modules
-from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
 from vislam2tag.survey.names import unique_slugs
 

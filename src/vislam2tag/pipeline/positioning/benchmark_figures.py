@@ -20,8 +20,8 @@ from vislam2tag.figures.positioning_figures import (
     floor_confusion,
 )
 from vislam2tag.figures.style import rendered
-from vislam2tag.positioning.benchmark.predictions import with_errors
-from vislam2tag.positioning.benchmark.record import RunRecord
+from vislam2tag.positioning.benchmark_protocol import with_errors
+from vislam2tag.positioning.benchmark_record import RunRecord
 from vislam2tag.report.pages.paper_page import FigurePart
 from vislam2tag.survey.names import unique_slugs
 

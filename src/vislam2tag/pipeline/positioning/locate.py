@@ -19,10 +19,9 @@ from vislam2tag.dataset.model import SessionTables, each_session
 from vislam2tag.dataset.privacy import hashed, hashed_as_written, key_name
 from vislam2tag.intake.addresses import normal_address
 from vislam2tag.positioning.model_file import SavedModel, load_model
-from vislam2tag.positioning.scans.places import Positions
-from vislam2tag.positioning.scans.radio_scans import TextArray, scans_from_readings
-from vislam2tag.positioning.scans.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, scan_blocks
-from vislam2tag.positioning.scans.track_file import Tracks
+from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.radio_scans import TextArray, scans_from_readings
+from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, Tracks, scan_blocks
 from vislam2tag.positioning.sequences import filtered, smoothed
 from vislam2tag.positioning.settings import SequenceMethod
 

@@ -16,14 +16,14 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.folder import FILE as READINGS_FILE
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
+from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.model_choice import BUDGET_S, ModelTrial, tried_models
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load_model, save_model
 from vislam2tag.positioning.model_update import ModelUpdate, updated
 from vislam2tag.positioning.onnx_export import write_onnx
+from vislam2tag.positioning.places import LabelledScans
 from vislam2tag.positioning.registry import Positioner, model_named
-from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
-from vislam2tag.positioning.scans.places import LabelledScans
 
 SEED = "seed"
 

@@ -9,20 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.cell_density.density_cells import DensityCells, cells_near
-from vislam2tag.positioning.cell_density.kernel_regression import (
+from vislam2tag.positioning.cell_density.level_field import NOISES_DB, LevelField, learned_fields
+from vislam2tag.positioning.cell_density.novelty import ReferenceScans
+from vislam2tag.positioning.cell_density.scan_kernels import (
     STOREY_RIDGE,
+    DirectionKernel,
     KernelNormalEquations,
     KernelRegression,
     LevelsAndTargets,
+    StoreyKernel,
+    directions,
+    levels,
+    mislabelled,
 )
-from vislam2tag.positioning.cell_density.level_field import NOISES_DB, LevelField, learned_fields
-from vislam2tag.positioning.cell_density.mislabelled_storeys import mislabelled
-from vislam2tag.positioning.cell_density.novelty import ReferenceScans
-from vislam2tag.positioning.cell_density.scan_kernels import DirectionKernel, StoreyKernel, directions, levels
-from vislam2tag.positioning.scans.places import LabelledScans, ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
-from vislam2tag.positioning.scans.representation import augmented
+from vislam2tag.positioning.places import DensityCells, LabelledScans, ScanPlaces, cells_near
+from vislam2tag.positioning.radio_scans import RadioScans, augmented
 
 MOST_CENTRES = 1500
 """Kernels lie around so many training scans, drawn at random where there are more."""

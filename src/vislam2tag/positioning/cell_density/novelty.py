@@ -13,9 +13,9 @@ from typing import Self
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M, UNKNOWN_M, conformal_quantile
-from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
+from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
+from vislam2tag.positioning.radio_scans import CheckedArrays
 
 COMPARED, PLACED = 3, 5
 """Most similar scans whose distance in signals counts, and whose places do."""

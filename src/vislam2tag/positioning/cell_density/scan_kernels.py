@@ -1,23 +1,32 @@
-"""Kernels between scans: how similar two of them are, by the directions of their vectors of levels.
+"""Kernels between scans, how similar two of them are by the directions of their vectors of levels, and regressions.
 
 The direction of a scan's vector stays the same where a phone hears everything fainter by a factor. Strong levels say
 where on a storey a scan was taken (:class:`DirectionKernel`); which of two storeys it is, faint ones say, too: there
 the direction of powed levels is joined by one of steps, who is heard at all, and who above each quartile of all levels
 (:class:`StoreyKernel`).
+
+Regression by them is a ridge regression. Where there are more scans than can be solved for, a drawn part of them spans
+the solution (Williams and Seeger 2001).
+
+Scans whose labelled storey all the others contradict are found by it. Who records by tapping on a plan forgets to
+change the floor, and phones hand out scans that they made a flight of stairs ago. A few such labels mislead what is
+learned of their surroundings. They show when each scan's storey is predicted from the others (leave-one-out residuals
+of a ridge regression have a closed form: Allen 1974).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
-from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
-from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.scans.radio_scans import RadioScans
-from vislam2tag.positioning.scans.representation import Representation, represented
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.core.robust import iterate
+from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented
 
 EXPONENT = 1.7
 """Power of levels before their direction is taken; chosen by cross-validation (docs/explanation/cell-density.md)."""
@@ -124,3 +133,127 @@ def _above(level: FloatArray, threshold: FloatArray) -> BoolArray:
 def _unit_steps(above: BoolArray) -> FloatArray:
     """Scale steps (n, a q) to length 1."""
     return np.asarray(above / np.maximum(np.sqrt(above.sum(axis=1, keepdims=True)), LEAST_LENGTH))
+
+
+STOREY_RIDGE = 0.1
+"""Of regressions onto storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
+_JITTER = 1e-6
+"""Added to the equations' diagonal, so that equal scans among the centres leave them solvable."""
+_AT_ONCE = 2048
+LevelsAndTargets = tuple[FloatArray, FloatArray]
+"""Levels (n, a) from 0 to 1, and what to answer for them (n, t)."""
+KernelT = TypeVar("KernelT", bound=ScanKernel)
+
+
+@dataclass(frozen=True)
+class KernelRegression(Generic[KernelT]):
+    """A function from levels (n, a) to ``t`` numbers, spanned by the kernels around ``m`` scans."""
+
+    kernel: KernelT
+    weight: FloatArray
+    """(m, t)"""
+    mean: FloatArray
+    """(t,) what is answered far from all that was learned."""
+
+    def __call__(self, level: FloatArray) -> FloatArray:
+        """Evaluate at levels (n, a) from 0 to 1: (n, t)."""
+        return np.asarray(self.kernel(level) @ self.weight + self.mean)
+
+
+@dataclass
+class KernelNormalEquations(Generic[KernelT]):
+    """Least squares over any number of examples, for kernels around given scans; examples are added block by block."""
+
+    kernel: KernelT
+    mean: FloatArray
+    """(t,)"""
+    gram: FloatArray
+    """(m, m)"""
+    moment: FloatArray
+    """(m, t)"""
+
+    @classmethod
+    def empty(cls, kernel: KernelT, mean: FloatArray, centres: int) -> Self:
+        """Start with no example; ``mean`` (t,) is what the function answers far from all."""
+        return cls(kernel, mean, np.zeros((centres, centres)), np.zeros((centres, len(mean))))
+
+    def add(self, examples: Iterable[LevelsAndTargets]) -> Self:
+        """Count in examples, part after part."""
+        for level, target in examples:
+            for rows in (slice(at, at + _AT_ONCE) for at in range(0, len(level), _AT_ONCE)):
+                similarity = self.kernel(level[rows])
+                self.gram += similarity.T @ similarity
+                self.moment += similarity.T @ (target[rows] - self.mean)
+        return self
+
+    def normal(self, ridge: float) -> FloatArray:
+        """Return the matrix (m, m) of the equations, smoothed by this much."""
+        return np.asarray(self.gram + ridge * self.kernel.among_centres() + _JITTER * np.eye(len(self.gram)))
+
+    def solved(self, ridges: Sequence[float]) -> list[KernelRegression[KernelT]]:
+        """Return the function for each ridge."""
+        weights = (cho_solve(cho_factor(self.normal(ridge)), self.moment) for ridge in ridges)
+        return [KernelRegression(self.kernel, weight, self.mean) for weight in weights]
+
+
+LEAD = 0.5
+"""By so much another storey's probability exceeds the labelled one's."""
+MOST_OF_STOREY = 0.1
+"""More of a storey's scans than this share are not doubted: rather is it a storey that is hard to predict."""
+_MOST_ROUNDS = 3
+"""Doubted scans contradict others no more, so that all are looked at again, at most so often."""
+_LEAST = 1e-3
+"""No storey is less probable, and no scan has less weight of its own missing."""
+_DOUBTED_AT_ONCE = 1024
+
+
+def mislabelled(scans: RadioScans, storey: IntArray, centres: IntArray) -> BoolArray:
+    """Return which of the scans (n,), labelled with these storeys (n,), the others contradict.
+
+    Kernels lie around the scans ``centres`` (m,), by index.
+    """
+    one_hot = np.eye(int(storey.max()) + 1)[storey]
+
+    def step(doubted: BoolArray, _round: int) -> BoolArray:
+        predicted = _leave_one_out(scans, one_hot, ~doubted, centres)
+        return _most_contradicted((predicted - one_hot).max(axis=1) - (predicted * one_hot).sum(axis=1), storey)
+
+    nobody = np.zeros(len(scans), dtype=np.bool_)
+    return iterate("which scans others contradict", nobody, step, _changed, tolerance=1, most_rounds=_MOST_ROUNDS).state
+
+
+def _changed(before: BoolArray, after: BoolArray) -> int:
+    """Return of how many scans (n,) the others say another thing than before."""
+    return int((before != after).sum())
+
+
+def _leave_one_out(scans: RadioScans, one_hot: FloatArray, believed: BoolArray, centres: IntArray) -> FloatArray:
+    """Predict storey probabilities (n, s) of each scan from the other ``believed`` (n,) ones and labels (n, s)."""
+    mean = one_hot[believed].mean(axis=0)
+    equations = KernelNormalEquations.empty(StoreyKernel.around(levels(scans[centres])), mean, len(centres))
+    equations.add((levels(scans[rows]), one_hot[rows]) for rows in _blocks(np.flatnonzero(believed)))
+    factor = cho_factor(equations.normal(STOREY_RIDGE))
+    weight = cho_solve(factor, equations.moment)
+    score = np.empty_like(one_hot)
+    for rows in _blocks(np.arange(len(scans))):
+        similarity = equations.kernel(levels(scans[rows]))
+        own_share = believed[rows] * (similarity * cho_solve(factor, similarity.T).T).sum(axis=1)
+        by_others = similarity @ weight - own_share[:, None] * (one_hot[rows] - mean)
+        score[rows] = by_others / np.maximum(1 - own_share, _LEAST)[:, None] + mean
+    score = np.maximum(score, _LEAST)
+    return np.asarray(score / score.sum(axis=1, keepdims=True))
+
+
+def _most_contradicted(lead: FloatArray, storey: IntArray) -> BoolArray:
+    """Return which leads (n,) are large, of each storey no more than its share, the largest first."""
+    chosen = np.zeros(len(lead), dtype=np.bool_)
+    for number in np.unique(storey):
+        rows = np.flatnonzero(storey == number)
+        most = rows[np.argsort(-lead[rows], kind="stable")][: int(MOST_OF_STOREY * len(rows))]
+        chosen[most] = lead[most] > LEAD
+    return chosen
+
+
+def _blocks(rows: IntArray) -> Iterator[IntArray]:
+    """Cut rows (n,) into blocks."""
+    return (rows[start : start + _DOUBTED_AT_ONCE] for start in range(0, len(rows), _DOUBTED_AT_ONCE))

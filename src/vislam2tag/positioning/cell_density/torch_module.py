@@ -10,13 +10,13 @@ import math
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.cell_density.density_cells import MEDIAN_STEPS, SMOOTH_M
 from vislam2tag.positioning.cell_density.density_model import LEAST_DENSITY, DensityModel
 from vislam2tag.positioning.cell_density.level_field import OFFSET_DB
 from vislam2tag.positioning.cell_density.novelty import COMPARED, LEAST_EXCESS, PLACED, TIE, NoveltyRadii, RadiusGrowth
 from vislam2tag.positioning.cell_density.scan_kernels import EXPONENT, LEAST_LENGTH
 from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M
-from vislam2tag.positioning.scans.representation import FAINTEST_DBM
+from vislam2tag.positioning.places import MEDIAN_STEPS, SMOOTH_M
+from vislam2tag.positioning.radio_scans import FAINTEST_DBM
 
 
 class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
@@ -45,7 +45,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         self.register_buffer(name, torch.from_numpy(values.copy()))
 
     def forward(self, level_dbm: torch.Tensor) -> tuple[torch.Tensor, ...]:
-        """Return OUTPUTS of :mod:`.locator` for levels (n, a); a scan that hears nothing is unknown: NaN and -1."""
+        """Return OUTPUTS of :mod:`.networks.layers` for levels (n, a); one that hears nothing is unknown: NaN, -1."""
         known = (~torch.isnan(level_dbm)).any(dim=1)
         above = torch.where(torch.isnan(level_dbm), FAINTEST_DBM, level_dbm) - FAINTEST_DBM
         level = above.clamp(0.0, -FAINTEST_DBM) / -FAINTEST_DBM

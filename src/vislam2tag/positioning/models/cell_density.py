@@ -17,7 +17,6 @@ import numpy as np
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.extras import import_extra
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
-from vislam2tag.positioning.cell_density.density_cells import DensityCells
 from vislam2tag.positioning.cell_density.density_model import (
     DensityAnswer,
     DensityModel,
@@ -26,7 +25,6 @@ from vislam2tag.positioning.cell_density.density_model import (
     errors_on_storey_m,
     learned_model,
 )
-from vislam2tag.positioning.cell_density.kernel_regression import KernelRegression
 from vislam2tag.positioning.cell_density.level_field import NOISES_DB, LevelField, learned_fields
 from vislam2tag.positioning.cell_density.novelty import (
     MOST_NOVEL,
@@ -35,13 +33,20 @@ from vislam2tag.positioning.cell_density.novelty import (
     ReferenceScans,
     fitted_novelty_radii,
 )
-from vislam2tag.positioning.cell_density.scan_kernels import DirectionKernel, StoreyKernel
-from vislam2tag.positioning.checked_arrays import CheckedArrays
+from vislam2tag.positioning.cell_density.scan_kernels import DirectionKernel, KernelRegression, StoreyKernel
 from vislam2tag.positioning.error_radii import conformal_quantile
+from vislam2tag.positioning.places import (
+    DensityCells,
+    LabelledScans,
+    Positions,
+    ScanPlaces,
+    area_numbers,
+    folds,
+    usable_validation,
+    walk_numbers,
+)
+from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import area_numbers, folds, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 MOST_COPIES = 1000
 SHARPNESS = (1.0, 2.0, 4.0, 8.0)

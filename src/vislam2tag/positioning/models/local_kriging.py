@@ -3,9 +3,9 @@
 Each of the k nearest learned scans gets a weight by ordinary kriging (Cressie 1993, section 3.2; only near ones:
 Vecchia 1988): one that says what its neighbours say already counts less than in a vote by distance, and one that is
 nearly the same scan counts most. The place is the geometric median by these weights. All scans are learned from,
-however many: they are found through an index (:mod:`~vislam2tag.positioning.baselines.scan_index`). Storeys are told by
+however many: they are found through an index (:mod:`~vislam2tag.positioning.nearest_scans`). Storeys are told by
 votes and by a kernel regression that a drawn part of the scans spans
-(:mod:`~vislam2tag.positioning.cell_density.kernel_regression`).
+(:mod:`~vislam2tag.positioning.cell_density.scan_kernels`).
 """
 
 from __future__ import annotations
@@ -18,15 +18,28 @@ import numpy as np
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
-from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, SignalDistance
-from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, joined_answers, median_votes
 from vislam2tag.positioning.cell_density.density_model import learned_storeys
-from vislam2tag.positioning.cell_density.kernel_regression import KernelRegression
-from vislam2tag.positioning.cell_density.scan_kernels import EXPONENT, StoreyKernel, directions, levels
-from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.held_out_radii import HeldOut, HeldOutRadii, held_out_radii, like_limit
-from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import (
+from vislam2tag.positioning.cell_density.scan_kernels import (
+    EXPONENT,
+    KernelRegression,
+    StoreyKernel,
+    directions,
+    levels,
+)
+from vislam2tag.positioning.error_radii import HeldOut, HeldOutRadii, held_out_radii, like_limit
+from vislam2tag.positioning.nearest_scans import (
+    Apart,
+    ScanIndex,
+    SignalDistance,
+    VotedPositions,
+    Votes,
+    joined_answers,
+    median_votes,
+)
+from vislam2tag.positioning.places import (
+    LabelledScans,
+    Positions,
+    ScanPlaces,
     area_numbers,
     calibration_rows,
     fold_numbers,
@@ -34,9 +47,8 @@ from vislam2tag.positioning.scans.held_out import (
     usable_validation,
     walk_numbers,
 )
-from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
-from vislam2tag.positioning.scans.representation import Representation, represented_levels
+from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented_levels
+from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 
 EXPONENTS = (1.3, 1.7, 2.2, 2.7)
 """Powers of levels that are tried by leaving walks out."""

@@ -12,16 +12,26 @@ import numpy as np
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
-from vislam2tag.positioning.baselines.scan_index import Apart, NearestScans, ScanIndex, SignalDistance
-from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes
-from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
-from vislam2tag.positioning.held_out_radii import like_limit
+from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii, like_limit
+from vislam2tag.positioning.nearest_scans import (
+    Apart,
+    NearestScans,
+    ScanIndex,
+    SignalDistance,
+    VotedPositions,
+    Votes,
+    counted_votes,
+)
+from vislam2tag.positioning.places import (
+    LabelledScans,
+    Positions,
+    ScanPlaces,
+    calibration_rows,
+    usable_validation,
+    walk_numbers,
+)
+from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented_levels
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import calibration_rows, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
-from vislam2tag.positioning.scans.representation import Representation, represented_levels
 
 NEAREST = 1e-3
 """Neighbours nearer than this in signal space count alike."""

@@ -1,14 +1,21 @@
-"""What networks over scans are made of: the input scaling and dense layers."""
+"""What networks over scans are made of: the input scaling, dense layers, and a network with all it takes to answer.
+
+From levels in dBm to places in metres, in one module: the same predicts and is exported to ONNX, so that nothing stays
+outside.
+"""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from enum import StrEnum
+from typing import NamedTuple
 
 import torch
 
-from vislam2tag.positioning.scans.radio_scans import RadioScans
-from vislam2tag.positioning.scans.representation import EXPONENT, FAINTEST_DBM
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M, SpreadRadii
+from vislam2tag.positioning.radio_scans import EXPONENT, FAINTEST_DBM, RadioScans
 
 NOT_HEARD_DBM = -110.0
 """What the paper's networks take an access point that is not heard for."""
@@ -62,3 +69,66 @@ def dense(inputs: int, widths: Sequence[int], dropout: float) -> torch.nn.Sequen
         layers += [linear(inputs, width), torch.nn.ReLU(), torch.nn.Dropout(dropout)]
         inputs = width
     return torch.nn.Sequential(*layers)
+
+
+OUTPUTS = ("xy", "z", "storey", "storey_probability", "radius_68_m", "radius_95_m")
+"""What :meth:`Locator.forward` returns, as the fields of :class:`~vislam2tag.positioning.places.Positions`."""
+
+
+class NetworkAnswer(NamedTuple):
+    """What a network says of ``n`` scans."""
+
+    xy: torch.Tensor
+    """(n, 2) metres."""
+    storey: torch.Tensor
+    """(n,)"""
+    storey_probability: torch.Tensor
+    """(n, s)"""
+    spread_m: torch.Tensor
+    """(n,) how far the network's own guesses lie apart; 0 where there is one."""
+
+
+class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
+    """Trained in single precision; answers in double, so that places far from the origin lose nothing."""
+
+    def __init__(self, network: torch.nn.Module, storeys: int) -> None:
+        super().__init__()
+        self.network = network
+        self.scaling = LevelScaling()
+        self.constant("height_m", torch.full((storeys,), torch.nan))
+        self.constant("radii", torch.ones(3))
+
+    def constant(self, name: str, value: torch.Tensor) -> None:
+        """Keep an array that is no weight, but saved with them."""
+        self.register_buffer(name, value.to(torch.float64))
+
+    @abstractmethod
+    def losses(self, inputs: torch.Tensor, *targets: torch.Tensor) -> torch.Tensor:
+        """Return the loss (b,) of each example: its inputs (b, a), and what the model made of its place."""
+
+    @abstractmethod
+    def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
+        """Say where scaled scans (n, a) were taken."""
+
+    def forward(self, level_dbm: torch.Tensor) -> tuple[torch.Tensor, ...]:
+        """Return OUTPUTS for levels (n, a), NaN where not heard; a scan that hears nothing is unknown: NaN and -1."""
+        known = (~torch.isnan(level_dbm)).any(dim=1)
+        answer = self.answer(self.scaling(level_dbm))
+        base_m, factor_68, factor_95 = self.radii.unbind()
+        scale_m = (base_m**2 + answer.spread_m**2).sqrt().clamp(min=SMALLEST_SCALE_M)
+        return (
+            torch.where(known[:, None], answer.xy, torch.nan),
+            torch.where(known, self.height_m[answer.storey], torch.nan),
+            torch.where(known, answer.storey, -1),
+            torch.where(known[:, None], answer.storey_probability, torch.nan),
+            torch.where(known, factor_68 * scale_m, torch.nan),
+            torch.where(known, factor_95 * scale_m, torch.nan),
+        )
+
+    def set_heights(self, height_m: FloatArray) -> None:
+        """Take the storeys' heights (s,)."""
+        self.height_m.copy_(torch.from_numpy(height_m))
+
+    def calibrate(self, radii: SpreadRadii) -> None:
+        """Take what makes radii of spreads."""
+        self.radii.copy_(torch.from_numpy(radii.array()))

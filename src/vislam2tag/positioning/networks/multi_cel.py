@@ -11,12 +11,11 @@ import numpy as np
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.networks.layers import InputScale, dense, linear
-from vislam2tag.positioning.networks.locator import Locator, NetworkAnswer
+from vislam2tag.positioning.networks.layers import InputScale, Locator, NetworkAnswer, dense, linear
 from vislam2tag.positioning.networks.overlapping_cells import CellCodes, CellLattice, decoded, lattice_over
 from vislam2tag.positioning.networks.positioner import NetworkPositioner
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans
 
 _SHORTEST_CODE = 1e-3
 """A place nearer to a cell's centre weighs no more than this one."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.positioning.scans.places import ScanPlaces
+from vislam2tag.positioning.places import ScanPlaces
 
 NO_CELL = -1
 MOST_CELLS = 50_000

@@ -11,11 +11,10 @@ import numpy as np
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.networks.layers import InputScale, dense, linear
-from vislam2tag.positioning.networks.locator import Locator, NetworkAnswer
+from vislam2tag.positioning.networks.layers import InputScale, Locator, NetworkAnswer, dense, linear
 from vislam2tag.positioning.networks.positioner import NetworkPositioner
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans
 
 FLOOR_DEVIATION = 0.5
 """Standard deviation of the number that stands for the floor, in floors; for the probabilities of floors only."""

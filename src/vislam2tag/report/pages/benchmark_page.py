@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-from vislam2tag.positioning.benchmark.record import Benchmark
-from vislam2tag.positioning.benchmark.table_4 import TITLE, Table4
-from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
+from vislam2tag.positioning.benchmark_record import Benchmark
+from vislam2tag.positioning.benchmark_tables import HEADS, TABLE_4_TITLE, Table4, figure_text, fold_name
 from vislam2tag.report.page import write_page
 from vislam2tag.report.pages.paper_page import FigurePart
 
@@ -34,7 +33,7 @@ def write_benchmark_page(
         "versions": found.runs[0].versions if found.runs else {"vislam2tag": found.version},
         "figures": [part for part in figures if not part.stem.startswith("map.")],
         "table_4": table_4,
-        "table_4_title": TITLE,
+        "table_4_title": TABLE_4_TITLE,
     }
     write_page(out_file, "benchmark.html.j2", context)
 

@@ -17,8 +17,8 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.positioning.scans.held_out import calibration_rows
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of_walk
+from vislam2tag.positioning.places import calibration_rows
+from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.survey.model import SessionKey

@@ -17,7 +17,7 @@ from vislam2tag.pipeline.positioning.serving.messages import (
     ServedModel,
 )
 from vislam2tag.positioning.model_file import SavedModel, model_bytes
-from vislam2tag.positioning.scans.radio_scans import scans_from_readings
+from vislam2tag.positioning.radio_scans import scans_from_readings
 
 MOST_LATEST = 100
 

@@ -12,8 +12,8 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.model import Dataset, Fold, Split, Storey
-from vislam2tag.positioning.scans.places import ScanPlaces
-from vislam2tag.positioning.scans.radio_scans import RadioScans, Rows, TextArray, scans_from_readings
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import RadioScans, Rows, TextArray, scans_from_readings
 
 _FINGERPRINT = ["scan_id", "building", "floor", "x", "y", "z", "sigma", "device", "session", "start_ns"]
 

@@ -2,6 +2,10 @@
 
 One reading a line: ``scan_id``, ``bssid``, ``rssi_dbm``, and where they are known the scan's ``session`` and
 ``time_ns``; the readings of a scan stand together (docs/how-to/locate.md).
+
+Beside them, where a phone's tracker saw itself during walks, from a CSV or from what `vislam2tag process` wrote. CSV:
+``session``, ``time_ns``, ``x``, ``y`` in metres, level, with any origin and heading; steps of a step counter, summed
+up, are such a track. A folder: ``process``' output or its ``trajectory`` tables, one session a file.
 """
 
 from __future__ import annotations
@@ -20,12 +24,15 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import plain
+from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.addresses import is_masked, masked_addresses, normal_address
 from vislam2tag.intake.not_heard import Filler, Judgement, filler_found, filler_of
 from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH, in_range, is_sign_lost, lost_sign, may_lack_its_sign
-from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_from_readings
+from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
 WALK_COLUMNS = ("session", "time_ns")
@@ -292,3 +299,73 @@ def _fields(values: Mapping[str, Any]) -> Fields:
 
 def _text(value: object) -> str:
     return str(value).strip() if isinstance(value, str | int) and not isinstance(value, bool) else ""
+
+
+_COLUMNS = {"session": pl.String, "time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
+_LONGEST_GAP_NS = 2_000_000_000
+"""Between two sightings this far apart nothing is known."""
+
+
+class Tracks:
+    """Tracks of many sessions; each is read when it is asked for."""
+
+    def __init__(self, path: AnyPath) -> None:
+        """Open a CSV or a folder; raises DatasetError where it is neither."""
+        path = Path(path)
+        if path.is_dir():
+            folder = path / "trajectory" if (path / "trajectory").is_dir() else path
+            self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}
+            if not self._tables:
+                raise DatasetError(f"{path}: holds no trajectory/*.parquet; give what process wrote, or a CSV")
+        else:
+            table = _csv(path)
+            names = table["session"].drop_nulls().unique().to_list()
+            self._tables = {name: table.lazy().filter(pl.col("session") == name) for name in names}
+        self._path = path
+
+    def at(self, scans: RadioScans) -> FloatArray:
+        """Return places (n, 2) at the scans' times, metres; NaN where the track has none.
+
+        Raises DatasetError where a table lacks a column.
+        """
+        place = np.full((len(scans), 2), np.nan)
+        for session in np.unique(scans.session):
+            if session in self._tables:
+                rows = scans.session == session
+                place[rows] = self._between(str(session), scans.time_ns[rows])
+        return place
+
+    def _between(self, session: str, time_ns: IntArray) -> FloatArray:
+        """(n, 2) places of the session's track at times (n,), ns, in metres; NaN where it has none."""
+        table = self._tables[session]
+        try:
+            seen = (
+                (scan_parquet(table) if isinstance(table, Path) else table)
+                .select(pl.col(name).cast(_COLUMNS[name]) for name in ("time_ns", "x", "y"))
+                .drop_nulls("time_ns")
+                .filter(pl.all_horizontal(pl.col("x", "y").is_finite()))
+                .sort("time_ns")
+                .collect()
+            )
+        except (pl.exceptions.PolarsError, OSError) as error:
+            reason = str(error).splitlines()[0]
+            raise DatasetError(f"{self._path}: no track of session {session} ({reason})") from error
+        if seen.is_empty():
+            return np.full((len(time_ns), 2), np.nan)
+        known = seen["time_ns"].to_numpy()
+        last = len(known) - 1
+        after = np.searchsorted(known, time_ns)
+        seen_then = known[np.minimum(after, last)] == time_ns
+        gap = known[np.minimum(after, last)] - known[np.maximum(after - 1, 0)]
+        between = (after > 0) & (after <= last) & (gap <= _LONGEST_GAP_NS)
+        place = np.column_stack([np.interp(time_ns, known, seen[axis].to_numpy()) for axis in ("x", "y")])
+        return np.where((seen_then | between)[:, None], place, np.nan)
+
+
+def _csv(path: Path) -> pl.DataFrame:
+    try:
+        table = read_csv(path, schema_overrides=_COLUMNS, columns=list(_COLUMNS))
+    except (pl.exceptions.PolarsError, OSError) as error:
+        reason = str(error).splitlines()[0]
+        raise DatasetError(f"{path}: is no track ({reason}); expected CSV with {', '.join(_COLUMNS)}") from error
+    return table

@@ -1,4 +1,7 @@
-"""Which runs there are, that they see nothing of the test part, and that their keys tell them apart."""
+"""Which runs there are, that they see nothing of the test part, and that their keys tell them apart.
+
+Predictions as a table, and the errors in it.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,18 @@ import pytest
 
 from tests.positioning.benchmarked import benchmark_dataset, known_models
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.positioning.benchmark.protocol import BenchmarkRun, ModelChoice, execute, planned
-from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+from vislam2tag.dataset.model import Dataset, Storey
+from vislam2tag.positioning.benchmark_protocol import (
+    PREDICTIONS,
+    BenchmarkRun,
+    ModelChoice,
+    execute,
+    planned,
+    predictions_table,
+    with_errors,
+)
+from vislam2tag.positioning.learning_data import LearningData, learning_data
+from vislam2tag.positioning.places import Positions, ScanPlaces
 
 __all__ = ["known_models"]
 pytestmark = pytest.mark.usefixtures("known_models")
@@ -122,3 +134,28 @@ def test_progress_reaches_the_model(dataset: Dataset, data: LearningData) -> Non
     steps: list[tuple[float, int]] = []
     execute(run_of(dataset, "test-telling", 0), data, "key", lambda done, total: steps.append((done, total)))
     assert steps == [(0.5, 1)]
+
+
+STOREYS = (Storey("a", 0), Storey("a", 1))
+
+
+def test_truth_and_answers_stand_side_by_side() -> None:
+    nan = np.nan
+    truth = ScanPlaces(STOREYS, np.array([0, 1, 1]), np.array([[0.0, 0], [3, 4], [1, 1]]), np.zeros(3), np.zeros(3))
+    found = Positions(
+        storeys=STOREYS,
+        storey=np.array([0, 0, -1]),
+        xy=np.array([[3.0, 4], [3, 4], [nan, nan]]),
+        z=np.array([0.0, nan, nan]),
+        storey_probability=np.zeros((3, 2)),
+        radius_68_m=np.array([1.0, 2, nan]),
+        radius_95_m=np.array([2.0, 4, nan]),
+    )
+    table = predictions_table(np.array(["s1", "s2", "s3"]), truth, found)
+    assert dict(table.schema) == PREDICTIONS
+    assert table["floor"].to_list() == [0, 1, 1]
+    assert table["found_floor"].to_list() == [0, 0, None]
+    assert table["found_z"].to_list() == [0.0, None, None]
+    errors = with_errors(table)
+    assert errors["error_m"].to_list() == [pytest.approx(5.0), pytest.approx(0.0), None]
+    assert errors["on_floor"].to_list() == [True, False, False]

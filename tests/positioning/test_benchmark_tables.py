@@ -7,9 +7,8 @@ import polars as pl
 import pytest
 
 from vislam2tag.evaluation.record import FigureWithInterval
-from vislam2tag.positioning.benchmark.best import best_models, paired_interval
-from vislam2tag.positioning.benchmark.record import BenchmarkRow
-from vislam2tag.positioning.benchmark.rows import ALL
+from vislam2tag.positioning.benchmark_record import ALL, BenchmarkRow
+from vislam2tag.positioning.benchmark_tables import best_models, paired_interval
 
 
 def row(

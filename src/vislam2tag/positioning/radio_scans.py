@@ -1,16 +1,76 @@
-"""Radio scans as arrays: who was heard and how loud, sparse, for many scans at once."""
+"""Radio scans as arrays: who was heard and how loud, sparse, for many scans at once.
+
+RSSI becomes numbers that a model can compare (Torres-Sospedra et al. 2015), and augmented copies of them. Arrays of a
+model's file are taken one by one with what they must be: nothing is used that does not fit the rest.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
-from vislam2tag.positioning.checked_arrays import CheckedArrays
+
+Size = int | str
+"""Of an axis: a number, or a letter that stands for the same number in all arrays; the first array sets it."""
+
+_GREATEST = 1e100
+"""Numbers whose products and squares are finite, too."""
+
+
+class CheckedArrays:
+    """Named arrays; each is taken with its kind, shape and range. Raises ValueError where it has others."""
+
+    def __init__(self, arrays: Mapping[str, AnyArray], **sizes: int) -> None:
+        """Take the arrays, and the sizes of axes that are known already."""
+        self._arrays = arrays
+        self.sizes = dict(sizes)
+
+    def floats(self, name: str, *shape: Size, least: float = -math.inf, unknown: bool = False) -> AnyArray:
+        """Take finite numbers of ``least`` or more; ``unknown``: NaN may stand for some."""
+        array = self._taken(name, "f", shape)
+        if array.dtype.itemsize < 4:
+            raise ValueError(f"{name} has numbers of {array.dtype}, expected single or double precision")
+        usable = (np.abs(array) <= _GREATEST) & (array >= least)
+        if not (usable | np.isnan(array) if unknown else usable).all():
+            raise ValueError(f"{name} has numbers that are not finite, or out of its range")
+        return array
+
+    def integers(self, name: str, *shape: Size, least: int = 0, below: float = math.inf) -> AnyArray:
+        """Take whole numbers from ``least`` to ``below``, exclusive."""
+        array = self._taken(name, "iu", shape)
+        if array.size and not (least <= int(array.min()) and int(array.max()) < below):
+            raise ValueError(f"{name} has numbers out of its range")
+        return array
+
+    def booleans(self, name: str, *shape: Size) -> AnyArray:
+        """Take truth values."""
+        return self._taken(name, "b", shape)
+
+    def count(self, prefix: str) -> int:
+        """How many arrays' names begin so."""
+        return sum(name.startswith(prefix) for name in self._arrays)
+
+    def _taken(self, name: str, kinds: str, shape: tuple[Size, ...]) -> AnyArray:
+        if name not in self._arrays:
+            raise ValueError(f"{name} is missing")
+        array = self._arrays[name]
+        if array.dtype.kind not in kinds:
+            raise ValueError(f"{name} has numbers of {array.dtype}")
+        if array.ndim != len(shape):
+            raise ValueError(f"{name} has {array.ndim} axes, expected {len(shape)}")
+        for size, found in zip(shape, array.shape, strict=True):
+            known = self.sizes.setdefault(size, found) if isinstance(size, str) else size
+            if found != known or not found:
+                raise ValueError(f"{name} has the shape {array.shape}, which does not fit the rest")
+        return array
+
 
 TextArray = npt.NDArray[np.str_]
 Rows = IntArray | BoolArray | slice
@@ -202,3 +262,50 @@ def scans_of_walk(scan: IntArray, bssid: TextArray, rssi_dbm: FloatArray, time_n
         device=np.full(count, device),
         time_ns=start_ns + later_ns.astype(np.int64),
     )
+
+
+FAINTEST_DBM = -105.0
+"""Level that counts as nothing: phones report none below it."""
+EXPONENT = float(np.e)
+"""Exponent of the powed representation."""
+SOFTNESS_DBM = 24.0
+"""Scale of the exponential representation."""
+_NOISE, _OFFSET = 0.03, 0.04
+"""Standard deviation of levels (of 1 = 105 dB): of each, and common to a scan, as phones differ (3 dB and 4 dB)."""
+_FAINTEST = 0.005
+_MOST_MISSED = 0.4
+"""Each scan misses a share of its access points, drawn from 0 to this."""
+
+
+class Representation(StrEnum):
+    """How a level becomes a number from 0 (not heard) to 1 (0 dBm)."""
+
+    POSITIVE = "positive"
+    """Linear in dBm."""
+    POWED = "powed"
+    """The positive one to the power of e: differences between strong levels count more."""
+    EXPONENTIAL = "exponential"
+    """Closer to received power still."""
+
+
+def represented(scans: RadioScans, representation: Representation) -> FloatArray:
+    """Make the (n, a) matrix of numbers from 0 to 1; 0 where an access point is not heard."""
+    return represented_levels(scans.dense(FAINTEST_DBM), representation)
+
+
+def represented_levels(level_dbm: FloatArray, representation: Representation) -> FloatArray:
+    """Return levels, dBm, in an array of any shape, as numbers from 0 to 1."""
+    above = np.clip(level_dbm - FAINTEST_DBM, 0.0, -FAINTEST_DBM)
+    if representation is Representation.EXPONENTIAL:
+        return np.where(above > 0, np.exp((above + FAINTEST_DBM) / SOFTNESS_DBM), 0.0)
+    share = above / -FAINTEST_DBM
+    return share**EXPONENT if representation is Representation.POWED else share
+
+
+def augmented(level: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Return other levels (n, a) from 0 to 1: some access points missed, all offset, each with noise."""
+    n = len(level)
+    heard = (level > 0) & (rng.random(level.shape) > _MOST_MISSED * rng.random((n, 1)))
+    offset = _OFFSET * rng.standard_normal((n, 1))
+    noise = _NOISE * rng.standard_normal(level.shape)
+    return np.where(heard, np.clip(level + offset + noise, _FAINTEST, 1.0), 0.0)

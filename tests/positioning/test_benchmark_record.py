@@ -7,10 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.positioning.benchmark.record import BenchmarkRow, RunRecord, RunTime
-from vislam2tag.positioning.benchmark.rows import ALL, FIGURES, benchmark_rows, interval, model_times
-from vislam2tag.positioning.benchmark.table_4 import table_4
-from vislam2tag.positioning.benchmark.text import figure_text, latex_text, rows_csv, times_csv
+from vislam2tag.positioning.benchmark_record import (
+    ALL,
+    FIGURES,
+    BenchmarkRow,
+    RunRecord,
+    RunTime,
+    benchmark_rows,
+    interval,
+    model_times,
+)
+from vislam2tag.positioning.benchmark_tables import figure_text, latex_text, rows_csv, table_4, times_csv
 from vislam2tag.positioning.metrics import ErrorQuantiles, Score
 
 

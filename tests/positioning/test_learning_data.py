@@ -10,7 +10,7 @@ from tests.dataset.factory import ACCESS_POINTS_A_FLOOR, FLOORS, SCANS, SESSION_
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.positioning.scans.learning_data import learning_data
+from vislam2tag.positioning.learning_data import learning_data
 
 
 def test_arrays_are_the_tables() -> None:

@@ -1,4 +1,7 @@
-"""Distances by the index are those that SciPy computes from all levels; order and groups are kept."""
+"""Distances by the index are those that SciPy computes from all levels; order and groups are kept.
+
+Votes: the storey first, then the mean on it, and how far all of them lie apart.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,11 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from tests.positioning.radio_world import radio_world
-from vislam2tag.positioning.baselines import scan_cells, scan_index
-from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, SignalDistance
-from vislam2tag.positioning.scans.representation import Representation, represented, represented_levels
+from tests.positioning.radio_world import STOREYS, radio_world
+from vislam2tag.positioning import nearest_scans
+from vislam2tag.positioning.nearest_scans import Apart, ScanIndex, SignalDistance, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.places import ScanPlaces
+from vislam2tag.positioning.radio_scans import Representation, represented, represented_levels
 
 SCIPY: dict[SignalDistance, Literal["braycurtis", "euclidean", "cosine"]] = {
     SignalDistance.SORENSEN: "braycurtis",
@@ -47,19 +51,19 @@ def test_among_very_many_scans_the_nearest_cells_alone_are_looked_into(
     level = represented_levels(asked.rssi_dbm, Representation.POWED)
     groups = Apart(np.arange(len(asked))[:, None] % 5, np.arange(len(LEARNED))[:, None] % 5)
     exact = index_of(distance).nearest(asked, level, 3, groups)
-    monkeypatch.setattr(scan_index, "MOST_READINGS", 0)
+    monkeypatch.setattr(nearest_scans, "MOST_READINGS", 0)
     index = index_of(distance)
     assert index.cells is not None
     assert sum(len(cell.members) for cell in index.cells.cells) == len(LEARNED)
-    monkeypatch.setattr(scan_cells, "PROBED", len(index.cells.cells))
+    monkeypatch.setattr(nearest_scans, "PROBED", len(index.cells.cells))
     whole = index.nearest(asked, level, 3, groups)
     np.testing.assert_array_equal(whole.which, exact.which)
     np.testing.assert_allclose(whole.away, exact.away, atol=1e-12)
-    monkeypatch.setattr(scan_cells, "PROBED", 6)
+    monkeypatch.setattr(nearest_scans, "PROBED", 6)
     some = index.nearest(asked, level, 3, groups)
     assert np.mean(some.which[:, 0] == exact.which[:, 0]) > 0.9
     assert (some.away >= exact.away - 1e-12).all()
-    monkeypatch.setattr(scan_cells, "PROBED", 1)
+    monkeypatch.setattr(nearest_scans, "PROBED", 1)
     few = index.nearest(asked, level, len(LEARNED))
     assert np.isinf(few.away[:, -1]).all()  # what no cell held is no neighbour
 
@@ -81,3 +85,25 @@ def test_scans_of_the_same_group_are_no_neighbours_and_the_first_of_equals_comes
 def test_a_scan_that_shares_nothing_is_as_far_as_can_be() -> None:
     index = index_of(SignalDistance.SORENSEN)
     np.testing.assert_array_equal(index.away(np.empty(0, np.int64), np.empty(0)), np.ones(len(LEARNED)))
+
+
+PLACES = ScanPlaces(
+    STOREYS,
+    np.array([0, 0, 1, 2]),
+    np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 8.0], [1.0, 1.0]]),
+    np.array([1.0, np.nan, 5.0, np.nan]),
+    np.full(4, np.nan),
+)
+
+
+def test_position_and_height_are_means_on_the_storey_with_most() -> None:
+    votes = Votes(np.array([[0, 1, 2], [2, 3, 3]]), np.array([[1.0, 3.0, 2.0], [1.0, 1.0, 1.0]]))
+    answer = counted_votes(votes, PLACES)
+    np.testing.assert_allclose(answer.storey_probability, [[4 / 6, 2 / 6, 0], [0, 1 / 3, 2 / 3]])
+    assert answer.storey.tolist() == [0, 2]
+    np.testing.assert_allclose(answer.xy, [[3.0, 0.0], [1.0, 1.0]])
+    np.testing.assert_array_equal(answer.z, [1.0, np.nan])
+    assert answer.spread_m[0] == pytest.approx(np.sqrt((9 + 3 * 1 + 2 * (9 + 64)) / 6))
+    assert answer.spread_m[1] == pytest.approx(np.sqrt(50 / 3))
+    both = joined_answers([answer, counted_votes(Votes(votes.index[:0], votes.weight[:0]), PLACES), answer])
+    np.testing.assert_array_equal(both.storey, [0, 2, 0, 2])

@@ -1,0 +1,282 @@
+"""Where scans were taken (what a model learns), and where a model puts them.
+
+Which training scans may speak for others when a model tells how well it does: never those of the same walk. A density
+over places is spread on cells: those near where somebody was, on every storey.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Rows
+
+SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
+
+
+@dataclass(frozen=True)
+class ScanPlaces:
+    """True (or labelled) places of ``n`` scans; behaves as scikit-learn expects of ``y``."""
+
+    storeys: tuple[Storey, ...]
+    """All floors there are, in order."""
+    storey: IntArray
+    """(n,) index into ``storeys``."""
+    xy: FloatArray
+    """(n, 2) BCS metres."""
+    z: FloatArray
+    """(n,) metres above the building's zero; NaN: unknown."""
+    sigma_m: FloatArray
+    """(n,) standard deviation of the label per axis; NaN: not stated."""
+
+    def __len__(self) -> int:
+        return len(self.storey)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of places, and of coordinates in the plane."""
+        return len(self), 2
+
+    def __getitem__(self, rows: Rows) -> ScanPlaces:
+        return replace(self, storey=self.storey[rows], xy=self.xy[rows], z=self.z[rows], sigma_m=self.sigma_m[rows])
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return storeys, positions and heights, for saving; how sure the labels were is not kept."""
+        return {"storey": self.storey.astype(np.int32), "xy": self.xy, "z": self.z}
+
+    @classmethod
+    def restored(cls, arrays: CheckedArrays, storeys: tuple[Storey, ...]) -> Self:
+        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit."""
+        return cls(
+            storeys=storeys,
+            storey=arrays.integers("storey", "n", below=len(storeys)).astype(np.int64),
+            xy=arrays.floats("xy", "n", 2),
+            z=arrays.floats("z", "n", unknown=True),
+            sigma_m=np.full(arrays.sizes["n"], np.nan),
+        )
+
+    def over(self, storeys: tuple[Storey, ...]) -> ScanPlaces:
+        """Number storeys by another list that holds them all."""
+        number = np.array([storeys.index(storey) for storey in self.storeys], dtype=np.int64)
+        return replace(self, storeys=storeys, storey=number[self.storey])
+
+    def distance_m(self, xy: FloatArray) -> FloatArray:
+        """Return how far (n,) positions (n, 2) lie from the places, metres in the plane; NaN where one is unknown."""
+        return np.asarray(np.hypot(*(xy - self.xy).T))
+
+    @property
+    def floor(self) -> IntArray:
+        """(n,) floor numbers."""
+        return np.array([storey.floor for storey in self.storeys], dtype=np.int64)[self.storey]
+
+    @property
+    def storey_height_m(self) -> FloatArray:
+        """(len(storeys),) median height of each storey's places, metres; NaN where none is known."""
+        height_m = np.full(len(self.storeys), np.nan)
+        known = np.isfinite(self.z)
+        for storey in np.unique(self.storey[known]):
+            height_m[storey] = np.median(self.z[known & (self.storey == storey)])
+        return height_m
+
+
+def joined_places(parts: Sequence[ScanPlaces]) -> ScanPlaces:
+    """Put places after others, over the storeys of all, in order."""
+    storeys = tuple(sorted({storey for part in parts for storey in part.storeys}))
+    whole = [part.over(storeys) for part in parts]
+    names = ("storey", "xy", "z", "sigma_m")
+    return ScanPlaces(storeys, **{name: np.concatenate([getattr(part, name) for part in whole]) for name in names})
+
+
+LabelledScans = tuple[RadioScans, ScanPlaces]
+"""Scans (n) and where they were taken (n)."""
+
+
+@dataclass(frozen=True)
+class Positions:
+    """What a model says of ``n`` scans."""
+
+    storeys: tuple[Storey, ...]
+    storey: IntArray
+    """(n,) index into ``storeys``; -1: unknown (nothing known was heard)."""
+    xy: FloatArray
+    """(n, 2) BCS metres; NaN: unknown."""
+    z: FloatArray
+    """(n,) metres; NaN: unknown."""
+    storey_probability: FloatArray
+    """(n, len(storeys))"""
+    radius_68_m: FloatArray
+    """(n,) the true place lies within this distance in the plane with 68 % probability; NaN: unknown."""
+    radius_95_m: FloatArray
+    """(n,) the same with 95 %."""
+    unlike: BoolArray | None = None
+    """(n,) nothing like the scan was learned, so that no radius can be relied on; None: the model cannot tell."""
+
+    def __len__(self) -> int:
+        return len(self.storey)
+
+    def __getitem__(self, rows: Rows) -> Positions:
+        return replace(
+            self,
+            storey=self.storey[rows],
+            xy=self.xy[rows],
+            z=self.z[rows],
+            storey_probability=self.storey_probability[rows],
+            radius_68_m=self.radius_68_m[rows],
+            radius_95_m=self.radius_95_m[rows],
+            unlike=None if self.unlike is None else self.unlike[rows],
+        )
+
+    @property
+    def known(self) -> BoolArray:
+        """(n,) whether the model could say anything."""
+        return self.storey >= 0
+
+    @property
+    def floor(self) -> IntArray:
+        """(n,) floor numbers; where unknown, that of the first storey: look at ``known``."""
+        return np.array([storey.floor for storey in self.storeys], dtype=np.int64)[np.maximum(self.storey, 0)]
+
+    def without(self, rows: BoolArray) -> Self:
+        """Make the scans of the mask (n,) unknown."""
+        return replace(
+            self,
+            storey=np.where(rows, -1, self.storey),
+            xy=np.where(rows[:, None], np.nan, self.xy),
+            z=np.where(rows, np.nan, self.z),
+            storey_probability=np.where(rows[:, None], np.nan, self.storey_probability),
+            radius_68_m=np.where(rows, np.nan, self.radius_68_m),
+            radius_95_m=np.where(rows, np.nan, self.radius_95_m),
+            unlike=None if self.unlike is None else self.unlike & ~rows,
+        )
+
+
+CALIBRATED_WITH = 2000
+"""Most scans that are left out in turn: more would not make radii truer."""
+
+
+def calibration_rows(count: int, most: int = CALIBRATED_WITH) -> IntArray:
+    """Return which of so many scans calibrate: (k,), evenly spread, in order; of a lone scan none, to learn from it."""
+    return np.unique(np.linspace(0, count - 1, most if count > 1 else 0).astype(np.int64))
+
+
+def walk_numbers(scans: RadioScans, places: ScanPlaces) -> IntArray:
+    """Number the walks (n,): scans of one are not independent, so that they are left out together.
+
+    Those of :func:`lone_walks` count as walks of one scan.
+    """
+    names, session = np.unique(scans.session, return_inverse=True)
+    return np.where(lone_walks(scans, places), len(names) + np.arange(len(scans)), session)
+
+
+def lone_walks(scans: RadioScans, places: ScanPlaces) -> BoolArray:
+    """Which scans (n,) have no session, or one that is alone on one of its storeys.
+
+    Left out, nothing would be known of that storey.
+    """
+    names, session = np.unique(scans.session, return_inverse=True)
+    visited = np.zeros((len(names), len(places.storeys)), dtype=np.bool_)
+    visited[session, places.storey] = True
+    alone = (visited & (visited.sum(axis=0) == 1)).any(axis=1)
+    return np.asarray((scans.session == "") | alone[session])
+
+
+def area_numbers(places: ScanPlaces, side_m: float) -> IntArray:
+    """Number the squares (n,) that places lie in, whatever the storey."""
+    at = np.floor(places.xy / side_m).astype(np.int64)
+    return np.unique(at, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, BoolArray]]:
+    """Deal walks (n,) or areas to at most ``count`` folds; yield masks of what trains and what is held out.
+
+    Nothing comes where there is but one walk.
+    """
+    fold = fold_numbers(walks, count, seed)
+    for number in range(fold.max(initial=-1) + 1):
+        held_out = fold == number
+        if not held_out.all():
+            yield ~held_out, held_out
+
+
+def fold_numbers(walks: IntArray, count: int, seed: int) -> IntArray:
+    """Deal walks (n,) or areas to at most ``count`` folds: (n,) which each scan is in."""
+    numbers, walk = np.unique(walks, return_inverse=True)
+    return np.asarray((np.random.default_rng(seed).permutation(len(numbers)) % count)[walk])
+
+
+def usable_validation(validation: LabelledScans | None) -> LabelledScans | None:
+    """Return the held-out scans that hear something and have a place; None where there are none."""
+    if validation is None:
+        return None
+    scans, places = validation
+    good = (scans.heard > 0) & np.isfinite(places.xy).all(axis=1) & (places.storey >= 0)
+    return (scans[good], places[good]) if good.any() else None
+
+
+MEDIAN_STEPS = 12
+"""Of the geometric median: a fixed number, so that an exported network takes the same ones."""
+SMOOTH_M = 1.0
+"""Distances below this count as this in the geometric median."""
+
+
+@dataclass(frozen=True)
+class DensityCells:
+    """``c`` square cells, sorted by storey."""
+
+    storey: IntArray
+    """(c,) index into the model's storeys."""
+    centre_m: FloatArray
+    """(c, 2) BCS."""
+
+    def __len__(self) -> int:
+        return len(self.storey)
+
+    def on(self, storey: IntArray) -> BoolArray:
+        """(n, c) whether each cell lies on the storey (n,) of a scan."""
+        return np.asarray(self.storey == storey[:, None])
+
+    def label_densities(self, places: ScanPlaces, width_m: float) -> FloatArray:
+        """Spread each of ``n`` places over the cells of its storey: (n, c), rows sum to 1.
+
+        A Gaussian of this standard deviation, wider where the label is unsure.
+        """
+        variance = width_m**2 + np.nan_to_num(places.sigma_m) ** 2
+        exponent = np.where(self.on(places.storey), -self._distance_m2(places.xy) / (2 * variance[:, None]), -np.inf)
+        density = np.exp(exponent - exponent.max(axis=1, keepdims=True))
+        return np.asarray(density / density.sum(axis=1, keepdims=True))
+
+    def median(self, density: FloatArray) -> FloatArray:
+        """Return geometric medians (n, 2), metres, of densities (n, c), by Weiszfeld's steps from the mean.
+
+        Unlike the mean it is not pulled by far-off second guesses, and unlike the mode it does not jump.
+        """
+        pull = density
+        for _ in range(MEDIAN_STEPS):
+            xy = (pull @ self.centre_m) / pull.sum(axis=1, keepdims=True)
+            pull = density / np.sqrt(self._distance_m2(xy) + SMOOTH_M**2)
+        return np.asarray((pull @ self.centre_m) / pull.sum(axis=1, keepdims=True))
+
+    def spread_m(self, density: FloatArray, xy: FloatArray) -> FloatArray:
+        """Return the mean distances (n,), metres, of densities (n, c) from points (n, 2) in the plane."""
+        distance_m = (density * np.sqrt(self._distance_m2(xy))).sum(axis=1)
+        return np.asarray(distance_m / density.sum(axis=1))
+
+    def _distance_m2(self, xy: FloatArray) -> FloatArray:
+        """(n, c) squared distances of points (n, 2) from the cells' centres."""
+        x, y = (xy[:, axis, None] - self.centre_m[:, axis] for axis in (0, 1))
+        return np.asarray(x**2 + y**2)
+
+
+def cells_near(places: ScanPlaces, side_m: float, around: int = 1) -> DensityCells:
+    """Make the cells that hold a place, and those up to so many sides away; sides lie at multiples of ``side_m``."""
+    near = np.unique(np.column_stack([places.storey, np.floor(places.xy / side_m).astype(np.int64)]), axis=0)
+    for axis in (1, 2):
+        steps = np.zeros((2 * around + 1, 3), dtype=np.int64)
+        steps[:, axis] = np.arange(-around, around + 1)
+        near = np.unique((near[:, None] + steps).reshape(-1, 3), axis=0)
+    return DensityCells(storey=near[:, 0], centre_m=(near[:, 1:] + 0.5) * side_m)
