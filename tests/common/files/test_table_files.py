@@ -126,7 +126,7 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
         "common/commit.py",
         "report/",
         "receiving/page.py",
-        "pipeline/positioning/serving/app.py",
+        "pipeline/positioning/locate_app.py",
         "survey/plans/reader_process.py",
         "dead_reckoning/speed.py",
     )

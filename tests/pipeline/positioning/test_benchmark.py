@@ -20,8 +20,7 @@ from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.progress import Stage
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, public_dataset
-from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
+from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, benchmark_figures, public_dataset
 from vislam2tag.positioning.benchmark_protocol import ModelChoice
 from vislam2tag.positioning.benchmark_record import Benchmark
 from vislam2tag.positioning.registry import MODELS as REGISTRY

@@ -138,7 +138,7 @@ def _dataset(
 ) -> None:
     from vislam2tag.dataset.description import read_description
     from vislam2tag.pipeline.datasets.build import BuildOptions
-    from vislam2tag.pipeline.datasets.session import FAILED
+    from vislam2tag.pipeline.datasets.sources import FAILED
 
     imu_s = _given_seconds(imu_window, "--imu-window")
     settings = settings_of(

@@ -26,8 +26,17 @@ from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.finish import finish_dataset
-from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, SessionOutcome, build_session, survey_findings
-from vislam2tag.pipeline.datasets.sources import LabelledSource, merged_floors, named_sessions, open_sources
+from vislam2tag.pipeline.datasets.sources import (
+    NAMES,
+    LabelledSource,
+    SessionJob,
+    SessionOutcome,
+    build_session,
+    merged_floors,
+    named_sessions,
+    open_sources,
+    survey_findings,
+)
 from vislam2tag.pipeline.labels.checking.walked_floors import walked_floors
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all

@@ -19,7 +19,7 @@ from vislam2tag.dataset.splits import standard_splits
 from vislam2tag.dataset.statistics import dataset_statistics
 from vislam2tag.dataset.statistics_record import DatasetStatistics
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, build_session
+from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.paper.data import PaperData
 from vislam2tag.pipeline.run.selection import Selection

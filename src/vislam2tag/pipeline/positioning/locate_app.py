@@ -18,8 +18,14 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from vislam2tag import __version__
-from vislam2tag.pipeline.positioning.serving.answers import MOST_LATEST, ServedAnswers
-from vislam2tag.pipeline.positioning.serving.messages import LocateAnswer, LocateRequest, Refusal, ServedModel
+from vislam2tag.pipeline.positioning.served_answers import (
+    MOST_LATEST,
+    LocateAnswer,
+    LocateRequest,
+    Refusal,
+    ServedAnswers,
+    ServedModel,
+)
 from vislam2tag.receiving.connections import admit
 from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
 

@@ -1,1 +1,0 @@
-"""A model that answers over HTTP on this computer: messages -> answers -> application, and its page."""
