@@ -35,11 +35,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 import numpy as np  # noqa: E402
-from fuzzing.bases import make_bases  # noqa: E402
+from fuzzing.bases import READERS_ATTACKED, Run, Target, make_bases  # noqa: E402
 from fuzzing.commands import commands  # noqa: E402
 from fuzzing.mutations import damage, remove  # noqa: E402
 from fuzzing.runs import Outcome, run_apart  # noqa: E402
-from fuzzing.targets import READERS_ATTACKED, Run, Target  # noqa: E402
 
 import vislam2tag  # noqa: E402
 from vislam2tag.labeling.settings import ProcessSettings  # noqa: E402

@@ -1,8 +1,18 @@
-"""The speed model learned from walks with taps: each leg between two taps tells what its windows' speeds add up to."""
+"""Learns the speed model of dead reckoning from walks with taps: each leg between two taps tells its windows' speeds.
+
+    python benchmarks/training.py site1/F1 src/vislam2tag/dead_reckoning/speed_model.json
+
+The folder is a floor of the Indoor Location Competition 2.0 (MIT licence; ../shared/data/ilc20/site1-F1.tar.xz); what
+was learned from is written beside the coefficients.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from carrying import swung
@@ -14,6 +24,8 @@ from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.signals import RATE_HZ
 from vislam2tag.dead_reckoning.speed import SpeedModel
 from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.without_poses import inertial_log
 
 ROUNDS = 3
 REWEIGHTINGS = 5
@@ -76,3 +88,37 @@ def _robust_ridge(rows: FloatArray, target: FloatArray, penalty: FloatArray) -> 
         solution = np.linalg.solve(weighted.T @ rows + shrink, weighted.T @ target)
         weight = 1 / (1 + (target - rows @ solution) ** 2 / TAIL)
     return solution
+
+
+def logged_walks(folder: Path) -> list[tuple[InertialLog, FixLog]]:
+    """Read the traces below a floor's folder that have inertial readings, and their taps."""
+    walks = []
+    for path in sorted(folder.glob("path_data_files/*.txt")):
+        trace = parse_trace(path.read_bytes(), path.name)
+        inertial = inertial_log(trace.sensors)
+        if inertial is not None:
+            walks.append((inertial, trace.taps))
+    return walks
+
+
+def main() -> None:
+    """Train and write."""
+    folder, target = Path(sys.argv[1]), Path(sys.argv[2])
+    walks = logged_walks(folder)
+    model = train(carried_walks(walks), DeadReckoningSettings())
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("path_data_files/*.txt"))))
+    record = {
+        "learned_from": f"Indoor Location Competition 2.0, {folder.parent.name}/{folder.name}",
+        "licence": "MIT (data: Microsoft Research, location-competition/indoor-location-competition-20)",
+        "walks": len(walks),
+        "each_walk": "as recorded, phone in the hand, and as a swinging hand would have recorded it",
+        "sha256": digest.hexdigest(),
+        "command": "python benchmarks/training.py site1/F1 src/vislam2tag/dead_reckoning/speed_model.json",
+        "unit": "m/s",
+        "coefficients": dict(zip(NAMES, model.coefficients.round(5).tolist(), strict=True)),
+    }
+    target.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

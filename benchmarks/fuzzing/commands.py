@@ -1,12 +1,36 @@
-"""Which commands are attacked, with what of their input damaged: one line each."""
+"""Attacks on commands: which input is damaged, how a command is run, and requests to ``receive`` over HTTP."""
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from unittest import mock
 
-from fuzzing.invocation import invoke
-from fuzzing.targets import LABEL_FILES, SET_FILES, SITE_FILES, Run, Target
-from fuzzing.uploading import upload
+import numpy as np
+import typer
+from tests.mutations import mutate
+from tests.receiving.signing import signed
+from tests.receiving.zips import session_files, session_zip
+
+from fuzzing.bases import LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
+from fuzzing.mutations import ODD_VALUES, Rng
+from fuzzing.runs import HANG_S
+from vislam2tag.cli.app import app
+from vislam2tag.common.files.toml_file import toml_value
+from vislam2tag.receiving import token as tokens
+from vislam2tag.receiving.server import UPLOADS
+from vislam2tag.settings import part_of, setting_fields
 
 _SURVEY_FILES = (*SITE_FILES, "floor_0/*/*/*", "vislam2tag.toml")
 _ILC20_FILES = ("F1/*", "F1/*/*")
@@ -239,3 +263,164 @@ def _command(name: str, base: str, files: tuple[str, ...], line: str, *, writes:
     # 1: whatever its help says of it, but never an exception
     every = 20 if name in _SLOW else 4 if name in _SLOWER or line.startswith("import ") else 1
     return Target(name, base, files, work, codes=(0, 1, 2), writes_base=writes, every=every)
+
+
+_ODD_SHARE = 0.15
+"""Of all runs, which have one odd option more."""
+_APART_SHARE = 0.01
+"""Which are a process of their own from the start, not one forked from this that has everything imported."""
+_KEPT = {"out", "jobs", "host", "port", "seeds", "measure", "click", "write", "help", "config", "replace"}
+"""Options that are left as they are: they ask for much work, a server, a browser or another place."""
+_NUMBERS = ("nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "-1", "0", "1", "2.5", "9" * 20, "x", "", "0x7f", "１")
+_TEXTS = ("", "x", "-", "é" * 300, "[1]*?", "../x", "1e400", "nan", "a,b", "1,2", "1=2", "a\nb", "\x1b[31m", "\udcff")
+
+
+def invoke(line: str, run: Run) -> None:
+    """Run a command line, ``{base}``, ``{all}``, ``{out}`` and ``{walk}`` in it for folders; ends as :func:`cli`."""
+    folders = {"base": run.base, "all": run.bases, "out": run.out, "walk": first_walk(run.base)}
+    arguments = [part.format(**folders) for part in line.split()]
+    if run.rng.random() < _ODD_SHARE:
+        arguments += odd_option(arguments, run)
+        print("with", *map(ascii, arguments[len(line.split()) :]), flush=True)
+    if run.rng.random() < _APART_SHARE:
+        _apart(arguments)
+    cli(*arguments)
+
+
+def _apart(arguments: list[str]) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-m", "vislam2tag", *arguments],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (HANG_S, HANG_S)),
+        check=False,
+    )
+    if ended.returncode < 0:
+        os.kill(os.getpid(), signal.SIGKILL if ended.returncode == -signal.SIGXCPU else -ended.returncode)
+    raise SystemExit(ended.returncode)
+
+
+def odd_option(arguments: list[str], run: Run) -> list[str]:
+    """An option of the command with a value that few would give; a file of settings most of the time."""
+    command = _command_of(arguments)
+    options = [each for each in command.params if each.param_type_name == "option"]
+    if any(each.name == "config" for each in options) and run.rng.random() < 0.6:
+        return ["--config", str(_odd_settings(run))]
+    options = [each for each in options if each.name not in _KEPT and each.name.isidentifier()]
+    option = options[run.rng.integers(len(options))]
+    name = option.opts[-1]
+    if option.is_flag:
+        return [name]
+    return [name, *(_odd_value(run) for _ in range(option.nargs))]
+
+
+def _command_of(arguments: list[str]) -> Any:
+    context: Any = None  # of Typer's own or Click's class, by version
+    command: Any = typer.main.get_group(app)
+    for name in arguments:
+        if not hasattr(command, "get_command"):
+            break
+        command = command.get_command(context, name)
+    return command
+
+
+def _odd_value(run: Run) -> str:
+    """Of any type: which one an option takes is told differently by the versions of Typer."""
+    files = sorted(path for path in run.bases.glob("small/*/*") if path.is_file())
+    places = ("/dev/null", "/dev/zero", "nowhere", str(run.base), str(run.out), *map(str, files))
+    return _picked((_NUMBERS, _NUMBERS, _TEXTS, places)[run.rng.integers(4)], run.rng)
+
+
+def _odd_settings(run: Run) -> Path:
+    """A file with one to three settings of other values, types or sizes."""
+    names = [name for name, field in setting_fields() if part_of(field) is None]
+    file = run.out / "settings.toml"
+    lines = []
+    for name in run.rng.choice(names, size=int(run.rng.integers(1, 4)), replace=False):
+        odd = ODD_VALUES[run.rng.integers(len(ODD_VALUES))]
+        number = _picked(("nan", "inf", "-inf", "1e308", "1e-308", "-1.0", "0", "0.001", "3", "1000000"), run.rng)
+        lines.append(f"{name} = {number if odd is None or run.rng.random() < 0.6 else toml_value(odd)}")
+    file.write_text("\n".join(lines), encoding="utf-8")
+    print(*map(ascii, lines), flush=True)
+    return file
+
+
+def _picked(values: tuple[str, ...], rng: np.random.Generator) -> str:
+    return values[rng.integers(len(values))]
+
+
+_TOKEN = "A" * tokens.LENGTH
+_REQUESTS = 6
+_ODD = (
+    b"",
+    b"-1",
+    b"1e3",
+    b"99999999999999999999",
+    b"\xff",
+    b"x" * 9000,
+    b"0",
+    b"chunked",
+    b"1, 2",
+    b"\x00",
+    b"7\r\nA: b",
+)
+
+
+def upload(run: Run) -> None:
+    """Serve, send a few requests, see that the server still answers, and end it as Ctrl-C does."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    files = session_files(floor=int(run.rng.integers(3)))
+    content = session_zip(files)
+    if run.rng.random() < 0.5:
+        content = mutate(content, run.rng)
+    requests = [_request(content, run.rng) for _ in range(_REQUESTS)]
+    sender = threading.Thread(target=_send_all, args=(port, requests), daemon=True)
+    sender.start()
+    with mock.patch.object(tokens, "new_token", return_value=_TOKEN):
+        cli("receive", run.base, "--host", "127.0.0.1", "--port", str(port))
+
+
+def _send_all(port: int, requests: list[bytes]) -> None:
+    while not _answer(port, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"):
+        time.sleep(0.02)
+    for request in requests:
+        _answer(port, request)
+    if b" 200 " not in _answer(port, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", patience_s=60):
+        print("unexpected silence: the server does not answer any more", flush=True)
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def _answer(port: int, request: bytes, patience_s: float = 0.3) -> bytes:
+    """What comes back so soon."""
+    with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=patience_s) as connection:
+        connection.sendall(request)
+        return connection.recv(1 << 16)
+    return b""
+
+
+def _request(content: bytes, rng: Rng) -> bytes:
+    """A request as an app sends it, often with one thing wrong, before or after it is signed."""
+    name = hashlib.sha256(content).hexdigest()
+    start = int(rng.choice([0, 0, 0, len(content) // 2]))
+    body = content[start:]
+    if rng.random() < 0.2:
+        body = mutate(body, rng)
+    method = str(rng.choice(["PATCH", "PATCH", "PATCH", "GET", "PUT"]))
+    offset, length = (str(value) if rng.random() < 0.9 else _odd_text(rng) for value in (start, len(content)))
+    headers = [*signed(_TOKEN, method, name, body, offset, length).items(), ("Content-Length", str(len(body)))]
+    lines = [f"{method} {UPLOADS}/{name} HTTP/1.1".encode(), b"Host: x"]
+    lines += [f"{key}: {value}".encode("latin-1") for key, value in headers]
+    if rng.random() < 0.5:
+        row = int(rng.integers(len(lines)))
+        head, colon, _ = lines[row].partition(b": ")
+        ways = (
+            head + colon + _ODD[rng.integers(len(_ODD))],
+            mutate(lines[row], rng),
+            b"",
+            lines[row] + b"\r\n" + lines[row],
+        )
+        lines[row] = ways[rng.integers(len(ways))]
+    return b"\r\n".join([*lines, b"", body])
+
+
+def _odd_text(rng: Rng) -> str:
+    return _ODD[rng.integers(len(_ODD))].decode("latin-1").replace("\r\n", " ")
