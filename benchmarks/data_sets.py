@@ -13,7 +13,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.evaluation.truth import (
+from vislam2tag.quality.evaluation.truth import (
     Residuals,
     Truth,
     errors_at_frames,

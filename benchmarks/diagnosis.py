@@ -29,18 +29,18 @@ from PIL import Image
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
-from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.diagnosis.passes import WalkPasses
-from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.diagnosis.stream_faults import stream_faults
-from vislam2tag.diagnosis.streams import StreamSigns
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
-from vislam2tag.diagnosis.walls_crossed import Inside
-from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import PATH_STEP
 from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
+from vislam2tag.quality.diagnosis.clock_offset import sensor_clock_offset_s
+from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
+from vislam2tag.quality.diagnosis.passes import WalkPasses
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.search import found_faults
+from vislam2tag.quality.diagnosis.stream_faults import stream_faults
+from vislam2tag.quality.diagnosis.streams import StreamSigns
+from vislam2tag.quality.diagnosis.told_by_plan import told_by_plan
+from vislam2tag.quality.diagnosis.walls_crossed import Inside
+from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.simulation.building.building import draw_plan

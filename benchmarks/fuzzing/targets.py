@@ -14,11 +14,11 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.labelled import open_labelled
-from vislam2tag.evaluation.control_points.route_file import read_route
-from vislam2tag.evaluation.total_station.station_file import read_shots, read_station_track
-from vislam2tag.evaluation.trajectory_files import READERS
 from vislam2tag.positioning.model_file import load_model
 from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
+from vislam2tag.quality.evaluation.control_points.route_file import read_route
+from vislam2tag.quality.evaluation.total_station.station_file import read_shots, read_station_track
+from vislam2tag.quality.evaluation.trajectory_files import READERS
 from vislam2tag.receiving.session_zip import unpack
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.tape_file import read_distances, read_targets

@@ -15,9 +15,9 @@ from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.dead_reckoning.bridging import bridged_observations
-from vislam2tag.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.quality.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.without_poses import no_landmarks

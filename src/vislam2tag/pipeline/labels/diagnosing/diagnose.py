@@ -13,14 +13,6 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.diagnosis.judged import MIN_FIXES, judgement_of
-from vislam2tag.diagnosis.other_ids import id_faults
-from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind, Gain
-from vislam2tag.diagnosis.references import References
-from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.diagnosis.stream_faults import stream_faults
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
-from vislam2tag.diagnosis.walls_crossed import Inside
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession, MappedShare, observe_session
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
@@ -29,6 +21,14 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
 from vislam2tag.pipeline.labels.joining.odd_references import odd_faults, references
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.quality.diagnosis.judged import MIN_FIXES, judgement_of
+from vislam2tag.quality.diagnosis.other_ids import id_faults
+from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind, Gain
+from vislam2tag.quality.diagnosis.references import References
+from vislam2tag.quality.diagnosis.search import found_faults
+from vislam2tag.quality.diagnosis.stream_faults import stream_faults
+from vislam2tag.quality.diagnosis.told_by_plan import told_by_plan
+from vislam2tag.quality.diagnosis.walls_crossed import Inside
 from vislam2tag.sessions.registry import open_survey, true_keys
 from vislam2tag.survey.corrections.file import Corrections, read_corrections
 from vislam2tag.survey.corrections.lines import with_entries
