@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -14,7 +13,6 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import WalkSettings
-from vislam2tag.simulation.walking.gait import DOORS_S, RATE_HZ, lift_seconds
 from vislam2tag.simulation.walking.route import (
     STEP_M,
     Course,
@@ -175,35 +173,3 @@ def _joined(
         lift_sample=sample_at(lift_s, len(path.points)),
         lift_rise_m=lift_rise,
     )
-
-
-def stairs_climbed(path: WalkPath, travelled: FloatArray) -> FloatArray:
-    """Height (n,) climbed by stairs when so far along a path, smooth in time."""
-    rise = np.interp(travelled, np.arange(len(path.points)) * STEP_M, path.rise_m)
-    return np.asarray(gaussian_filter1d(rise, 0.3 * RATE_HZ, mode="nearest"))
-
-
-def lifts_ridden(path: WalkPath, travelled: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Height (n,) gained in lifts when so far along a path, and the rides' first and last samples (r, 2).
-
-    The lift moves off when the first half of the time for its doors has passed.
-    """
-    gained, rides = np.zeros(len(travelled)), []
-    for sample, rise in zip(path.lift_sample.tolist(), path.lift_rise_m.tolist(), strict=True):
-        # Who stands is held between the sample before and this one.
-        entered = int(np.searchsorted(travelled, (sample - 0.95) * STEP_M))
-        since = (np.arange(len(travelled)) - entered) / RATE_HZ - DOORS_S / 2
-        share = (since / float(lift_seconds(np.array(rise)))).clip(0, 1)
-        gained += rise * share**3 * (10 - 15 * share + 6 * share**2)
-        moving = np.flatnonzero((share > 0) & (share < 1))
-        if len(moving):
-            rides.append((moving[0], moving[-1]))
-    return gained, np.array(rides, dtype=np.int64).reshape(-1, 2)
-
-
-def floor_of(tour: FloorTour, rise_m: FloatArray) -> IntArray:
-    """Number (n,) of the floor nearest to each height (n,) above the first floor."""
-    numbers = np.array([floor.number for floor in tour.floors], dtype=np.int64)
-    order = np.argsort(tour.rise_m, kind="stable")
-    levels = tour.rise_m[order]
-    return numbers[order][np.searchsorted((levels[1:] + levels[:-1]) / 2, rise_m)]

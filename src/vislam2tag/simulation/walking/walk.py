@@ -11,10 +11,12 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
 from vislam2tag.simulation.settings import WalkSettings
-from vislam2tag.simulation.walking.floor_tour import FloorTour, floor_of, lay_floor_tour, lifts_ridden, stairs_climbed
+from vislam2tag.simulation.walking.floor_tour import FloorTour, lay_floor_tour
 from vislam2tag.simulation.walking.gait import (
+    DOORS_S,
     RATE_HZ,
     gait_displacement,
+    lift_seconds,
     look_weight,
     on_path,
     phone_orientation,
@@ -72,12 +74,12 @@ def make_walk(
 
 def _with_climbs(walk: TrueWalk, tour: FloorTour, path: WalkPath, travelled: FloatArray) -> TrueWalk:
     """Lift a walk by the stairs and lifts on its way; ``travelled`` (n,) metres along the path."""
-    ridden, rides = lifts_ridden(path, travelled)
-    rise = stairs_climbed(path, travelled) + ridden
+    ridden, rides = _lifts_ridden(path, travelled)
+    rise = _stairs_climbed(path, travelled) + ridden
     return replace(
         walk,
         position=walk.position + np.column_stack((np.zeros((len(rise), 2)), rise)),
-        floor_at=floor_of(tour, rise),
+        floor_at=_floor_of(tour, rise),
         unseen_m=ridden,
         rides_ns=walk.time_ns[rides],
     )
@@ -133,3 +135,35 @@ def _blocked(samples: int, people: int, rng: np.random.Generator) -> IntArray:
     start = ((0.1 + 0.8 * share) * samples).astype(np.int64)
     stop = start + (rng.uniform(2.0, 5.0, people) * RATE_HZ).astype(np.int64)
     return np.asarray(np.minimum(np.column_stack((start, stop)), samples - 1), dtype=np.int64)
+
+
+def _stairs_climbed(path: WalkPath, travelled: FloatArray) -> FloatArray:
+    """Height (n,) climbed by stairs when so far along a path, smooth in time."""
+    rise = np.interp(travelled, np.arange(len(path.points)) * STEP_M, path.rise_m)
+    return np.asarray(gaussian_filter1d(rise, 0.3 * RATE_HZ, mode="nearest"))
+
+
+def _lifts_ridden(path: WalkPath, travelled: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Height (n,) gained in lifts when so far along a path, and the rides' first and last samples (r, 2).
+
+    The lift moves off when the first half of the time for its doors has passed.
+    """
+    gained, rides = np.zeros(len(travelled)), []
+    for sample, rise in zip(path.lift_sample.tolist(), path.lift_rise_m.tolist(), strict=True):
+        # Who stands is held between the sample before and this one.
+        entered = int(np.searchsorted(travelled, (sample - 0.95) * STEP_M))
+        since = (np.arange(len(travelled)) - entered) / RATE_HZ - DOORS_S / 2
+        share = (since / float(lift_seconds(np.array(rise)))).clip(0, 1)
+        gained += rise * share**3 * (10 - 15 * share + 6 * share**2)
+        moving = np.flatnonzero((share > 0) & (share < 1))
+        if len(moving):
+            rides.append((moving[0], moving[-1]))
+    return gained, np.array(rides, dtype=np.int64).reshape(-1, 2)
+
+
+def _floor_of(tour: FloorTour, rise_m: FloatArray) -> IntArray:
+    """Number (n,) of the floor nearest to each height (n,) above the first floor."""
+    numbers = np.array([floor.number for floor in tour.floors], dtype=np.int64)
+    order = np.argsort(tour.rise_m, kind="stable")
+    levels = tour.rise_m[order]
+    return numbers[order][np.searchsorted((levels[1:] + levels[:-1]) / 2, rise_m)]
