@@ -18,7 +18,7 @@ from pathlib import Path
 
 from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.walks import paper_walks
-from vislam2tag.quality.evaluation.paper.tables import (
+from vislam2tag.quality.evaluation.paper import (
     PAPER_TABLE_1,
     PAPER_TABLE_1_NON_FAULTY,
     PAPER_TABLE_2,

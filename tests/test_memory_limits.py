@@ -26,8 +26,8 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
 from vislam2tag.planning.sigma_map import sigma_map
 from vislam2tag.quality.diagnosis.alignment import _some_pairs
 from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk, _Cells
-from vislam2tag.quality.evaluation.control_points.press_truth import estimate_lead
-from vislam2tag.quality.evaluation.total_station.station_file import read_station_track
+from vislam2tag.quality.evaluation.press_truth import estimate_lead
+from vislam2tag.quality.evaluation.station_frame import read_station_track
 from vislam2tag.quality.evaluation.truth import nearest_points
 from vislam2tag.report.pages.check_page import _gain_map
 from vislam2tag.sessions.registry import open_survey

@@ -16,8 +16,8 @@ from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.labelled import open_labelled
 from vislam2tag.positioning.model_file import load_model
 from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
-from vislam2tag.quality.evaluation.control_points.route_file import read_route
-from vislam2tag.quality.evaluation.total_station.station_file import read_shots, read_station_track
+from vislam2tag.quality.evaluation.press_identity import read_route
+from vislam2tag.quality.evaluation.station_frame import read_shots, read_station_track
 from vislam2tag.quality.evaluation.trajectory_files import READERS
 from vislam2tag.receiving.session_zip import unpack
 from vislam2tag.registration.settings import RegistrationSettings

@@ -160,16 +160,16 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.registry import model_named as model_named
     from vislam2tag.positioning.scan_file import Tracks as Tracks
     from vislam2tag.positioning.settings import SequenceMethod as SequenceMethod
-    from vislam2tag.quality.diagnosis.passes import WalkPasses as WalkPasses
+    from vislam2tag.quality.diagnosis.alignment import WalkPasses as WalkPasses
     from vislam2tag.quality.diagnosis.record import Diagnosis as Diagnosis
-    from vislam2tag.quality.diagnosis.streams import StreamSigns as StreamSigns
+    from vislam2tag.quality.diagnosis.stream_faults import StreamSigns as StreamSigns
     from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset as ClockOffset
     from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk as HeardOnWalk
     from vislam2tag.quality.evaluation.metrics import ErrorSummary as ErrorSummary
     from vislam2tag.quality.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.quality.evaluation.record import SurveyEvaluation as SurveyEvaluation
-    from vislam2tag.quality.self_check.record import SessionCheck as SessionCheck
-    from vislam2tag.quality.self_check.record import SurveyCheck as SurveyCheck
+    from vislam2tag.quality.self_check_record import SessionCheck as SessionCheck
+    from vislam2tag.quality.self_check_record import SurveyCheck as SurveyCheck
     from vislam2tag.registration.names import NameRules as NameRules
     from vislam2tag.registration.point_file import PointColumn as PointColumn
     from vislam2tag.registration.record import Registration as Registration
@@ -249,9 +249,9 @@ _NAMES = {
     "dataset.settings": "CoverageSettings DatasetSettings ImuWindowSettings RadioMapSettings SplitKind SplitSettings",
     "dataset.splits": "split=make_split",
     "dataset.statistics_record": "FieldWork",
-    "quality.diagnosis.passes": "WalkPasses",
+    "quality.diagnosis.alignment": "WalkPasses",
     "quality.diagnosis.record": "Diagnosis",
-    "quality.diagnosis.streams": "StreamSigns",
+    "quality.diagnosis.stream_faults": "StreamSigns",
     "quality.diagnosis.wifi_clock": "ClockOffset HeardOnWalk",
     "quality.evaluation.metrics": "ErrorSummary",
     "quality.evaluation.record": "SessionEvaluation SurveyEvaluation",
@@ -317,7 +317,7 @@ _NAMES = {
     "registration.point_file": "PointColumn",
     "registration.record": "Registration",
     "registration.settings": "RegistrationSettings",
-    "quality.self_check.record": "SessionCheck SurveyCheck",
+    "quality.self_check_record": "SessionCheck SurveyCheck",
     "sessions.inspection": "Inspection inspect=inspect_survey",
     "sessions.model": "Attachment Session",
     "sessions.registry": "open_survey read_session",

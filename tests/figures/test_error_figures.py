@@ -13,8 +13,8 @@ from vislam2tag.figures.error_figures import (
     station_overlay,
 )
 from vislam2tag.figures.style import rendered
-from vislam2tag.quality.evaluation.control_points.press_truth import nearest_point_errors
-from vislam2tag.quality.evaluation.pooling import ErrorCurve
+from vislam2tag.quality.evaluation.metrics import ErrorCurve
+from vislam2tag.quality.evaluation.press_truth import nearest_point_errors
 from vislam2tag.quality.evaluation.reliability import CoverageCurve
 
 LANDMARKS = landmarks_at({"1": (0.0, 1.0), "2": (10.0, 1.0)})

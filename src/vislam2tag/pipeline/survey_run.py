@@ -28,7 +28,7 @@ from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.quality.diagnosis.record import Diagnosis
-from vislam2tag.quality.self_check.record import SurveyCheck
+from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.sessions.registry import open_survey

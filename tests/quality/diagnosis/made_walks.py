@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.quality.diagnosis.passes import WalkPasses
 from vislam2tag.smoother.drift import STATES
 from vislam2tag.survey.model import SessionKey
 

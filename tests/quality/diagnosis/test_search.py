@@ -1,4 +1,4 @@
-"""Each kind of fault that geometry tells is named, alone and beside others, and nothing where nothing is wrong."""
+"""Each kind of fault that geometry shows is named, alone and beside others, and none where nothing is wrong."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from tests.quality.diagnosis.made_walks import ORDERS, PLACES, STARTS, evidence, made_survey, made_walk
-from vislam2tag.quality.diagnosis.passes import WalkPasses
+from vislam2tag.common.judgement import Answer
+from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind
-from vislam2tag.quality.diagnosis.search import found_faults
+from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
 
 
 def named(walks: list[WalkPasses], table: dict[str, complex], other: dict[str, complex] | None = None) -> list[Fault]:
@@ -144,3 +145,31 @@ def test_places_are_called_as_people_call_them() -> None:
     assert swapped == "landmarks 1 and 4 of floor 0 hang in each other's place (1 in room Lab)"
     assert moved.startswith("landmark 5 of floor 0 is at (3")
     assert moved.endswith("from where the table has it, room Lab")
+
+
+def test_walks_past_surveyed_landmarks_judge_these() -> None:
+    found = judgement_of(evidence(made_survey(), {**PLACES, "99": 0j}), sessions=5, failed=1, faults=0)
+    assert found.answer is Answer.NOTHING_WRONG
+    assert found.looked_at == "8 landmarks in 4 walks"
+    assert found.why == (
+        "1 landmark could not be judged, no walk passes enough others there; 1 session cannot be read or mapped"
+    )
+
+
+def test_two_surveyed_landmarks_do_not_judge_one_another() -> None:
+    table = {name: PLACES[name] for name in "12"}
+    found = judgement_of(evidence(made_survey(), table), sessions=4, failed=0, faults=0)
+    assert (found.answer, found.looked_at) == (Answer.NOT_JUDGED, "")
+    assert found.why.startswith("no walk passes 3 surveyed landmarks")
+
+
+def test_known_positions_of_walks_without_poses_count() -> None:
+    found = judgement_of(evidence([], PLACES), sessions=1, failed=0, faults=0, fixes=6)
+    assert (found.answer, found.looked_at) == (Answer.NOTHING_WRONG, "6 known positions")
+
+
+def test_no_session_and_none_that_can_be_read_differ() -> None:
+    nothing = evidence([], PLACES)
+    assert judgement_of(nothing, sessions=0, failed=0, faults=0).answer is Answer.NOT_LOOKED_AT
+    assert judgement_of(nothing, sessions=2, failed=2, faults=0).why == ("none of 2 sessions can be read or mapped")
+    assert judgement_of(nothing, sessions=1, failed=1, faults=0).why == "the session cannot be read or mapped"

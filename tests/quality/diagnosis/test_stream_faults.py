@@ -7,10 +7,8 @@ import polars as pl
 import pytest
 
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.quality.diagnosis.clock_offset import sensor_clock_offset_s
 from vislam2tag.quality.diagnosis.record import FaultKind
-from vislam2tag.quality.diagnosis.stream_faults import stream_faults
-from vislam2tag.quality.diagnosis.streams import StreamSigns
+from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, sensor_clock_offset_s, stream_faults
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.survey.model import SessionKey
 

@@ -18,9 +18,8 @@ from vislam2tag.quality.evaluation.dense import (
     drift_per_metre,
     relative_errors,
 )
-from vislam2tag.quality.evaluation.point_errors import TruthKind
 from vislam2tag.quality.evaluation.record import DriftSums
-from vislam2tag.quality.evaluation.truth import Truth
+from vislam2tag.quality.evaluation.truth import Truth, TruthKind
 
 SECOND = 1_000_000_000
 

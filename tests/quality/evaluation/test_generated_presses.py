@@ -12,7 +12,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import TruthSettings
-from vislam2tag.quality.evaluation.control_points.press_truth import nearest_point_errors, press_errors, press_truth
+from vislam2tag.quality.evaluation.press_truth import nearest_point_errors, press_errors, press_truth
 from vislam2tag.quality.evaluation.reliability import Verdict, reduce_errors, reliability_curve, verdict
 from vislam2tag.quality.evaluation.truth import Truth, residuals_at_presses, residuals_at_truth
 from vislam2tag.simulation.model import TrueWalk

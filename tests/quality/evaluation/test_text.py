@@ -4,8 +4,8 @@ import csv
 
 import numpy as np
 
-from tests.quality.evaluation.test_pooling import session, walk
-from vislam2tag.quality.evaluation.pooling import table_rows
+from tests.quality.evaluation.test_metrics import session, walk
+from vislam2tag.quality.evaluation.metrics import table_rows
 from vislam2tag.quality.evaluation.record import DenseRow, FigureWithInterval
 from vislam2tag.quality.evaluation.text import (
     dense_csv,

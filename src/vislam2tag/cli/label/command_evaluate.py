@@ -135,7 +135,7 @@ def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
 
 def _print(found: SurveyEvaluation) -> None:
 
-    from vislam2tag.quality.evaluation.pooling import ALL, OVER_WALKS
+    from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS
     from vislam2tag.quality.evaluation.text import truth_name
 
     console = visible_console(highlight=False)

@@ -28,15 +28,14 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
-from vislam2tag.quality.evaluation.metrics import frames_within_sigma, strategy_errors
-from vislam2tag.quality.evaluation.paper.walks import (
+from vislam2tag.quality.evaluation.metrics import error_curve, frames_within_sigma, strategy_errors
+from vislam2tag.quality.evaluation.paper import (
     STRATEGIES,
     PaperWalk,
     TrajectoryByStrategy,
     map_all,
     station_settings,
 )
-from vislam2tag.quality.evaluation.pooling import error_curve
 from vislam2tag.quality.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import Floor, SessionKey

@@ -3,6 +3,9 @@
 A walk is turned and shifted as most of its passes say. A pass that fits badly is left out for a price, and the walk is
 cut for another where the tracker seems to have slipped, so that neither bends the rest; what is left over is the sum of
 squared residuals in units of their covariance, which all along the walk hangs together (Baarda's data snooping).
+
+How far the tracker may have drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.smoother.noise`)
+and not from how the walk was mapped: a wrong landmark would have made that worse.
 """
 
 from __future__ import annotations
@@ -14,9 +17,84 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.limits import MAX_AT_ONCE, MAX_PAIRS
+from vislam2tag.core.limits import MAX_AT_ONCE, MAX_DIAGNOSED_PASSES, MAX_PAIRS
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.quality.diagnosis.passes import WalkPasses
+from vislam2tag.intake.shifted_ids import IdShift
+from vislam2tag.smoother.drift import STATES, transitions
+from vislam2tag.smoother.equations import Weights, sighting_variance, stretch_drift
+from vislam2tag.smoother.model import Model
+from vislam2tag.smoother.noise import SCALE_SIGMA, USUAL
+from vislam2tag.smoother.observations import WalkObservations
+from vislam2tag.survey.model import SessionKey
+
+
+@dataclass(frozen=True)
+class WalkPasses:
+    """``p`` passes of one walk in the order of time, in the tracker's continuous frame.
+
+    ``landmark`` (p,) ids as logged; ``time_s`` (p,) from the first frame; ``camera`` (p,) complex, metres, where the
+    camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``sighting_m2`` (p,) variance per axis of
+    each pass; ``drift`` (p - 1, 4, 4) covariances of the drift from pass to pass (states as in
+    :mod:`vislam2tag.smoother.drift`); ``id_shift`` is what to add to the ids, None if nothing.
+    """
+
+    key: SessionKey
+    landmark: tuple[str, ...]
+    time_s: FloatArray
+    camera: ComplexArray
+    offset: ComplexArray
+    sighting_m2: FloatArray
+    drift: FloatArray
+    id_shift: IdShift | None = None
+
+    @classmethod
+    def of(cls, key: SessionKey, observations: WalkObservations, id_shift: IdShift | None = None) -> WalkPasses:
+        """Reduce what was observed on a walk."""
+        observations = observations.first(MAX_DIAGNOSED_PASSES)
+        odometry, passes = observations.odometry, observations.passes
+        model = Model(observations, odometry.path, np.ones_like(odometry.path), rough=False)
+        even = Weights.even(USUAL, len(passes.at), len(observations.ids))
+        return cls(
+            key=key,
+            landmark=tuple(observations.ids[i] for i in passes.landmark),
+            time_s=odometry.time_s[passes.at],
+            camera=odometry.path[passes.at],
+            offset=passes.offset,
+            sighting_m2=sighting_variance(model, USUAL),
+            drift=stretch_drift(model, even)[1:-1] if len(passes.at) else np.empty((0, STATES, STATES)),
+            id_shift=id_shift,
+        )
+
+    @cached_property
+    def landmark_number(self) -> IntArray:
+        """(p,) equal for passes of one landmark."""
+        return np.unique(np.array(self.landmark, dtype=str), return_inverse=True)[1]
+
+    @cached_property
+    def place(self) -> ComplexArray:
+        """(p,) complex, metres, where the tracker put each landmark."""
+        return np.asarray(self.camera + self.offset)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """(2p, 2p) of x and y of each :attr:`place`, m^2, from the first pass on."""
+        count = len(self.camera)
+        state = np.zeros((count, count, STATES, STATES))
+        if count:
+            state[0, 0, 2, 2] = SCALE_SIGMA**2
+        here = np.arange(count)
+        carry = transitions(self.camera, here[:-1], here[1:])
+        for k in range(1, count):
+            state[k, :k] = carry[k - 1] @ state[k - 1, :k]
+            state[:k, k] = state[k, :k].transpose(0, 2, 1)
+            state[k, k] = carry[k - 1] @ state[k - 1, k - 1] @ carry[k - 1].T + self.drift[k - 1]
+        sight = np.zeros((count, 2, STATES))
+        sight[:, :, :2] = np.eye(2)
+        sight[:, :, 2] = as_points(self.offset)
+        sight[:, :, 3] = as_points(1j * self.offset)
+        total = np.einsum("pis,prst,rjt->pirj", sight, state, sight).reshape(2 * count, 2 * count)
+        return np.asarray(total + np.diag(np.repeat(self.sighting_m2, 2)))
+
 
 LEFT_OUT_PRICE, AGAIN_PRICE = 24.0, 14.0
 """A pass is left out where that lowers the squared residuals by more than this; by less is enough where another pass of

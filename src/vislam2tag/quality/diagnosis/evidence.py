@@ -1,18 +1,57 @@
-"""All walks of a survey on the places that the survey, and what is taken for wrong in it so far, says."""
+"""All walks of a survey on the places that the survey gives, and a hypothesis: a fault that would explain misfits."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from itertools import pairwise
+from math import log
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
-from vislam2tag.quality.diagnosis.alignment import Alignment, align
-from vislam2tag.quality.diagnosis.laid_way import Way, laid_way
-from vislam2tag.quality.diagnosis.passes import WalkPasses
+from vislam2tag.core.similarity import Similarity2, as_points
+from vislam2tag.quality.diagnosis.alignment import Alignment, WalkPasses, align
+from vislam2tag.quality.diagnosis.record import Fault
+
+
+class Way(NamedTuple):
+    """Where a walk went: ``time_s`` (n,) increasing, from its first frame; ``place`` (n,) complex, metres, in the frame
+    of its passes.
+    """
+
+    time_s: FloatArray
+    place: ComplexArray
+
+
+def laid_way(found: Alignment, way: Way) -> ComplexArray:
+    """A way (n,) on the plan, complex metres; NaN from cut to cut where less than two landmarks say how it lies.
+
+    Between passes it is shifted by what theirs are off, in proportion to the time from either.
+    """
+    walk = found.walk
+    laid = np.full(len(way.place), np.nan + 0j)
+    for first, end in pairwise((0, *sorted(found.cuts), len(walk.camera))):
+        rows = first + np.flatnonzero(found.fits[first:end])
+        if len(np.unique(walk.landmark_number[rows])) < min(2, len(found.cuts) + 1):
+            continue
+        turn, origin = _rigid(walk.place[rows], found.target[rows]) if found.cuts else (found.turn, found.origin)
+        off = found.target[rows] - (origin + turn * walk.place[rows])
+        after = first == 0 or way.time_s >= walk.time_s[first]
+        before = end == len(walk.camera) or way.time_s <= walk.time_s[end - 1]
+        own = np.broadcast_to(after & before, laid.shape)
+        laid[own] = origin + turn * way.place[own] + np.interp(way.time_s[own], walk.time_s[rows], off)
+    return laid
+
+
+def _rigid(place: ComplexArray, target: ComplexArray) -> tuple[complex, complex]:
+    """Turn and origin that bring places (k,) onto their targets, by least squares."""
+    fitted = Similarity2.fit(as_points(place), as_points(target)).a
+    turn = fitted / abs(fitted)
+    return turn, complex(target.mean() - turn * place.mean())
+
 
 WELL_ALIGNED = 0.6
 """Of a walk of which less of its passes fits, no landmark is above suspicion."""
@@ -176,3 +215,54 @@ class Evidence:
                 place, covariance = alignment.predicted(rows)
                 found += [Sight(number, row, place[i], covariance[i]) for i, row in enumerate(rows.tolist())]
         return found
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """``targets`` by number of the walk, in place of those it changes; ``price``: twice the logarithm of how many
+    others like it there are, plus what its own freedom is worth (as in Schwarz's criterion).
+    """
+
+    targets: Mapping[int, ComplexArray]
+    price: float
+    describe: Callable[[Evidence, float], Fault]
+    """Tells it, given the evidence as it is with it, and what it gains."""
+    place: Mapping[Mark, complex] = field(default_factory=dict)
+    """Places of the table that the fault changes for all."""
+    key: tuple[object, ...] = ()
+    """Tells hypotheses apart; a fault that is corrected is not proposed again."""
+
+
+Propose: TypeAlias = Callable[[Evidence], Iterable[Hypothesis]]
+
+
+def choices(count: int) -> float:
+    """Price of choosing one among so many."""
+    return 2 * log(max(count, 1))
+
+
+REASON = "vislam2tag diagnose"
+"""Reason of the entries that diagnosis proposes."""
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as a sentence has them: a, b and c."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+
+
+def told_by_passes(evidence: Evidence, marks: Sequence[Mark]) -> str:
+    """How the walks' other passes speak for the new places of some landmarks, and against those of the table."""
+    from_table, from_new, walks = [], [], set()
+    for mark in marks:
+        for sight in evidence.sights(mark):
+            target = evidence.walks[sight.walk].target[sight.row]
+            if target != evidence.table.place[mark]:
+                from_table.append(abs(sight.place - evidence.table.place[mark]))
+                from_new.append(abs(sight.place - target))
+                walks.add(sight.walk)
+    if not from_table:
+        return "no other landmark of these walks fits without it"
+    return (
+        f"{len(from_table)} passes in {len(walks)} walks put them {np.median(from_new):.1f} m (median) from there and "
+        f"{np.median(from_table):.1f} m from the places that the table gives"
+    )

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from math import inf
 
-from vislam2tag.quality.diagnosis.evidence import Evidence, Mark
-from vislam2tag.quality.diagnosis.faults import displaced, frames, other_floor, swapped
-from vislam2tag.quality.diagnosis.hypothesis import Hypothesis, Propose
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind
-from vislam2tag.quality.diagnosis.turned_table import turned_tables
+import numpy as np
 
-FAULTS: tuple[Propose, ...] = (frames.propose, other_floor.propose, swapped.propose, displaced.propose)
+from vislam2tag.common.judgement import Answer, Judgement, counted, none_mapped
+from vislam2tag.quality.diagnosis.displaced import displaced_landmarks
+from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, Evidence, Hypothesis, Mark, Propose
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.table_faults import changed_tables, exchanged_sheets, walks_on_other_floors
+from vislam2tag.quality.diagnosis.turned_tables import turned_tables
+
+FAULTS: tuple[Propose, ...] = (changed_tables, walks_on_other_floors, exchanged_sheets, displaced_landmarks)
 """In the order of their extent."""
 LEAST_GAIN = 9.0
 """A hypothesis is believed where the squared residuals fall by more than its price and this."""
@@ -67,3 +70,34 @@ def gain_of(evidence: Evidence, hypothesis: Hypothesis, least: float = -inf) -> 
             return least
         gain -= changed.walks[i].alignment.cost
     return gain
+
+
+NO_SESSION = "the survey has no session that is not excluded"
+MIN_FIXES = 3
+"""Known positions of a walk without poses: of fewer the others do not show which one is wrong."""
+_TOO_FEW = f"no walk passes {MIN_OTHERS + 1} surveyed landmarks, and one shows nothing without the others"
+
+
+def judgement_of(evidence: Evidence, sessions: int, failed: int, faults: int, fixes: int = 0) -> Judgement:
+    """The answer of a diagnosis of so many sessions; ``fixes`` are known positions compared in walks without poses."""
+    if not sessions:
+        return Judgement(answer=Answer.NOT_LOOKED_AT, why=NO_SESSION)
+    marks = [known for walk in evidence.walks if len(known := _known(walk.marks, walk.target)) > MIN_OTHERS]
+    judged = {mark for known in marks for mark in known}
+    parts = [f"{counted(len(judged), 'landmark')} in {counted(len(marks), 'walk')}"] if judged else []
+    parts += [counted(fixes, "known position")] if fixes else []
+    if not parts:
+        return Judgement.of(faults, 0, "", none_mapped(sessions) if failed == sessions else _TOO_FEW)
+    return Judgement.of(faults, len(parts), " and ".join(parts), _rest(evidence, judged, failed))
+
+
+def _known(marks: tuple[Mark, ...], target: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> set[Mark]:
+    return {marks[i] for i in np.flatnonzero(np.isfinite(target)).tolist()}
+
+
+def _rest(evidence: Evidence, judged: set[Mark], failed: int) -> str:
+    """What is left out of the answer."""
+    missed = len(evidence.table.place.keys() - judged)
+    parts = [f"{counted(missed, 'landmark')} could not be judged, no walk passes enough others there"] if missed else []
+    parts += [f"{counted(failed, 'session')} cannot be read or mapped"] if failed else []
+    return "; ".join(parts)

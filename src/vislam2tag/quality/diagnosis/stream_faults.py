@@ -1,18 +1,89 @@
-"""Faults that the streams tell: scans delivered again, and walks that lie in another device's folder."""
+"""Faults of streams, seen without geometry: clocks, repeated scans, sessions in another device's folder.
+
+The clock of the inertial sensors may be off that of the poses by any amount: both see the same turns. The lag of pose
+stamps, at most half a second, is another thing (:mod:`vislam2tag.core.pose_lag`).
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
 
 import numpy as np
+import polars as pl
 
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.clock_alignment import LEAST_MARGIN, best_shift, comparable, resampled
+from vislam2tag.core.orientation import turns_rad
+from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.quality.diagnosis.evidence import REASON, listed
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
-from vislam2tag.quality.diagnosis.streams import StreamSigns
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
-from vislam2tag.quality.diagnosis.words import REASON, listed
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.repeated_scans import repeated_scans
+from vislam2tag.sessions.tables.sensor_table import readings_of
+from vislam2tag.survey.corrections.file import session_start
 from vislam2tag.survey.model import SessionKey
+
+LEAST_CORRELATION = 0.7
+"""Below this the two do not describe the same motion: they are of one phone."""
+FEWEST_SAMPLES = 200
+FASTEST_RAD_PER_S = 20.0
+
+
+def sensor_clock_offset_s(camera: CameraTrack, sensors: pl.DataFrame) -> float | None:
+    """What to add to the sensors' times (a session's table), seconds; None where the turns do not tell."""
+    usable = camera.usable
+    time_ns, orientation = camera.time_ns[usable], camera.orientation_acs[usable]
+    gyro_ns, turning = readings_of(sensors, "GYRO", ("v1", "v2", "v3"))
+    if len(time_ns) < FEWEST_SAMPLES or len(gyro_ns) < FEWEST_SAMPLES:
+        return None
+    if not comparable(time_ns, gyro_ns):
+        return None
+    frame_speed = turns_rad(orientation) / np.maximum(np.diff(time_ns) * 1e-9, 1e-6)
+    seen = resampled(time_ns[1:], _capped(frame_speed))
+    felt = resampled(gyro_ns, _capped(np.linalg.norm(turning, axis=1)))
+    found = best_shift(seen, felt)
+    if found.correlation < LEAST_CORRELATION or found.correlation - found.other < LEAST_MARGIN:
+        return None
+    return found.shift_s + float(time_ns[1] - gyro_ns[0]) * 1e-9
+
+
+def _capped(speed: FloatArray) -> FloatArray:
+    return np.clip(np.nan_to_num(speed), 0.0, FASTEST_RAD_PER_S)
+
+
+_EPOCH = datetime(1970, 1, 1)
+
+
+@dataclass(frozen=True)
+class StreamSigns:
+    """``switched_on_s``: when the phone was started, Unix seconds of its own wall clock, None where the session's name
+    is no time; ``scans`` and how many of them repeat the one before; ``sensor_offset_s``: what to add to the times of
+    the inertial sensors so that they turn as the poses do, ``wifi`` to those of the scans so that they hear what others
+    heard there (:mod:`vislam2tag.quality.diagnosis.wifi_clock`), None where that cannot be told.
+    """
+
+    switched_on_s: float | None
+    scans: int
+    repeated: int
+    sensor_offset_s: float | None = None
+    wifi: ClockOffset | None = None
+
+
+def stream_signs(session: Session) -> StreamSigns:
+    """Look for signs in a session's tables."""
+    usable_ns = session.camera.time_ns[session.camera.usable]
+    start = session_start(session.key.session)
+    switched_on_s = None
+    if start is not None and len(usable_ns):
+        switched_on_s = (start - _EPOCH).total_seconds() - float(usable_ns[0]) * 1e-9
+    wifi = session.tables["wifi"]
+    offset_s = sensor_clock_offset_s(session.camera, session.tables["sensors"])
+    return StreamSigns(switched_on_s, wifi["scan"].n_unique(), len(repeated_scans(wifi)), offset_s)
+
 
 SAME_START_S = 120.0
 """Walks of one phone that was not restarted between them agree on when it was started within this."""

@@ -17,8 +17,7 @@ from scipy.ndimage import gaussian_filter
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.limits import MAX_LEVEL_CELLS
-from vislam2tag.quality.diagnosis.evidence import Evidence
-from vislam2tag.quality.diagnosis.laid_way import Way
+from vislam2tag.quality.diagnosis.evidence import Evidence, Way
 from vislam2tag.survey.model import SessionKey
 
 CELL_M = 1.0

@@ -15,7 +15,6 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
-from vislam2tag.quality.evaluation.point_errors import STRIDE_S, PointErrors, TruthKind, heading_of, walking_velocity
 from vislam2tag.quality.evaluation.record import (
     DenseFigures,
     DenseRow,
@@ -24,7 +23,15 @@ from vislam2tag.quality.evaluation.record import (
     RelativeErrorSums,
     SessionEvaluation,
 )
-from vislam2tag.quality.evaluation.truth import MAX_GAP_S, Truth
+from vislam2tag.quality.evaluation.truth import (
+    MAX_GAP_S,
+    STRIDE_S,
+    PointErrors,
+    Truth,
+    TruthKind,
+    heading_of,
+    walking_velocity,
+)
 
 DISTANCES_M = (1.0, 5.0, 10.0, 50.0)
 """Ways over which the error of the displacement is taken."""

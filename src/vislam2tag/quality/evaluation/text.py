@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
-from vislam2tag.quality.evaluation.metrics import DIRECTED, FIGURES
-from vislam2tag.quality.evaluation.pooling import ALL, OVER_WALKS
+from vislam2tag.quality.evaluation.metrics import ALL, DIRECTED, FIGURES, OVER_WALKS
 from vislam2tag.quality.evaluation.record import DenseRow, ErrorRow, FigureWithInterval, SessionEvaluation
 
 _ROW_KEYS = ("truth", "method", "strategy", "group", "selection", "over", "walks", "points")

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.core.cell_grid import around_most
-from vislam2tag.quality.self_check.gain_map import Cell, GainMap
-from vislam2tag.quality.self_check.landmark_gain import CELL_M
-from vislam2tag.quality.self_check.record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
+from vislam2tag.quality.landmark_gain import CELL_M, Cell, GainMap
+from vislam2tag.quality.self_check_record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.report.floor_map.arrows import arrow_line
 from vislam2tag.report.floor_map.figures import colour_bar, site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text, walk_to_fill

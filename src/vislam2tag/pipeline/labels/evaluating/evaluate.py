@@ -32,9 +32,9 @@ from vislam2tag.pipeline.run.selection import (
 )
 from vislam2tag.pipeline.run.store import OutputFolder, claim, without_sessions
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.quality.evaluation.control_points.odd_points import judgement_of_points, odd_points
 from vislam2tag.quality.evaluation.dense import dense_rows, survey_drift
-from vislam2tag.quality.evaluation.pooling import table_rows
+from vislam2tag.quality.evaluation.metrics import table_rows
+from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_points
 from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.quality.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.quality.evaluation.trajectory_files import READERS

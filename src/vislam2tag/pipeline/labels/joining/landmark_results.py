@@ -14,7 +14,7 @@ from vislam2tag.landmark_survey.landmark_map import LandmarkMap
 from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
 from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
 from vislam2tag.pipeline.labels.joining.odd_references import references
-from vislam2tag.quality.diagnosis.references import References
+from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
 
 SAME_PLACE_M = 0.5

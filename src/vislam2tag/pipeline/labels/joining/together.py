@@ -32,7 +32,7 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import (
 from vislam2tag.pipeline.labels.joining.odd_references import references
 from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
-from vislam2tag.quality.diagnosis.references import References
+from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
