@@ -21,10 +21,10 @@ from vislam2tag.quality.evaluation.truth import (
     residuals_at_truth,
 )
 from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate, simulated_floor, walk_and_track
-from vislam2tag.simulation.walking.sampling import position_at
 from vislam2tag.survey.model import Survey
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"

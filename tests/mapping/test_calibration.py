@@ -15,9 +15,9 @@ from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.quality.evaluation.reliability import region_probability
+from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulated_floor, walk_and_track
-from vislam2tag.simulation.walking.sampling import position_at
 
 SURVEY_SIGMA_M = 0.02
 FAULTY = ("mild", "default", "severe")

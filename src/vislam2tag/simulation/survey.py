@@ -15,33 +15,35 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
+from vislam2tag.simulation.beacons import Beacons, make_beacons, simulate_ble
+from vislam2tag.simulation.building import STATION_LANDMARKS, draw_plan
 from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
+from vislam2tag.simulation.floor_tour import floor_tour_from, seen_from_first
+from vislam2tag.simulation.imu import ImuSettings, simulate_imu, with_pressure
 from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
+from vislam2tag.simulation.phone_log import phone_log, phone_text, session_name
+from vislam2tag.simulation.phone_script import phone_script
+from vislam2tag.simulation.phones import SimulatedSession, make_device, simulate_fixes, simulate_presses
+from vislam2tag.simulation.radio import (
+    RadioEnvironment,
+    RadioSettings,
+    make_radio_environment,
+    simulate_ranges,
+    simulate_wifi,
+)
+from vislam2tag.simulation.raw_files import PAPER_NAMES, PUBLISHED_NAMES, session_text, site_text, station_table
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
-from vislam2tag.simulation.sensors.beacons import Beacons, make_beacons, simulate_ble
-from vislam2tag.simulation.sensors.devices import make_device, simulate_presses
-from vislam2tag.simulation.sensors.fixes import simulate_fixes
-from vislam2tag.simulation.sensors.imu import ImuSettings, simulate_imu, with_pressure
-from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
-from vislam2tag.simulation.sensors.ranges import simulate_ranges
-from vislam2tag.simulation.sensors.station import (
+from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.station import (
     StationSettings,
     StationSetup,
     place_station,
     shoot_points,
     simulate_station,
 )
-from vislam2tag.simulation.settings import stream
-from vislam2tag.simulation.tracking.tracker import track
-from vislam2tag.simulation.walking.floor_tour import floor_tour_from, seen_from_first
-from vislam2tag.simulation.walking.walk import make_walk
-from vislam2tag.simulation.writing.phone_log import phone_log, phone_text, session_name
-from vislam2tag.simulation.writing.phone_script import phone_script
-from vislam2tag.simulation.writing.session import SimulatedSession
-from vislam2tag.simulation.writing.site_files import site_text
-from vislam2tag.simulation.writing.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
-from vislam2tag.simulation.writing.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
+from vislam2tag.simulation.tracker import track
+from vislam2tag.simulation.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
+from vislam2tag.simulation.walk import make_walk
 from vislam2tag.survey.model import SessionKey
 
 STALE_SHARE = 0.04
@@ -66,7 +68,7 @@ class WritingOptions:
     paper_names: bool = False
     """CameraPose.csv, LandmarkPose.csv, Sensors.csv and WiFi.csv instead of the published names."""
     traps: frozenset[str] = frozenset()
-    """Names of :data:`~vislam2tag.simulation.writing.traps.TRAP_FINDINGS`; each holds for the whole survey."""
+    """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each holds for the whole survey."""
     columns: frozenset[SiteColumn] = frozenset()
     """Optional columns of the site's files."""
     layout: SessionLayout = SessionLayout.PUBLISHED
@@ -174,7 +176,7 @@ def _write_site(scenario: Scenario, out: Folder, options: WritingOptions) -> Non
     presses = any(planned.presses for planned in scenario.sessions)
     files = site_text(building, presses, options.columns, scenario.place_seed)
     if scenario.site is not None:
-        from vislam2tag.simulation.building.site_survey import copied_site_files
+        from vislam2tag.simulation.site_building import copied_site_files
 
         files = copied_site_files(Path(scenario.site), building, files)
     files["simulation.json"] = _description(scenario, options)

@@ -16,8 +16,8 @@ from vislam2tag.quality.evaluation.press_truth import nearest_point_errors, pres
 from vislam2tag.quality.evaluation.reliability import Verdict, reduce_errors, reliability_curve, verdict
 from vislam2tag.quality.evaluation.truth import Truth, residuals_at_presses, residuals_at_truth
 from vislam2tag.simulation.model import TrueWalk
+from vislam2tag.simulation.phones import PressTiming, simulate_presses
 from vislam2tag.simulation.scenario import paper_evaluation
-from vislam2tag.simulation.sensors.devices import PressTiming, simulate_presses
 from vislam2tag.simulation.survey import simulated_floor, walk_and_track
 
 HAND = PressTiming(lead_s=0.3, scatter_s=0.3)
