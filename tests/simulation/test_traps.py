@@ -80,23 +80,8 @@ def test_traps_hold_for_every_session(tmp_path: Path) -> None:
 def test_traps_take_a_session_in_which_nothing_was_seen() -> None:
     session = sessions_of("clean")[0]
     log, wifi = session.tracker.landmarks, session.wifi
-    nothing = np.zeros(len(log.frame), dtype=np.bool_)
-    unseen = replace(
-        log,
-        ids=(),
-        landmark=log.landmark[nothing],
-        frame=log.frame[nothing],
-        position_acs=log.position_acs[nothing],
-        orientation_acs=log.orientation_acs[nothing],
-        lost=log.lost[nothing],
-    )
-    unheard = replace(
-        wifi,
-        scan=wifi.scan[:0],
-        time_us=wifi.time_us[:0],
-        access_point=wifi.access_point[:0],
-        rss_dbm=wifi.rss_dbm[:0],
-    )
+    unseen = log.rows_kept(np.zeros(len(log.landmark), dtype=bool))
+    unheard = wifi.rows(np.empty(0, dtype=np.int64))
     empty = replace(session, tracker=replace(session.tracker, landmarks=unseen), wifi=unheard)
     for trap in TRAP_FINDINGS:
         text = trap_text(session_text(trap_tables(empty, frozenset({trap}))), frozenset({trap}))

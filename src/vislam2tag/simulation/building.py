@@ -131,8 +131,7 @@ def _turn_distance(points: FloatArray, start: FloatArray, stop: FloatArray, corr
     at = start[1 - axis]
     meets = (across[:, 0, 1 - axis] <= at + 1e-6) & (across[:, 1, 1 - axis] >= at - 1e-6)
     crossings = across[meets, 0, axis]
-    distance: FloatArray = np.abs(points[:, axis, None] - crossings).min(axis=1)
-    return distance
+    return np.asarray(np.abs(points[:, axis, None] - crossings).min(axis=1))
 
 
 def _clear_of_openings(points: FloatArray, walls: FloatArray, margin_m: float = 0.3) -> FloatArray:
@@ -143,8 +142,7 @@ def _clear_of_openings(points: FloatArray, walls: FloatArray, margin_m: float = 
     offset = points[:, None] - start
     along = np.einsum("pwk,wk->pw", offset, unit)
     across = np.abs(offset[..., 0] * unit[:, 1] - offset[..., 1] * unit[:, 0])
-    on_wall: FloatArray = ((across < 0.01) & (along > margin_m) & (along < length - margin_m)).any(axis=1)
-    return on_wall
+    return np.asarray(((across < 0.01) & (along > margin_m) & (along < length - margin_m)).any(axis=1))
 
 
 def longest_corridor(corridors: FloatArray) -> int:

@@ -86,8 +86,7 @@ def _sample_times_ns(walk: TrueWalk, settings: ImuSettings, rng: np.random.Gener
     duration_s = (walk.time_ns[-1] - walk.time_ns[0]) / 1e9
     seconds = np.arange(rng.uniform(0.1, 0.9) * period_s, duration_s - period_s, period_s)
     jitter = np.clip(rng.normal(0, settings.jitter_s, len(seconds)), -0.05 * period_s, 0.05 * period_s)
-    time_ns: IntArray = walk.time_ns[0] + ((seconds + jitter) * 1e9).astype(np.int64)
-    return time_ns
+    return np.asarray(walk.time_ns[0] + ((seconds + jitter) * 1e9).astype(np.int64))
 
 
 def _specific_force(walk: TrueWalk, time_ns: IntArray, settings: ImuSettings, rng: np.random.Generator) -> FloatArray:
@@ -157,8 +156,7 @@ def _turned(orientation: FloatArray, angle_rad: FloatArray) -> FloatArray:
     zeros = np.zeros_like(angle_rad)
     about_z = np.column_stack((zeros, zeros, np.sin(angle_rad / 2), np.cos(angle_rad / 2)))
     turned = multiply(about_z, orientation)
-    signed: FloatArray = np.where(turned[:, 3:] < 0, -turned, turned)
-    return signed
+    return np.asarray(np.where(turned[:, 3:] < 0, -turned, turned))
 
 
 def _in_body(walk: TrueWalk, vectors_bcs: FloatArray, time_ns: IntArray) -> FloatArray:
@@ -166,8 +164,7 @@ def _in_body(walk: TrueWalk, vectors_bcs: FloatArray, time_ns: IntArray) -> Floa
     orientation = orientation_at(walk, time_ns)
     vector = blend_at(walk, vectors_bcs, time_ns)
     pure = np.column_stack((vector, np.zeros(len(vector))))
-    rotated: FloatArray = multiply(multiply(_conjugate(orientation), pure), orientation)[:, :3]
-    return rotated
+    return np.asarray(multiply(multiply(_conjugate(orientation), pure), orientation)[:, :3])
 
 
 def _conjugate(quaternion: FloatArray) -> FloatArray:

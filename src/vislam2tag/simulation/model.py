@@ -174,8 +174,7 @@ def orientation_at(walk: TrueWalk, time_ns: IntArray) -> FloatArray:
     """Unit quaternions (k, 4), (x, y, z, w), body to BCS, at boot-clock times (k,)."""
     continuous = walk.orientation * continuous_signs(walk.orientation)[:, None]
     blended = blend_at(walk, continuous, time_ns)
-    unit: FloatArray = blended / np.linalg.norm(blended, axis=1, keepdims=True)
-    return unit
+    return np.asarray(blended / np.linalg.norm(blended, axis=1, keepdims=True))
 
 
 def continuous_signs(orientation: FloatArray) -> FloatArray:
@@ -190,8 +189,7 @@ def floor_at(walk: TrueWalk, time_ns: IntArray) -> IntArray:
     if not len(walk.floor_at):
         return np.full(len(time_ns), walk.floor, dtype=np.int64)
     place = np.rint((time_ns - walk.time_ns[0]) * (walk.rate_hz / 1e9)).astype(np.int64)
-    floor: IntArray = walk.floor_at[place.clip(0, len(walk.floor_at) - 1)]
-    return floor
+    return np.asarray(walk.floor_at[place.clip(0, len(walk.floor_at) - 1)])
 
 
 def blend_at(walk: TrueWalk, samples: FloatArray, time_ns: IntArray) -> FloatArray:
@@ -199,8 +197,7 @@ def blend_at(walk: TrueWalk, samples: FloatArray, time_ns: IntArray) -> FloatArr
     place = np.clip((time_ns - walk.time_ns[0]) * (walk.rate_hz / 1e9), 0, len(walk.time_ns) - 1)
     before = np.minimum(place.astype(np.int64), len(walk.time_ns) - 2)
     share = (place - before)[:, None]
-    blended: FloatArray = samples[before] * (1 - share) + samples[before + 1] * share
-    return blended
+    return np.asarray(samples[before] * (1 - share) + samples[before + 1] * share)
 
 
 _LINES_AT_ONCE = 4096
@@ -220,8 +217,7 @@ def _crossing(start: FloatArray, end: FloatArray, walls: FloatArray) -> BoolArra
     lines, wall_lines = _implicit(start, end), _implicit(walls[:, 0], walls[:, 1])
     ends_apart = (_homogeneous(start) @ wall_lines.T) * (_homogeneous(end) @ wall_lines.T) < 0
     walls_apart = (lines @ _homogeneous(walls[:, 0]).T) * (lines @ _homogeneous(walls[:, 1]).T) < 0
-    mask: BoolArray = ends_apart & walls_apart
-    return mask
+    return np.asarray(ends_apart & walls_apart)
 
 
 def _implicit(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -250,8 +246,7 @@ class SmoothFields:
     def at(self, position: FloatArray, index: IntArray) -> FloatArray:
         """Value (k,) of field ``index`` (k,) at each position (k, 3), metres."""
         angle = np.einsum("kmd,kd->km", self.wave[index], position) + self.phase[index]
-        value: FloatArray = self.sigma * np.sqrt(2 / TERMS) * np.cos(angle).sum(axis=1)
-        return value
+        return np.asarray(self.sigma * np.sqrt(2 / TERMS) * np.cos(angle).sum(axis=1))
 
 
 def make_fields(streams: list[np.random.Generator], sigma: float, length_m: float) -> SmoothFields:

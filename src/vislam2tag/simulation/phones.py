@@ -40,8 +40,7 @@ def simulate_presses(walk: TrueWalk, hand: PressTiming, rng: np.random.Generator
     """Return the times (p,) of the presses, boot-clock ns, in order and inside the walk."""
     error_s = rng.normal(-hand.lead_s, hand.scatter_s, len(walk.presses_ns))
     pressed = walk.presses_ns + (error_s * 1e9).astype(np.int64)
-    inside: IntArray = np.sort(np.clip(pressed, walk.time_ns[0], walk.time_ns[-1]))
-    return inside
+    return np.asarray(np.sort(np.clip(pressed, walk.time_ns[0], walk.time_ns[-1])))
 
 
 DEVICE_NAMES = ("LG", "OnePlus", "Galaxy", "S20")

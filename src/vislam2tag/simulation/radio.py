@@ -81,6 +81,10 @@ class WifiLog:
     access_point: IntArray
     rss_dbm: IntArray
 
+    def rows(self, index: IntArray) -> WifiLog:
+        """These rows (j,)."""
+        return WifiLog(self.scan[index], self.time_us[index], self.access_point[index], self.rss_dbm[index])
+
 
 def make_radio_environment(building: SimulatedBuilding, settings: RadioSettings, seed: int) -> RadioEnvironment:
     """Fix the shadowing of each access point by the seed and its BSSID."""
@@ -108,8 +112,7 @@ def mean_rss_dbm(
     walls = count_crossings(point[near, :2], environment.ap_position[chosen, :2], here.walls)
     rss[near] -= settings.wall_loss_db * np.minimum(walls, settings.most_walls)
     rss[near] += environment.shadowing.at(point[near], chosen)
-    reached: FloatArray = np.where(near, rss, -np.inf)
-    return reached
+    return np.asarray(np.where(near, rss, -np.inf))
 
 
 def _open_loss_db(environment: RadioEnvironment, floor: int, point: FloatArray, access_point: IntArray) -> FloatArray:
@@ -118,8 +121,7 @@ def _open_loss_db(environment: RadioEnvironment, floor: int, point: FloatArray, 
     distance = np.linalg.norm(point - environment.ap_position[access_point], axis=1)
     storeys = np.abs(_rank(building, building.ap_floor)[access_point] - _rank(building, np.array([floor])))
     path_loss = 10 * settings.path_loss_exponent * np.log10(np.maximum(distance, 1.0))
-    loss: FloatArray = path_loss + settings.floor_loss_db * storeys
-    return loss
+    return np.asarray(path_loss + settings.floor_loss_db * storeys)
 
 
 def _rank(building: SimulatedBuilding, floors: IntArray) -> IntArray:
@@ -178,8 +180,7 @@ def _reading_times_us(environment: RadioEnvironment, walk: TrueWalk, rng: np.ran
     share = rank / max(len(channels) - 1, 1)
     beacon_s = rng.uniform(0, 0.08, (len(starts), len(rank)))
     seconds = starts[:, None] + settings.sweep_s * share + beacon_s
-    microseconds: IntArray = walk.time_ns[0] // 1000 + (seconds * 1e6).astype(np.int64)
-    return microseconds
+    return np.asarray(walk.time_ns[0] // 1000 + (seconds * 1e6).astype(np.int64))
 
 
 def _in_file_order(
@@ -260,5 +261,4 @@ def _distance_m(environment: RadioEnvironment, walk: TrueWalk, time_ns: IntArray
     """Distances (k,) at boot-clock times (k,) to access points (k,)."""
     here = next(floor for floor in environment.building.floors if floor.number == walk.floor)
     phone = position_at(walk, time_ns) + np.array((0.0, 0.0, here.elevation_m))
-    distance: FloatArray = np.linalg.norm(phone - environment.ap_position[point], axis=1)
-    return distance
+    return np.asarray(np.linalg.norm(phone - environment.ap_position[point], axis=1))

@@ -114,8 +114,7 @@ def _kept_inside(offset: FloatArray, centre: FloatArray, normal: FloatArray, spa
 
 def sample_at(arc_m: FloatArray, samples: int) -> IntArray:
     """Sample (k,) of a path of so many samples at each arc length (k,), metres."""
-    sample: IntArray = (arc_m / STEP_M).astype(np.int64).clip(0, samples - 1)
-    return sample
+    return np.asarray((arc_m / STEP_M).astype(np.int64).clip(0, samples - 1))
 
 
 def wander(
@@ -223,8 +222,7 @@ def _normals(centre: FloatArray) -> FloatArray:
     """Unit vectors (p, 2) to the left of the path."""
     tangent = np.gradient(centre, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True).clip(1e-9)
-    normals: FloatArray = np.column_stack((-tangent[:, 1], tangent[:, 0]))
-    return normals
+    return np.asarray(np.column_stack((-tangent[:, 1], tangent[:, 0])))
 
 
 def _sway(arc: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
@@ -234,8 +232,7 @@ def _sway(arc: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> 
     knots = np.arange(0.0, arc[-1] + 8.0, 4.0)
     straight = settings.control_points or settings.straight_corridor
     keep, spread = float(rng.uniform(*KEEP_RIGHT_M)), 0.08 if straight else 0.15
-    wander: FloatArray = np.interp(arc, knots, rng.normal(-keep, spread, len(knots)))
-    return wander
+    return np.asarray(np.interp(arc, knots, rng.normal(-keep, spread, len(knots))))
 
 
 def _door_squeeze(entered: FloatArray, arc: FloatArray) -> FloatArray:
@@ -243,8 +240,7 @@ def _door_squeeze(entered: FloatArray, arc: FloatArray) -> FloatArray:
     marks = np.concatenate(([-np.inf], entered, [np.inf]))
     right = np.searchsorted(marks, arc)
     nearest = np.minimum(arc - marks[right - 1], marks[right] - arc)
-    factor: FloatArray = ((nearest - 4.2) / 1.5).clip(0, 1)
-    return factor
+    return np.asarray(((nearest - 4.2) / 1.5).clip(0, 1))
 
 
 def _approach(

@@ -35,8 +35,7 @@ class StationSetup:
     def local(self, position_bcs: FloatArray) -> FloatArray:
         """BCS points (k, 2) in the station's frame."""
         cos, sin = np.cos(self.heading_rad), np.sin(self.heading_rad)
-        turned: FloatArray = (position_bcs - self.position_bcs) @ np.array(((cos, sin), (-sin, cos))).T
-        return turned
+        return np.asarray((position_bcs - self.position_bcs) @ np.array(((cos, sin), (-sin, cos))).T)
 
 
 @dataclass(frozen=True)
@@ -63,8 +62,7 @@ def _distance_to_segment(points: FloatArray, segment: FloatArray) -> FloatArray:
     """Distance (k,) of points (k, 2) from a segment (2, 2), metres."""
     along = segment[1] - segment[0]
     share = np.clip((points - segment[0]) @ along / max(float(along @ along), 1e-12), 0, 1)
-    distance: FloatArray = np.linalg.norm(points - segment[0] - share[:, None] * along, axis=1)
-    return distance
+    return np.asarray(np.linalg.norm(points - segment[0] - share[:, None] * along, axis=1))
 
 
 def simulate_station(
@@ -85,8 +83,7 @@ def shoot_points(
     setup: StationSetup, points_bcs: FloatArray, settings: StationSettings, rng: np.random.Generator
 ) -> FloatArray:
     """Single shots of fixed points (k, 2): their measured places in the station's frame, metres."""
-    shots: FloatArray = setup.local(points_bcs) + rng.normal(0, settings.noise_m, points_bcs.shape)
-    return shots
+    return np.asarray(setup.local(points_bcs) + rng.normal(0, settings.noise_m, points_bcs.shape))
 
 
 def _blocked(time_ns: IntArray, settings: StationSettings, rng: np.random.Generator) -> BoolArray:
@@ -95,5 +92,4 @@ def _blocked(time_ns: IntArray, settings: StationSettings, rng: np.random.Genera
     starts = rng.uniform(0, duration_s, rng.poisson(settings.blocked_share * duration_s / settings.blocked_s))
     seconds = (time_ns - time_ns[0]) / 1e9
     since = seconds[:, None] - starts
-    mask: BoolArray = np.any((since >= 0) & (since < settings.blocked_s), axis=1)
-    return mask
+    return np.asarray(np.any((since >= 0) & (since < settings.blocked_s), axis=1))

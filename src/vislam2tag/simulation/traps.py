@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import cycle
+from typing import TypeAlias
 
 import numpy as np
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.simulation.choices import TRAP_FINDINGS
 from vislam2tag.simulation.model import TrackerLog
@@ -28,143 +29,126 @@ RAISED_M = 2.5
 UNLISTED_ID = "9999"
 
 
+_InTables: TypeAlias = Callable[[SimulatedSession], SimulatedSession]
+_InText: TypeAlias = Callable[[bytes], bytes | None]
+"""What a trap makes of a file; None: the file is missing."""
+
+
 def _other_clock(session: SimulatedSession) -> SimulatedSession:
     return replace(session, imu=replace(session.imu, time_ns=session.imu.time_ns + OTHER_BASE_NS))
 
 
-def _stale_wifi(session: SimulatedSession) -> SimulatedSession:
+def _non_finite(session: SimulatedSession) -> SimulatedSession:
+    """A few frames and sensor rows have a value that is no number, or infinite."""
+    position, values = session.tracker.position_acs.copy(), session.imu.values.copy()
+    position[len(position) // 3 :: 400, 0] = np.nan
+    values[100::5000, 0] = np.inf
+    tracker = replace(session.tracker, position_acs=position)
+    return replace(session, tracker=tracker, imu=replace(session.imu, values=values))
+
+
+def _in_wifi(change: Callable[[WifiLog], WifiLog]) -> _InTables:
+    return lambda session: replace(session, wifi=change(session.wifi))
+
+
+def _stale_wifi(wifi: WifiLog) -> WifiLog:
     """Every fifth row comes again in the next scan."""
-    wifi = session.wifi
     again = np.flatnonzero(wifi.scan < wifi.scan.max(initial=0))[::5]
     source = np.concatenate((np.arange(len(wifi.scan)), again))
     scan = np.concatenate((wifi.scan, wifi.scan[again] + 1))
     order = np.argsort(scan, kind="stable")
-    return replace(session, wifi=replace(_wifi_rows(wifi, source[order]), scan=scan[order]))
+    return replace(wifi.rows(source[order]), scan=scan[order])
 
 
-def _scan_throttling(session: SimulatedSession) -> SimulatedSession:
-    wifi = session.wifi
-    kept = np.flatnonzero((wifi.scan - wifi.scan[:1]) % SCANS_SKIPPED == 0)
-    return replace(session, wifi=_wifi_rows(wifi, kept))
+def _scan_throttling(wifi: WifiLog) -> WifiLog:
+    return wifi.rows(np.flatnonzero((wifi.scan - wifi.scan[:1]) % SCANS_SKIPPED == 0))
 
 
-def _wifi_rows(wifi: WifiLog, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> WifiLog:
-    return WifiLog(wifi.scan[rows], wifi.time_us[rows], wifi.access_point[rows], wifi.rss_dbm[rows])
+def _in_tracker(change: Callable[[TrackerLog], TrackerLog]) -> _InTables:
+    return lambda session: replace(session, tracker=change(session.tracker))
 
 
-def _tracking_lost(session: SimulatedSession) -> SimulatedSession:
+def _in_landmarks(change: Callable[[LandmarkLog], LandmarkLog]) -> _InTables:
+    return _in_tracker(lambda tracker: replace(tracker, landmarks=change(tracker.landmarks)))
+
+
+def _tracking_lost(tracker: TrackerLog) -> TrackerLog:
     """All landmarks take the camera's pose for a while in the middle of the walk."""
-    tracker = session.tracker
     log = tracker.landmarks
-    start_ns = tracker.time_ns[len(tracker.time_ns) // 2]
-    since_s = (tracker.time_ns[log.frame] - start_ns) / 1e9
+    since_s = _since_middle_s(tracker)[log.frame]
     lost = (since_s >= 0) & (since_s < LOST_S)
-    log = replace(
+    gone = replace(
         log,
         position_acs=np.where(lost[:, None], tracker.position_acs[log.frame], log.position_acs),
         orientation_acs=np.where(lost[:, None], tracker.orientation_acs[log.frame], log.orientation_acs),
         lost=log.lost | lost,
     )
-    return _with_tracker(session, replace(tracker, landmarks=log))
+    return replace(tracker, landmarks=gone)
 
 
-def _unknown_landmark(session: SimulatedSession) -> SimulatedSession:
+def _unknown_landmark(log: LandmarkLog) -> LandmarkLog:
     """The landmark seen last bears an id that marker_dict.csv does not list."""
-    log = session.tracker.landmarks
-    return _with_landmarks(session, replace(log, ids=(*log.ids[:-1], UNLISTED_ID)))
+    return replace(log, ids=(*log.ids[:-1], UNLISTED_ID))
 
 
-def _high_landmark(session: SimulatedSession) -> SimulatedSession:
+def _high_landmark(log: LandmarkLog) -> LandmarkLog:
     """The landmark seen last hangs far above the camera."""
-    log = session.tracker.landmarks
     raised = (log.landmark == len(log.ids) - 1) & ~log.lost
-    position = log.position_acs + np.outer(raised, (0.0, RAISED_M, 0.0))
-    return _with_landmarks(session, replace(log, position_acs=position))
+    return replace(log, position_acs=log.position_acs + np.outer(raised, (0.0, RAISED_M, 0.0)))
 
 
-def _few_landmarks(session: SimulatedSession) -> SimulatedSession:
-    log = session.tracker.landmarks
-    return _with_landmarks(session, _landmark_rows(log, log.landmark == 0))
+def _few_landmarks(log: LandmarkLog) -> LandmarkLog:
+    return log.rows_kept(log.landmark == 0)
 
 
-def _frame_gap(session: SimulatedSession) -> SimulatedSession:
-    time_ns = session.tracker.time_ns
-    since_s = (time_ns - time_ns[len(time_ns) // 2]) / 1e9
-    return _with_tracker(session, _frames(session.tracker, (since_s < 0) | (since_s >= GAP_S)))
+def _frame_gap(tracker: TrackerLog) -> TrackerLog:
+    since_s = _since_middle_s(tracker)
+    return _frames_kept(tracker, (since_s < 0) | (since_s >= GAP_S))
 
 
-def _known_from_start(session: SimulatedSession) -> SimulatedSession:
-    frames = np.arange(len(session.tracker.time_ns))
-    first = int(np.argmax(np.isin(frames, session.tracker.landmarks.frame)))
-    return _with_tracker(session, _frames(session.tracker, frames >= first))
+def _since_middle_s(tracker: TrackerLog) -> FloatArray:
+    """Seconds (f,) since the frame in the middle of the walk."""
+    return np.asarray((tracker.time_ns - tracker.time_ns[len(tracker.time_ns) // 2]) / 1e9)
 
 
-def _pose_lag(session: SimulatedSession) -> SimulatedSession:
-    tracker = session.tracker
-    return _with_tracker(session, replace(tracker, time_ns=tracker.time_ns + int(POSE_LAG_S * 1e9)))
+def _known_from_start(tracker: TrackerLog) -> TrackerLog:
+    frames = np.arange(len(tracker.time_ns))
+    first = int(np.argmax(np.isin(frames, tracker.landmarks.frame)))
+    return _frames_kept(tracker, frames >= first)
 
 
-def _non_finite(session: SimulatedSession) -> SimulatedSession:
-    """A few frames and sensor rows hold a value that is no number, or infinite."""
-    position, values = session.tracker.position_acs.copy(), session.imu.values.copy()
-    position[len(position) // 3 :: 400, 0] = np.nan
-    values[100::5000, 0] = np.inf
-    spoilt = replace(session, imu=replace(session.imu, values=values))
-    return _with_tracker(spoilt, replace(session.tracker, position_acs=position))
-
-
-def _frames(tracker: TrackerLog, kept: BoolArray) -> TrackerLog:
+def _frames_kept(tracker: TrackerLog, kept: BoolArray) -> TrackerLog:
     """Keep the frames of a mask (f,) and their landmark rows."""
-    rows = _landmark_rows(tracker.landmarks, kept[tracker.landmarks.frame])
-    new_frame = np.cumsum(kept) - 1
+    rows = tracker.landmarks.rows_kept(kept[tracker.landmarks.frame])
     return TrackerLog(
         time_ns=tracker.time_ns[kept],
         exposure_ns=tracker.exposure_ns[kept],
         position_acs=tracker.position_acs[kept],
         orientation_acs=tracker.orientation_acs[kept],
-        landmarks=replace(rows, frame=new_frame[rows.frame]),
+        landmarks=replace(rows, frame=(np.cumsum(kept) - 1)[rows.frame]),
         events=tracker.events,
     )
 
 
-def _landmark_rows(log: LandmarkLog, kept: BoolArray) -> LandmarkLog:
-    """Keep the rows of a mask (k,)."""
-    return replace(
-        log,
-        landmark=log.landmark[kept],
-        frame=log.frame[kept],
-        position_acs=log.position_acs[kept],
-        orientation_acs=log.orientation_acs[kept],
-        lost=log.lost[kept],
-    )
+def _pose_lag(tracker: TrackerLog) -> TrackerLog:
+    return replace(tracker, time_ns=tracker.time_ns + int(POSE_LAG_S * 1e9))
 
 
-def _with_tracker(session: SimulatedSession, tracker: TrackerLog) -> SimulatedSession:
-    return replace(session, tracker=tracker)
-
-
-def _with_landmarks(session: SimulatedSession, log: LandmarkLog) -> SimulatedSession:
-    return replace(session, tracker=replace(session.tracker, landmarks=log))
-
-
-TABLE_TRAPS: dict[str, Callable[[SimulatedSession], SimulatedSession]] = {
+TABLE_TRAPS: dict[str, _InTables] = {
     "other_clock": _other_clock,
-    "stale_wifi": _stale_wifi,
-    "scan_throttling": _scan_throttling,
-    "tracking_lost": _tracking_lost,
-    "unknown_landmark": _unknown_landmark,
-    "high_landmark": _high_landmark,
-    "few_landmarks": _few_landmarks,
-    "frame_gap": _frame_gap,
-    "known_from_start": _known_from_start,
-    "pose_lag": _pose_lag,
+    "stale_wifi": _in_wifi(_stale_wifi),
+    "scan_throttling": _in_wifi(_scan_throttling),
+    "tracking_lost": _in_tracker(_tracking_lost),
+    "unknown_landmark": _in_landmarks(_unknown_landmark),
+    "high_landmark": _in_landmarks(_high_landmark),
+    "few_landmarks": _in_landmarks(_few_landmarks),
+    "frame_gap": _in_tracker(_frame_gap),
+    "known_from_start": _in_tracker(_known_from_start),
+    "pose_lag": _in_tracker(_pose_lag),
     "non_finite": _non_finite,
 }
 """What each of these traps does to a session's tables."""
 
-
-PHONE_FILES = ("poses", "landmarks", "sensors", "wifi", "presses")
-NUMBER_FILES = ("poses", "landmarks", "sensors")
 ODD_SSIDS = (b"", b"a;b", b"; ; ", b'"quoted", name', b"o'clock, free", "Büro ☕ 東京".encode(), b" spaced ")
 BROKEN_SSIDS = (b"caf\xe9", b"\xff\xfe\xfa", b"half \xe6\x9d")
 GARBAGE = (b"#### restarted ####", b"1; 2; 3", b"1; ACC; x; y; z; 0; 0; 0; 0")
@@ -172,125 +156,66 @@ SPACING = 97
 """Lines between the faults of a file."""
 
 
-def _decimal_comma(text: SessionText) -> SessionText:
-    return _changed(text, NUMBER_FILES, lambda content: content.replace(b".", b","))
-
-
-def _mixed_decimal_marks(text: SessionText) -> SessionText:
-    """The second half of each file has the other mark."""
-    return _changed(text, NUMBER_FILES, _swap_marks_in_second_half)
-
-
 def _swap_marks_in_second_half(content: bytes) -> bytes:
     middle = content.find(b"\n", len(content) // 2) + 1
     return content[:middle] + content[middle:].translate(bytes.maketrans(b".,", b",."))
 
 
-def _no_space_separator(text: SessionText) -> SessionText:
-    return _changed(text, PHONE_FILES, lambda content: content.replace(b"; ", b";"))
-
-
-def _odd_ssids(text: SessionText) -> SessionText:
-    return _changed(text, ("wifi",), lambda content: _with_ssids(content, ODD_SSIDS))
-
-
-def _broken_ssid_bytes(text: SessionText) -> SessionText:
-    return _changed(text, ("wifi",), lambda content: _with_ssids(content, BROKEN_SSIDS))
-
-
-def _with_ssids(content: bytes, ssids: Sequence[bytes]) -> bytes:
-    rows = (line.split(b"; ") for line in content.splitlines())
-    return _joined(b"; ".join((*row[:3], ssid, *row[4:])) for row, ssid in zip(rows, cycle(ssids), strict=False))
-
-
-def _partial_last_line(text: SessionText) -> SessionText:
-    """The landmark, sensor and Wi-Fi files end in the middle of a line."""
-    return _changed(text, ("landmarks", "sensors", "wifi"), _cut_last_line)
-
-
 def _cut_last_line(content: bytes) -> bytes:
+    """The file ends in the middle of a line."""
     start = content.rfind(b"\n", 0, max(len(content) - 1, 0)) + 1
     return content[: (start + len(content)) // 2]
 
 
-def _garbage_lines(text: SessionText) -> SessionText:
-    return _changed(text, ("poses", "landmarks", "sensors", "wifi"), _with_garbage)
+def _in_lines(change: Callable[[list[bytes]], Iterable[bytes]]) -> _InText:
+    return lambda content: b"".join(line + b"\n" for line in change(content.splitlines()))
 
 
-def _with_garbage(content: bytes) -> bytes:
-    lines = content.splitlines()
+def _with_ssids(ssids: Sequence[bytes]) -> _InText:
+    def change(lines: list[bytes]) -> Iterator[bytes]:
+        rows = (line.split(b"; ") for line in lines)
+        return (b"; ".join((*row[:3], ssid, *row[4:])) for row, ssid in zip(rows, cycle(ssids), strict=False))
+
+    return _in_lines(change)
+
+
+def _with_garbage(lines: list[bytes]) -> list[bytes]:
     middle = len(lines) // 2
-    return _joined((*lines[:middle], *GARBAGE, *lines[middle:]))
+    return [*lines[:middle], *GARBAGE, *lines[middle:]]
 
 
-def _empty_file(text: SessionText) -> SessionText:
-    return _changed(text, ("wifi",), lambda _: b"")
+def _with_some_repeated(lines: list[bytes]) -> Iterator[bytes]:
+    return (copy for row, line in enumerate(lines) for copy in [line] * (2 if row % SPACING == 50 else 1))
 
 
-def _missing_file(text: SessionText) -> SessionText:
-    return {role: content for role, content in text.items() if role != "wifi"}
-
-
-def _duplicate_times(text: SessionText) -> SessionText:
-    """Now and then a pose is logged twice."""
-    return _changed(text, ("poses",), _with_repeated_lines)
-
-
-def _duplicate_landmark_rows(text: SessionText) -> SessionText:
-    return _changed(text, ("landmarks",), _with_repeated_lines)
-
-
-def _with_repeated_lines(content: bytes) -> bytes:
-    lines = content.splitlines()
-    return _joined(copy for row, line in enumerate(lines) for copy in [line] * (2 if row % SPACING == 50 else 1))
-
-
-def _backward_times(text: SessionText) -> SessionText:
-    """Now and then two neighbouring poses are swapped."""
-    return _changed(text, ("poses",), _with_swapped_lines)
-
-
-def _with_swapped_lines(content: bytes) -> bytes:
-    lines = content.splitlines()
+def _with_some_swapped(lines: list[bytes]) -> list[bytes]:
+    """Now and then two neighbouring lines change places."""
     for row in range(50, len(lines) - 1, SPACING):
         lines[row], lines[row + 1] = lines[row + 1], lines[row]
-    return _joined(lines)
+    return lines
 
 
-def _landmark_rows_without_frame(text: SessionText) -> SessionText:
-    """Now and then a pose is missing whose landmark rows are there."""
-    return _changed(text, ("poses",), _without_some_lines)
+def _without_some(lines: list[bytes]) -> Iterator[bytes]:
+    return (line for row, line in enumerate(lines) if row % SPACING != 50)
 
 
-def _without_some_lines(content: bytes) -> bytes:
-    return _joined(line for row, line in enumerate(content.splitlines()) if row % SPACING != 50)
-
-
-def _joined(lines: Iterable[bytes]) -> bytes:
-    return b"".join(line + b"\n" for line in lines)
-
-
-def _changed(text: SessionText, roles: Sequence[str], change: Callable[[bytes], bytes]) -> SessionText:
-    return text | {role: change(text[role]) for role in roles if role in text}
-
-
-TEXT_TRAPS: dict[str, Callable[[SessionText], SessionText]] = {
-    "decimal_comma": _decimal_comma,
-    "mixed_decimal_marks": _mixed_decimal_marks,
-    "no_space_separator": _no_space_separator,
-    "odd_ssids": _odd_ssids,
-    "broken_ssid_bytes": _broken_ssid_bytes,
-    "partial_last_line": _partial_last_line,
-    "garbage_lines": _garbage_lines,
-    "empty_file": _empty_file,
-    "missing_file": _missing_file,
-    "duplicate_times": _duplicate_times,
-    "duplicate_landmark_rows": _duplicate_landmark_rows,
-    "backward_times": _backward_times,
-    "landmark_rows_without_frame": _landmark_rows_without_frame,
+_NUMBERS, _POSES, _WIFI = ("poses", "landmarks", "sensors"), ("poses",), ("wifi",)
+TEXT_TRAPS: dict[str, tuple[tuple[str, ...], _InText]] = {
+    "decimal_comma": (_NUMBERS, lambda content: content.replace(b".", b",")),
+    "mixed_decimal_marks": (_NUMBERS, _swap_marks_in_second_half),
+    "no_space_separator": ((*_NUMBERS, "wifi", "presses"), lambda content: content.replace(b"; ", b";")),
+    "odd_ssids": (_WIFI, _with_ssids(ODD_SSIDS)),
+    "broken_ssid_bytes": (_WIFI, _with_ssids(BROKEN_SSIDS)),
+    "partial_last_line": (("landmarks", "sensors", "wifi"), _cut_last_line),
+    "garbage_lines": ((*_NUMBERS, "wifi"), _in_lines(_with_garbage)),
+    "empty_file": (_WIFI, lambda _: b""),
+    "missing_file": (_WIFI, lambda _: None),
+    "duplicate_times": (_POSES, _in_lines(_with_some_repeated)),
+    "duplicate_landmark_rows": (("landmarks",), _in_lines(_with_some_repeated)),
+    "backward_times": (_POSES, _in_lines(_with_some_swapped)),
+    "landmark_rows_without_frame": (_POSES, _in_lines(_without_some)),
 }
-"""What each of these traps does to a session's files."""
-
+"""Which files, by role, each of these traps changes, and how."""
 
 SITE_TRAPS = {
     "missing_plan": "floorplan.jpg",
@@ -319,9 +244,10 @@ def trap_tables(session: SimulatedSession, traps: frozenset[str]) -> SimulatedSe
 
 def trap_text(text: SessionText, traps: frozenset[str]) -> SessionText:
     """Put the chosen traps into the text of a session's files."""
-    for name, change in TEXT_TRAPS.items():
+    for name, (roles, change) in TEXT_TRAPS.items():
         if name in traps:
-            text = change(text)
+            changed = {role: change(content) if role in roles else content for role, content in text.items()}
+            text = {role: content for role, content in changed.items() if content is not None}
     return text
 
 

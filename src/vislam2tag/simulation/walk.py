@@ -81,8 +81,7 @@ def _dwell(time: FloatArray, path: WalkPath, settings: WalkSettings, rng: np.ran
     if settings.look and len(path.landmark_sample):
         np.add.at(held, path.landmark_sample, rng.uniform(0.0, 0.6, len(path.landmark_sample)))
     np.add.at(held, path.lift_sample, lift_seconds(path.lift_rise_m) + DOORS_S)
-    stood: FloatArray = np.cumsum(held)
-    return stood
+    return np.asarray(np.cumsum(held))
 
 
 def on_path(path: WalkPath, travelled: FloatArray) -> tuple[FloatArray, FloatArray]:
