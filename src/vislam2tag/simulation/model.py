@@ -73,6 +73,10 @@ class SimulatedBuilding:
     ap_power_dbm: FloatArray
     """(a,) RSSI at one metre."""
 
+    def floor(self, number: int) -> SimulatedFloor:
+        """The floor with this number; raises KeyError where the building has none."""
+        return {floor.number: floor for floor in self.floors}[number]
+
 
 @dataclass(frozen=True)
 class TrueWalk:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -11,12 +10,13 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vislam2tag.simulation.beacons import BleLog
 from vislam2tag.simulation.imu import SENSOR_TYPES, ImuLog
 from vislam2tag.simulation.model import MapMotion, SimulatedBuilding, TrackerLog
 from vislam2tag.simulation.phones import SimulatedSession
 from vislam2tag.simulation.radio import BURST, RangeLog, WifiLog
+from vislam2tag.simulation.raw_files import chosen
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.tracker_map import set_anchors
 from vislam2tag.survey.model import SessionKey
@@ -31,6 +31,8 @@ VALUES_OF = {"ACC": 3, "GYRO": 3, "GYRO_UN": 6, "MAG": 3, "MAG_UN": 6, "ROT": 4,
 """How many values each sensor gives."""
 TRACKING, PAUSED = "TRACKING", "PAUSED"
 SEEN, KNOWN = "FULL_TRACKING", "LAST_KNOWN_POSE"
+BLE_COLUMNS = ("time_ns", "address", "name", "rssi_dbm", "tx_power_dbm", "uuid", "major", "minor")
+RTT_COLUMNS = ("time_ns", "bssid", "responder", "range_m", "range_sigma_m", "rssi_dbm", "attempted", "successful")
 REASON = "EXCESSIVE_MOTION"
 """Why simulated trackers lose track."""
 
@@ -82,9 +84,9 @@ def _pose_columns(position: FloatArray, orientation: FloatArray) -> dict[str, pl
     return {name: as_float32(values[:, column]) for column, name in enumerate(names)}
 
 
-def _words(mask: AnyArray, yes: str, no: str) -> pl.Series:
+def _words(mask: BoolArray, yes: str, no: str) -> pl.Series:
     """One of two words by a mask (n,)."""
-    return pl.Series((no, yes)).gather(np.asarray(mask, dtype=np.int64))
+    return chosen((no, yes), mask.astype(np.int64))
 
 
 def _camera(tracker: TrackerLog, motion: MapMotion, *, monotonic: bool) -> pl.DataFrame:
@@ -94,8 +96,8 @@ def _camera(tracker: TrackerLog, motion: MapMotion, *, monotonic: bool) -> pl.Da
             "logged_ns": tracker.time_ns,
             "frame_ns": tracker.exposure_ns - (SLEPT_NS if monotonic else 0),
             "nano_ns": tracker.time_ns - SLEPT_NS,
-            "frame_clock": pl.Series(["monotonic" if monotonic else "boot"]).gather(np.zeros_like(tracker.time_ns)),
-            "part": np.zeros_like(tracker.time_ns),
+            "frame_clock": "monotonic" if monotonic else "boot",
+            "part": 0,
             "state": _words(motion.lost, PAUSED, TRACKING),
             "failure": _words(motion.lost, REASON, "NONE"),
             **_pose_columns(tracker.position_acs, tracker.orientation_acs),
@@ -112,7 +114,7 @@ def _landmarks(tracker: TrackerLog, motion: MapMotion) -> pl.DataFrame:
     return pl.DataFrame(
         {
             "time_ns": tracker.exposure_ns[frame],
-            "id": pl.Series(log.ids, dtype=pl.String).gather(log.landmark[order]),
+            "id": chosen(log.ids, log.landmark[order]),
             "state": _words(motion.lost[frame], PAUSED, TRACKING),
             "method": _words(motion.seen[order], SEEN, KNOWN),
             **_pose_columns(log.position_acs[order], log.orientation_acs[order]),
@@ -142,8 +144,8 @@ def _sensors(imu: ImuLog) -> pl.DataFrame:
         f"v{column + 1}": as_float32(np.where(column < count, imu.values[:, column], np.nan))
         for column in range(imu.values.shape[1])
     }
-    sensor = pl.Series(SENSOR_TYPES, dtype=pl.String).gather(imu.sensor)
-    return pl.DataFrame({"time_ns": imu.time_ns, "sensor": sensor, **values, "accuracy": np.full_like(imu.sensor, 3)})
+    sensor = chosen(SENSOR_TYPES, imu.sensor)
+    return pl.DataFrame({"time_ns": imu.time_ns, "sensor": sensor, **values, "accuracy": 3})
 
 
 def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> pl.DataFrame:
@@ -158,39 +160,32 @@ def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> pl.DataFrame:
         {
             "time_ns": time_ns,
             "scan": scan,
-            "bssid": pl.Series(building.ap_bssid, dtype=pl.String).gather(wifi.access_point),
-            "ssid": _text_or_null(pl.Series(building.ap_ssid, dtype=pl.String).gather(wifi.access_point)),
+            "bssid": chosen(building.ap_bssid, wifi.access_point),
+            "ssid": chosen(building.ap_ssid, wifi.access_point).replace("", None),
             "rssi_dbm": wifi.rss_dbm,
             "frequency_mhz": mhz,
             "channel_width_mhz": np.where(wide, 80, 20),
             "center_0_mhz": centre.zip_with(pl.Series(wide), pl.Series([None], dtype=pl.Int64)),
-            "center_1_mhz": pl.Series([None] * len(mhz), dtype=pl.Int64),
+            "center_1_mhz": None,
             "received_ns": last[scan] + DELIVERY_NS,
-            "result": pl.Series(["fresh"]).gather(np.zeros_like(mhz)),
-            "throttling": pl.Series(["off"]).gather(np.zeros_like(mhz)),
+            "result": "fresh",
+            "throttling": "off",
         }
     )
 
 
-def _text_or_null(text: pl.Series) -> pl.Series:
-    return text.replace("", None)
-
-
 def _ble(ble: BleLog | None) -> pl.DataFrame:
     if ble is None:
-        integers = dict.fromkeys(("rssi_dbm", "tx_power_dbm", "major", "minor"), pl.Int64)
-        names = ("time_ns", "address", "name", "rssi_dbm", "tx_power_dbm", "uuid", "major", "minor")
-        return pl.DataFrame(schema={name: integers.get(name, pl.String) for name in names})
+        return pl.DataFrame(schema=dict.fromkeys(BLE_COLUMNS, pl.Int64))
     building, beacons = ble.beacons.environment.building, ble.beacons
-    count = len(ble.beacon)
     return pl.DataFrame(
         {
             "time_ns": ble.time_ns,
-            "address": pl.Series(building.ap_bssid, dtype=pl.String).gather(ble.beacon),
-            "name": _text_or_null(pl.Series(building.ap_ssid, dtype=pl.String).gather(ble.beacon)),
+            "address": chosen(building.ap_bssid, ble.beacon),
+            "name": chosen(building.ap_ssid, ble.beacon).replace("", None),
             "rssi_dbm": ble.rss_dbm,
-            "tx_power_dbm": pl.Series([None] * count, dtype=pl.Int64),
-            "uuid": pl.Series([beacons.uuid]).gather(np.zeros(count, dtype=np.int64)),
+            "tx_power_dbm": None,
+            "uuid": beacons.uuid,
             "major": beacons.major[ble.beacon],
             "minor": beacons.minor[ble.beacon],
         }
@@ -199,17 +194,16 @@ def _ble(ble: BleLog | None) -> pl.DataFrame:
 
 def _ranges(ranges: RangeLog | None, building: SimulatedBuilding) -> pl.DataFrame:
     if ranges is None:
-        names = ("time_ns", "bssid", "responder", "range_m", "range_sigma_m", "rssi_dbm", "attempted", "successful")
-        return pl.DataFrame(schema=dict.fromkeys(names, pl.String))
+        return pl.DataFrame(schema=dict.fromkeys(RTT_COLUMNS, pl.Int64))
     return pl.DataFrame(
         {
             "time_ns": ranges.time_ms * 1_000_000,
-            "bssid": pl.Series(building.ap_bssid, dtype=pl.String).gather(ranges.access_point),
+            "bssid": chosen(building.ap_bssid, ranges.access_point),
             "responder": ranges.responder.astype(np.int64),
             "range_m": as_float32(ranges.range_mm / 1000),
             "range_sigma_m": as_float32(ranges.sigma_mm / 1000),
             "rssi_dbm": ranges.rss_dbm,
-            "attempted": np.full_like(ranges.rss_dbm, BURST),
+            "attempted": BURST,
             "successful": ranges.successful,
         }
     )
@@ -217,9 +211,7 @@ def _ranges(ranges: RangeLog | None, building: SimulatedBuilding) -> pl.DataFram
 
 def _presses(presses_ns: IntArray) -> pl.DataFrame:
     """The table of the presses (p,), boot-clock ns."""
-    count = len(presses_ns)
-    action = pl.Series(["press"]).gather(np.zeros(count, dtype=np.int64))
-    return pl.DataFrame({"time_ns": presses_ns, "n": np.arange(count), "action": action})
+    return pl.DataFrame({"time_ns": presses_ns, "n": np.arange(len(presses_ns)), "action": "press"})
 
 
 def _events(camera: pl.DataFrame, start_ns: int, end_ns: int) -> pl.DataFrame:
@@ -247,14 +239,8 @@ def session_name(key: SessionKey) -> str:
 
 def phone_text(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> dict[str, bytes]:
     """Content of each file of a session by name; ``boot_unix_ns`` is wall clock (Unix ns) minus boot clock."""
-    files = {f"{name}.csv": _text(table) for name, table in log.tables.items()}
+    files = {f"{name}.csv": table.write_csv().encode() for name, table in log.tables.items()}
     return {"session.json": _record(log, key, boot_unix_ns), **files}
-
-
-def _text(table: pl.DataFrame) -> bytes:
-    buffer = io.BytesIO()
-    table.write_csv(buffer)
-    return buffer.getvalue()
 
 
 def _record(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> bytes:
@@ -271,14 +257,14 @@ def _record(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> bytes:
         "phone": {"manufacturer": "", "model": key.device, "android": "11", "api": 30, "arcore": "1.43.0"},
         "start": _clocks(log.start_ns, boot_unix_ns),
         "end": {"state": "stopped", "detail": "", **_clocks(log.end_ns, boot_unix_ns)},
-        "sensors": [_sensor(name) for name in SENSOR_TYPES if name in used],
+        "sensors": [
+            {"sensor": name, "name": name, "vendor": "simulated", "rate_hz": None}
+            for name in SENSOR_TYPES
+            if name in used
+        ],
         "landmarks": {"loaded": log.tables["LandmarkPose"]["id"].n_unique(), "refused": []},
     }
     return (json.dumps(content, indent=2) + "\n").encode()
-
-
-def _sensor(name: str) -> dict[str, object]:
-    return {"sensor": name, "name": name, "vendor": "simulated", "rate_hz": None}
 
 
 def _clocks(boot_ns: int, boot_unix_ns: int) -> dict[str, object]:

@@ -102,25 +102,15 @@ def _beacons(ble: pl.DataFrame) -> pl.DataFrame:
         _escaped("name"), manufacturer=pl.lit(_APPLE), hex=pl.Series("hex", data, dtype=pl.String)
     )
     columns = ("time_ns", "time_ns", "address", "name", "rssi_dbm", "tx_power_dbm", "manufacturer", "hex")
-    return escaped.with_columns(pl.col("time_ns").cast(pl.Int64)).select(now="time_ns", text=_line("ble", *columns))
+    return escaped.select(now="time_ns", text=_line("ble", *columns))
 
 
 def _ranges(ranges: pl.DataFrame) -> pl.DataFrame:
     """Ranges as the platform gives them: whole milliseconds and millimetres."""
     whole = ranges.with_columns(
-        pl.col("time_ns").cast(pl.Int64),
-        *((pl.col(name).cast(pl.Float64) * 1000).round().cast(pl.Int64) for name in ("range_m", "range_sigma_m")),
-        kind=pl.when(pl.col("responder").cast(pl.Int64) == 1).then(pl.lit("responder")).otherwise(pl.lit("other")),
-    ).with_columns(timestamp_ms=pl.col("time_ns") // 1_000_000)
-    columns = (
-        "time_ns",
-        "timestamp_ms",
-        "bssid",
-        "kind",
-        "range_m",
-        "range_sigma_m",
-        "rssi_dbm",
-        "attempted",
-        "successful",
+        (pl.col("range_m", "range_sigma_m").cast(pl.Float64) * 1000).round().cast(pl.Int64),
+        kind=pl.when(pl.col("responder") == 1).then(pl.lit("responder")).otherwise(pl.lit("other")),
+        timestamp_ms=pl.col("time_ns") // 1_000_000,
     )
-    return whole.select(now="time_ns", text=_line("range", *columns))
+    measured = ("range_m", "range_sigma_m", "rssi_dbm", "attempted", "successful")
+    return whole.select(now="time_ns", text=_line("range", "time_ns", "timestamp_ms", "bssid", "kind", *measured))

@@ -90,8 +90,7 @@ def make_radio_environment(building: SimulatedBuilding, settings: RadioSettings,
     """Fix the shadowing of each access point by the seed and its BSSID."""
     draws = [stream(seed, "shadowing", bssid) for bssid in building.ap_bssid]
     shadowing = make_fields(draws, settings.shadowing_sigma_db, settings.shadowing_length_m)
-    elevation = {floor.number: floor.elevation_m for floor in building.floors}
-    rise = np.array([elevation[int(number)] for number in building.ap_floor])
+    rise = np.array([building.floor(number).elevation_m for number in building.ap_floor.tolist()])
     position = building.ap_position + np.column_stack((np.zeros((len(rise), 2)), rise))
     return RadioEnvironment(building, settings, shadowing, position)
 
@@ -104,7 +103,7 @@ def mean_rss_dbm(
     Pairs that cannot reach ``faintest_dbm`` are -inf: their walls are not counted.
     """
     settings = environment.settings
-    here = next(item for item in environment.building.floors if item.number == floor)
+    here = environment.building.floor(floor)
     point = position + np.array((0.0, 0.0, here.elevation_m))
     rss = environment.building.ap_power_dbm[access_point] - _open_loss_db(environment, floor, point, access_point)
     near = rss + _SHADOWING_REACH * settings.shadowing_sigma_db > faintest_dbm
@@ -157,12 +156,12 @@ def mean_along_walk(
     faintest_dbm: float,
 ) -> FloatArray:
     """Mean RSSI (k,) at positions (k, 3), z above the walk's own floor, each by the walls of the floor it lies on."""
-    elevation = {floor.number: floor.elevation_m for floor in environment.building.floors}
+    own_m = environment.building.floor(walk.floor).elevation_m
     floors = floor_at(walk, time_ns)
     mean = np.empty(len(position))
     for floor in np.unique(floors).tolist():
         here = floors == floor
-        place = position[here] + np.array((0.0, 0.0, elevation[walk.floor] - elevation[floor]))
+        place = position[here] + np.array((0.0, 0.0, own_m - environment.building.floor(floor).elevation_m))
         mean[here] = mean_rss_dbm(environment, floor, place, access_point[here], faintest_dbm)
     return mean
 
@@ -259,6 +258,6 @@ def simulate_ranges(environment: RadioEnvironment, walk: TrueWalk, wifi: WifiLog
 
 def _distance_m(environment: RadioEnvironment, walk: TrueWalk, time_ns: IntArray, point: IntArray) -> FloatArray:
     """Distances (k,) at boot-clock times (k,) to access points (k,)."""
-    here = next(floor for floor in environment.building.floors if floor.number == walk.floor)
+    here = environment.building.floor(walk.floor)
     phone = position_at(walk, time_ns) + np.array((0.0, 0.0, here.elevation_m))
     return np.asarray(np.linalg.norm(phone - environment.ap_position[point], axis=1))

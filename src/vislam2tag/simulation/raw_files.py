@@ -41,9 +41,11 @@ PAPER_NAMES = PUBLISHED_NAMES | {
     "wifi": "WiFi.csv",
 }
 """File name of each role, as the paper's text has them."""
+NAMES = {False: PUBLISHED_NAMES, True: PAPER_NAMES}
+"""By whether they are the paper's."""
 DECIMALS = 6
 
-_Columns = dict[str, AnyArray | pl.Series]
+_Columns = dict[str, AnyArray | pl.Series | str]
 
 SessionText = dict[str, bytes]
 """Content of each file of a session by role."""
@@ -93,7 +95,7 @@ def _landmarks(tracker: TrackerLog, mark: str) -> bytes:
     """Frame after frame, landmarks in the order of their first sighting."""
     log = tracker.landmarks
     order = np.lexsort((log.landmark, log.frame))
-    columns: _Columns = {"id": _chosen(log.ids, log.landmark[order]), "t": tracker.time_ns[log.frame[order]]}
+    columns: _Columns = {"id": chosen(log.ids, log.landmark[order]), "t": tracker.time_ns[log.frame[order]]}
     return _csv(columns | _pose_columns(log.position_acs[order], log.orientation_acs[order]), mark)
 
 
@@ -105,7 +107,7 @@ def _pose_columns(position: FloatArray, orientation: FloatArray) -> _Columns:
 
 
 def _sensors(imu: ImuLog, mark: str) -> bytes:
-    columns: _Columns = {"t": imu.time_ns, "type": _chosen(SENSOR_TYPES, imu.sensor)}
+    columns: _Columns = {"t": imu.time_ns, "type": chosen(SENSOR_TYPES, imu.sensor)}
     values: _Columns = {f"v{column + 1}": imu.values[:, column] for column in range(imu.values.shape[1])}
     return _csv(columns | values, mark)
 
@@ -114,9 +116,9 @@ def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> bytes:
     columns: _Columns = {
         "scan": wifi.scan,
         "t": wifi.time_us,
-        "kind": _chosen(("WLAN",), np.zeros(len(wifi.scan), dtype=np.int64)),
-        "ssid": _chosen(building.ap_ssid, wifi.access_point),
-        "bssid": _chosen(building.ap_bssid, wifi.access_point),
+        "kind": "WLAN",
+        "ssid": chosen(building.ap_ssid, wifi.access_point),
+        "bssid": chosen(building.ap_bssid, wifi.access_point),
         "rss": wifi.rss_dbm,
     }
     return _csv(columns, ".")
@@ -126,10 +128,10 @@ def _ble(ble: BleLog) -> bytes:
     beacons, building = ble.beacons, ble.beacons.environment.building
     columns: _Columns = {
         "t": ble.time_ns,
-        "address": _chosen(building.ap_bssid, ble.beacon),
-        "name": _chosen(building.ap_ssid, ble.beacon),
+        "address": chosen(building.ap_bssid, ble.beacon),
+        "name": chosen(building.ap_ssid, ble.beacon),
         "rss": ble.rss_dbm,
-        "uuid": _chosen((beacons.uuid,), np.zeros(len(ble.beacon), dtype=np.int64)),
+        "uuid": beacons.uuid,
         "major": beacons.major[ble.beacon],
         "minor": beacons.minor[ble.beacon],
     }
@@ -145,7 +147,7 @@ def _truth(session: SimulatedSession) -> bytes:
     return _text(frame.with_columns(floor=floor_at(session.walk, time_ns)), precision=4, header=True)
 
 
-def _chosen(names: Sequence[str], index: IntArray) -> pl.Series:
+def chosen(names: Sequence[str], index: IntArray) -> pl.Series:
     """The names at these indices (k,)."""
     return pl.Series(names, dtype=pl.String).gather(index)
 

@@ -18,7 +18,7 @@ from vislam2tag.quality.evaluation.truth import Truth, residuals_at_presses, res
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.phones import PressTiming, simulate_presses
 from vislam2tag.simulation.scenario import paper_evaluation
-from vislam2tag.simulation.survey import simulated_floor, walk_and_track
+from vislam2tag.simulation.survey import walk_and_track
 
 HAND = PressTiming(lead_s=0.3, scatter_s=0.3)
 
@@ -32,7 +32,7 @@ def walk() -> TrueWalk:
 
 @pytest.fixture(scope="module")
 def points() -> FloatArray:
-    return simulated_floor(paper_evaluation(3), 1).control_points
+    return paper_evaluation(3).building.floor(1).control_points
 
 
 def labels(walk: TrueWalk, shift: tuple[float, float] = (0.0, 0.0)) -> Trajectory:
