@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from functools import partial
 from math import log, pi
 
 import numpy as np
 
-from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.quality.diagnosis.evidence import REASON, Evidence, Hypothesis, Mark, Sight, choices, told_by_passes
-from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.quality.diagnosis.evidence import Evidence, Hypothesis, Mark, Sight, choices, misfit_of_passes
+from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind, proposed
 from vislam2tag.survey.corrections.file import session_start
 
 TOGETHER = 16.0
@@ -34,18 +34,60 @@ ANYWHERE_M = 20.0
 """A wrong place may be this far off, or farther."""
 
 
+@dataclass(frozen=True)
+class _NewPlace:
+    """Where walks put a landmark, away from the table's place: complex metres and covariance (2, 2), m^2."""
+
+    mark: Mark
+    place: complex
+    covariance: FloatArray
+
+    def hypothesis(
+        self, evidence: Evidence, rows: Iterable[tuple[int, int]], price: float, describe: Callable[[Evidence], Fault]
+    ) -> Hypothesis:
+        """That it hangs there in some passes (walk, row)."""
+        return Hypothesis(
+            evidence.moved(dict.fromkeys(rows, self.place)), price, describe, key=("displaced", self.mark)
+        )
+
+    def where(self, evidence: Evidence) -> str:
+        """The place in words."""
+        sigma_m = float(np.sqrt(np.trace(self.covariance) / 2))
+        own = evidence.table.place[self.mark]
+        room, own_room = (evidence.table.room_at(self.mark.floor, at) for at in (self.place, own))
+        at = f"at ({round(self.place.real, 2):g}, {round(self.place.imag, 2):g}) +- {round(sigma_m, 2):g} m, "
+        at += f"{abs(self.place - own):.1f} m from where the table has it"
+        return (f"in {room}, " if room else "") + at + (f", {own_room}" if own_room not in ("", room) else "")
+
+    def fault(self, kind: FaultKind, summary: str, corrections: list[CorrectionEntry], evidence: Evidence) -> Fault:
+        """The fault of this kind that would explain it."""
+        return Fault(
+            kind=kind,
+            floor=self.mark.floor,
+            landmarks=[self.mark.landmark],
+            summary=summary,
+            evidence=misfit_of_passes(evidence, [self.mark]),
+            corrections=corrections,
+        )
+
+    def correction(self, **since: datetime) -> CorrectionEntry:
+        """The entry that moves it there."""
+        x, y = round(self.place.real, 2), round(self.place.imag, 2)
+        return proposed("move_landmark", id=self.mark.landmark, floor=self.mark.floor, x=x, y=y, **since)
+
+
 def displaced_landmarks(evidence: Evidence) -> Iterator[Hypothesis]:
     """Move every suspect to where the walks put it: in all of them, in those since a date, or in some passes."""
     known = len(evidence.table.place)
     for mark in evidence.suspects:
         if mark in evidence.table.place:
             sights = evidence.sights(mark)
-            for place in _new_places(sights, evidence.table.place[mark]):
-                yield from _hypotheses(evidence, mark, sights, place, choices(known))
+            for new in _new_places(mark, sights, evidence.table.place[mark]):
+                yield from _hypotheses(evidence, new, sights, choices(known))
 
 
-def _new_places(sights: Sequence[Sight], own: complex) -> Iterator[tuple[complex, FloatArray]]:
-    """Places away from the table's on which most sights agree, and their covariances."""
+def _new_places(mark: Mark, sights: Sequence[Sight], own: complex) -> Iterator[_NewPlace]:
+    """Places away from the table's on which most sights agree."""
     away = [sight for sight in sights if abs(sight.place - own) > LEAST_M]
     while away:
         groups = [(one, [other for other in away if _together(one, other)]) for one in away]
@@ -53,8 +95,8 @@ def _new_places(sights: Sequence[Sight], own: complex) -> Iterator[tuple[complex
         if not groups:
             return
         _, group = max(groups, key=lambda agreeing: _sharpness(*agreeing))
-        found = _mean(group)
-        if abs(found[0] - own) > LEAST_MOVED_M:
+        found = _mean(mark, group)
+        if abs(found.place - own) > LEAST_MOVED_M:
             yield found
         away = [sight for sight in away if all(sight is not one for one in group)]
 
@@ -74,34 +116,28 @@ def _sharpness(one: Sight, group: Sequence[Sight]) -> float:
     return float(sum(1 / np.trace(_spread(one, other)) for other in group))
 
 
-def _mean(sights: Sequence[Sight]) -> tuple[complex, FloatArray]:
+def _mean(mark: Mark, sights: Sequence[Sight]) -> _NewPlace:
     worth = np.linalg.inv(np.array([sight.covariance + SLACK_M**2 * np.eye(2) for sight in sights]))
     covariance: FloatArray = np.asarray(np.linalg.inv(worth.sum(axis=0)), dtype=np.float64)
     pull = np.einsum("sij,sj->i", worth, as_points(np.array([sight.place for sight in sights])))
-    return complex(as_complex(covariance @ pull)), covariance
+    return _NewPlace(mark, complex(as_complex(covariance @ pull)), covariance)
 
 
-def _hypotheses(
-    evidence: Evidence, mark: Mark, sights: Sequence[Sight], found: tuple[complex, FloatArray], price: float
-) -> Iterator[Hypothesis]:
-    place, covariance = found
-    price += 2 * log(2 * pi * ANYWHERE_M**2 / (2 * pi * np.sqrt(np.linalg.det(covariance))))
-    everywhere = [(number, row) for number, walk in enumerate(evidence.walks) for row in walk.rows_of(mark).tolist()]
-    yield _moved(evidence, mark, found, everywhere, price, partial(_mis_surveyed, mark, found))
+def _hypotheses(evidence: Evidence, new: _NewPlace, sights: Sequence[Sight], price: float) -> Iterator[Hypothesis]:
+    price += 2 * log(2 * pi * ANYWHERE_M**2 / (2 * pi * np.sqrt(np.linalg.det(new.covariance))))
+    everywhere = evidence.rows_of(new.mark)
+    yield new.hypothesis(evidence, everywhere, price, partial(_mis_surveyed, new))
     starts = [session_start(walk.passes.key.session) for walk in evidence.walks]
     dates = sorted({start for number, _ in everywhere if (start := starts[number]) is not None})
     for date in dates[1:]:
         since = [(number, row) for number, row in everywhere if (start := starts[number]) and start >= date]
-        yield _moved(
-            evidence, mark, found, since, price + choices(len(dates)), partial(_moved_since, mark, found, date)
-        )
-    own = evidence.table.place[mark]
-    there = {(sight.walk, sight.row) for sight in sights if abs(sight.place - place) < abs(sight.place - own)}
+        yield new.hypothesis(evidence, since, price + choices(len(dates)), partial(_moved_since, new, date))
+    own = evidence.table.place[new.mark]
+    there = {(sight.walk, sight.row) for sight in sights if abs(sight.place - new.place) < abs(sight.place - own)}
     here = {(sight.walk, sight.row) for sight in sights} - there
-    if abs(place - own) > LEAST_APART_M and there and here and not _one_after_the_other(evidence, here, there):
-        yield _moved(
-            evidence, mark, found, sorted(there), price + SECOND_SHEET_PRICE, partial(_two_places, mark, found, there)
-        )
+    if abs(new.place - own) > LEAST_APART_M and there and here and not _one_after_the_other(evidence, here, there):
+        rows = sorted(there)
+        yield new.hypothesis(evidence, rows, price + SECOND_SHEET_PRICE, partial(_two_places, new, rows))
 
 
 def _one_after_the_other(evidence: Evidence, here: set[tuple[int, int]], there: set[tuple[int, int]]) -> bool:
@@ -110,92 +146,27 @@ def _one_after_the_other(evidence: Evidence, here: set[tuple[int, int]], there: 
     return max(first) < min(second) or max(second) < min(first)
 
 
-def _moved(
-    evidence: Evidence,
-    mark: Mark,
-    found: tuple[complex, FloatArray],
-    rows: Sequence[tuple[int, int]],
-    price: float,
-    describe: partial[Fault],
-) -> Hypothesis:
-    targets: dict[int, ComplexArray] = {}
+def _mis_surveyed(new: _NewPlace, evidence: Evidence) -> Fault:
+    summary = f"landmark {new.mark.landmark} of floor {new.mark.floor} is {new.where(evidence)}"
+    return new.fault(FaultKind.MIS_SURVEYED, summary, [new.correction()], evidence)
+
+
+def _moved_since(new: _NewPlace, date: datetime, evidence: Evidence) -> Fault:
+    summary = (
+        f"landmark {new.mark.landmark} of floor {new.mark.floor} hangs since {date:%Y-%m-%d %H:%M} or shortly before "
+        f"{new.where(evidence)}"
+    )
+    return new.fault(FaultKind.MOVED, summary, [new.correction(**{"from": date})], evidence)
+
+
+def _two_places(new: _NewPlace, rows: Sequence[tuple[int, int]], evidence: Evidence) -> Fault:
+    name = new.mark.landmark
+    summary = f"two sheets of floor {new.mark.floor} have the id {name}: a second one is {new.where(evidence)}"
+    entries = []
     for number, row in rows:
-        targets.setdefault(number, evidence.walks[number].target.copy())[row] = found[0]
-    return Hypothesis(targets, price, describe, key=("displaced", mark))
-
-
-def _place(found: tuple[complex, FloatArray]) -> tuple[float, float, float]:
-    place, covariance = found
-    return round(place.real, 2), round(place.imag, 2), round(float(np.sqrt(np.trace(covariance) / 2)), 2)
-
-
-def _fault(
-    kind: FaultKind, mark: Mark, summary: str, corrections: list[CorrectionEntry], evidence: Evidence, gain: float
-) -> Fault:
-    return Fault(
-        kind=kind,
-        floor=mark.floor,
-        landmarks=[mark.landmark],
-        summary=summary,
-        evidence=told_by_passes(evidence, [mark]),
-        odds=round(gain, 1),
-        corrections=corrections,
-    )
-
-
-def _where(mark: Mark, found: tuple[complex, FloatArray], evidence: Evidence) -> str:
-    x, y, sigma = _place(found)
-    own = evidence.table.place[mark]
-    room, own_room = (evidence.table.room_at(mark.floor, at) for at in (found[0], own))
-    at = f"at ({x:g}, {y:g}) +- {sigma:g} m, {abs(found[0] - own):.1f} m from where the table has it"
-    return (f"in {room}, " if room else "") + at + (f", {own_room}" if own_room not in ("", room) else "")
-
-
-def _mis_surveyed(mark: Mark, found: tuple[complex, FloatArray], evidence: Evidence, gain: float) -> Fault:
-    x, y, _ = _place(found)
-    summary = f"landmark {mark.landmark} of floor {mark.floor} is {_where(mark, found, evidence)}"
-    values = {"id": mark.landmark, "floor": mark.floor, "x": x, "y": y, "reason": REASON}
-    entry = CorrectionEntry(table="move_landmark", values=values)
-    return _fault(FaultKind.MIS_SURVEYED, mark, summary, [entry], evidence, gain)
-
-
-def _moved_since(
-    mark: Mark, found: tuple[complex, FloatArray], date: datetime, evidence: Evidence, gain: float
-) -> Fault:
-    x, y, _ = _place(found)
-    summary = (
-        f"landmark {mark.landmark} of floor {mark.floor} hangs since {date:%Y-%m-%d %H:%M} or shortly before "
-        f"{_where(mark, found, evidence)}"
-    )
-    values = {"id": mark.landmark, "floor": mark.floor, "x": x, "y": y, "from": date, "reason": REASON}
-    entry = CorrectionEntry(table="move_landmark", values=values)
-    return _fault(FaultKind.MOVED, mark, summary, [entry], evidence, gain)
-
-
-def _two_places(
-    mark: Mark,
-    found: tuple[complex, FloatArray],
-    there: set[tuple[int, int]],
-    evidence: Evidence,
-    gain: float,
-) -> Fault:
-    summary = (
-        f"two sheets of floor {mark.floor} have the id {mark.landmark}: a second one is {_where(mark, found, evidence)}"
-    )
-    entries = [
-        CorrectionEntry(
-            table="rename_landmark",
-            values={
-                "id": mark.landmark,
-                "to": f"{mark.landmark} (second)",
-                **asdict(evidence.walks[number].passes.key),
-                **_span_of(evidence, number, row),
-                "reason": REASON,
-            },
-        )
-        for number, row in sorted(there)
-    ]
-    return _fault(FaultKind.TWO_PLACES, mark, summary, entries, evidence, gain)
+        key, span = evidence.walks[number].passes.key, _span_of(evidence, number, row)
+        entries.append(proposed("rename_landmark", id=name, to=f"{name} (second)", **asdict(key), **span))
+    return new.fault(FaultKind.TWO_PLACES, summary, entries, evidence)
 
 
 def _span_of(evidence: Evidence, number: int, row: int) -> dict[str, float]:

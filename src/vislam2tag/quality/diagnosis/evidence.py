@@ -168,6 +168,19 @@ class Evidence:
             ),
         )
 
+    def moved(self, places: Mapping[tuple[int, int], complex]) -> dict[int, ComplexArray]:
+        """Targets, by number of the walk, of walks of which some passes (walk, row) are of other places."""
+        targets: dict[int, ComplexArray] = {}
+        for (number, row), place in places.items():
+            if number not in targets:
+                targets[number] = self.walks[number].target.copy()
+            targets[number][row] = place
+        return targets
+
+    def rows_of(self, mark: Mark) -> list[tuple[int, int]]:
+        """Passes of one landmark: number of the walk, and row in it."""
+        return [(number, row) for number, walk in enumerate(self.walks) for row in walk.rows_of(mark).tolist()]
+
     def passed(self, floor: int) -> list[Mark]:
         """Landmarks of a floor that walks passed."""
         return sorted({mark for walk in self.walks for mark in walk.marks if mark.floor == floor})
@@ -225,12 +238,12 @@ class Hypothesis:
 
     targets: Mapping[int, ComplexArray]
     price: float
-    describe: Callable[[Evidence, float], Fault]
-    """Tells it, given the evidence as it is with it, and what it gains."""
+    describe: Callable[[Evidence], Fault]
+    """Names the fault, given the evidence as it is with it."""
     place: Mapping[Mark, complex] = field(default_factory=dict)
     """Places of the table that the fault changes for all."""
     key: tuple[object, ...] = ()
-    """Tells hypotheses apart; a fault that is corrected is not proposed again."""
+    """Distinguishes hypotheses; a fault that is corrected is not proposed again."""
 
 
 Propose: TypeAlias = Callable[[Evidence], Iterable[Hypothesis]]
@@ -241,16 +254,12 @@ def choices(count: int) -> float:
     return 2 * log(max(count, 1))
 
 
-REASON = "vislam2tag diagnose"
-"""Reason of the entries that diagnosis proposes."""
-
-
 def listed(names: Sequence[str]) -> str:
     """Names as a sentence has them: a, b and c."""
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
-def told_by_passes(evidence: Evidence, marks: Sequence[Mark]) -> str:
+def misfit_of_passes(evidence: Evidence, marks: Sequence[Mark]) -> str:
     """How the walks' other passes speak for the new places of some landmarks, and against those of the table."""
     from_table, from_new, walks = [], [], set()
     for mark in marks:

@@ -15,8 +15,8 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.intake.shifted_ids import IdShift
 from vislam2tag.quality.diagnosis.alignment import WalkPasses, align
 from vislam2tag.quality.diagnosis.displaced import SLACK_M, TOGETHER
-from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, REASON, listed
-from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, listed
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.quality.diagnosis.search import LEAST_GAIN
 from vislam2tag.sessions.id_findings import SAME_IDS, compared_with_logs
 from vislam2tag.survey.landmark_states import LandmarkCounts, names_shown
@@ -139,8 +139,7 @@ def _two_floors(walk: WalkPasses, name: str, time_s: FloatArray, floors: Sequenc
                 span["from_s"] = round(float(time_s[rows[0] - 1] + time_s[rows[0]]) / 2, 1)
             if rows[-1] + 1 < len(floors):
                 span["to_s"] = round(float(time_s[rows[-1]] + time_s[rows[-1] + 1]) / 2, 1)
-            values = {"id": name, "to": floor, **asdict(walk.key), **span, "reason": REASON}
-            entries.append(CorrectionEntry(table="set_landmark_floor", values=values))
+            entries.append(proposed("set_landmark_floor", id=name, to=floor, **asdict(walk.key), **span))
     passes = [f"{floors.count(floor)} on floor {floor}" for floor in visited]
     return Fault(
         kind=FaultKind.TWO_FLOORS,

@@ -106,6 +106,9 @@ BY_HAND = frozenset({FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANN
 """What no lines of ``corrections.toml`` correct, and what comes before the other faults."""
 
 
+REASON = "vislam2tag diagnose"
+
+
 class CorrectionEntry(Record):
     """One entry of ``corrections.toml``: the name of its table and its values."""
 
@@ -115,6 +118,11 @@ class CorrectionEntry(Record):
     def lines(self) -> str:
         """As the file has it."""
         return "\n".join([f"[[{self.table}]]", *(f"{name} = {toml_value(of)}" for name, of in self.values.items())])
+
+
+def proposed(table: str, /, **values: object) -> CorrectionEntry:
+    """An entry with the reason of those that diagnosis proposes."""
+    return CorrectionEntry(table=table, values={**values, "reason": REASON})
 
 
 class Gain(Record):

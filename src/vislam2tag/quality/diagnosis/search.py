@@ -31,7 +31,7 @@ def found_faults(evidence: Evidence) -> tuple[list[Fault], Evidence]:
         if best is None or gain < LEAST_GAIN:
             break
         evidence = evidence.with_targets(best.targets, best.place)
-        fault = best.describe(evidence, gain)
+        fault = best.describe(evidence).model_copy(update={"odds": round(gain, 1)})
         faults = [*(one for one in faults if not _replaced(one, fault)), fault]
         done.add(best.key)
         if fault.kind is FaultKind.SWAPPED and fault.floor is not None:
@@ -41,13 +41,10 @@ def found_faults(evidence: Evidence) -> tuple[list[Fault], Evidence]:
 
 def _replaced(fault: Fault, by: Fault) -> bool:
     """Whether an exchange says better where a single landmark hangs."""
+    if by.kind is not FaultKind.SWAPPED or fault.floor != by.floor:
+        return False
     single = fault.kind in (FaultKind.MIS_SURVEYED, FaultKind.MOVED, FaultKind.TWO_PLACES)
-    return (
-        single
-        and by.kind is FaultKind.SWAPPED
-        and fault.floor == by.floor
-        and set(fault.landmarks) <= set(by.landmarks)
-    )
+    return single and set(fault.landmarks) <= set(by.landmarks)
 
 
 def _best(evidence: Evidence, done: set[tuple[object, ...]]) -> tuple[Hypothesis | None, float]:

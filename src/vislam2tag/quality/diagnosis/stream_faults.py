@@ -18,8 +18,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.clock_alignment import LEAST_MARGIN, best_shift, comparable, resampled
 from vislam2tag.core.orientation import turns_rad
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.quality.diagnosis.evidence import REASON, listed
-from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.quality.diagnosis.evidence import listed
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.repeated_scans import repeated_scans
@@ -126,7 +126,7 @@ def _repeated_scans(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
                 summary=f"device {device} delivered old Wi-Fi scans again as new ones",
                 evidence=f"{repeated} of {scans} scans in {len(bad)} of its {len(own)} walks repeat the one before, "
                 "access point by access point and level by level",
-                corrections=[CorrectionEntry(table="drop_repeated_scans", values={"device": device, "reason": REASON})],
+                corrections=[proposed("drop_repeated_scans", device=device)],
             )
         )
     return found
@@ -155,7 +155,6 @@ def _other_devices(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
 
 
 def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> Fault:
-    values = {**asdict(key), "to": other, "reason": REASON}
     return Fault(
         kind=FaultKind.OTHER_DEVICE,
         floor=key.floor,
@@ -163,7 +162,7 @@ def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> 
         summary=f"session {key} was recorded by {listed([other])}",
         evidence=f"its phone had been started within {alike_s:.0f} s of {other}, but {own_s / 3600:.1f} h from the "
         f"other walks of {key.device}",
-        corrections=[CorrectionEntry(table="set_device", values=values)],
+        corrections=[proposed("set_device", **asdict(key), to=other)],
     )
 
 
@@ -220,12 +219,11 @@ _CLOCKS = {
 
 def _clock(table: str, whose: str, selectors: dict[str, object], keys: list[SessionKey], offset_s: float) -> Fault:
     size, way = abs(offset_s), "behind" if offset_s > 0 else "ahead of"
-    values = {**selectors, "table": table, "offset_s": round(offset_s, 2), "reason": REASON}
     stream, against, told = _CLOCKS[table]
     return Fault(
         kind=FaultKind.CLOCK,
         sessions=[str(key) for key in keys],
         summary=f"the clock of {stream} of {whose} is {size:.1f} s {way} that of {against}",
         evidence=f"shifted by {offset_s:+.2f} s, {told}",
-        corrections=[CorrectionEntry(table="shift_clock", values=values)],
+        corrections=[proposed("shift_clock", **selectors, table=table, offset_s=round(offset_s, 2))],
     )

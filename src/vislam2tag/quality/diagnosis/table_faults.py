@@ -10,8 +10,8 @@ from math import comb
 
 import numpy as np
 
-from vislam2tag.quality.diagnosis.evidence import REASON, Evidence, Hypothesis, Mark, choices, listed, told_by_passes
-from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.quality.diagnosis.evidence import Evidence, Hypothesis, Mark, choices, listed, misfit_of_passes
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.survey.corrections.file import UNITS_M
 
 
@@ -36,39 +36,34 @@ def changed_tables(evidence: Evidence) -> Iterator[Hypothesis]:
     for floor in sorted({mark.floor for mark in evidence.suspects} & set(evidence.floors)):
         width_m = evidence.table.size_m.get(floor, (0.0, 0.0))[0]
         for change in CHANGES:
-            targets = {}
-            for number, walk in enumerate(evidence.walks):
-                rows = [i for i, mark in enumerate(walk.marks) if mark.floor == floor and mark in evidence.table.place]
-                if rows:
-                    target = walk.target.copy()
-                    target[rows] = [change.of(complex(target[i]), width_m) for i in rows]
-                    targets[number] = target
-            place = {mark: change.of(evidence.table.place[mark], width_m) for mark in evidence.table.on(floor)}
+            places = {
+                (number, row): change.of(complex(walk.target[row]), width_m)
+                for number, walk in enumerate(evidence.walks)
+                for row, mark in enumerate(walk.marks)
+                if mark.floor == floor and mark in evidence.table.place
+            }
+            table = {mark: change.of(evidence.table.place[mark], width_m) for mark in evidence.table.on(floor)}
             describe = partial(_table_fault, floor, change, width_m)
-            yield Hypothesis(targets, choices(len(CHANGES)), describe, place, ("frame", floor))
+            yield Hypothesis(evidence.moved(places), choices(len(CHANGES)), describe, table, ("frame", floor))
 
 
-def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence, gain: float) -> Fault:
+def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence) -> Fault:
     fits = sum(int(walk.alignment.fits.sum()) for walk in evidence.walks if walk.passes.key.floor == floor)
     told = f"{fits} passes of landmarks fit then, and else hardly any"
     entries = []
     parts = []
     if change.unit:
         parts.append(f"in {change.unit}, not in metres")
-        entries.append(
-            CorrectionEntry(table="landmark_units", values={"floor": floor, "unit": change.unit, "reason": REASON})
-        )
+        entries.append(proposed("landmark_units", floor=floor, unit=change.unit))
     if change.mirrored:
         parts.append("mirrored")
         told += "; that the table is mirrored is sure, that it is so from left to right is not: look at the plan"
-        values = {"floor": floor, "mirrored": True, "shift_m": [width_m, 0.0], "reason": REASON}
-        entries.append(CorrectionEntry(table="turn_landmarks", values=values))
+        entries.append(proposed("turn_landmarks", floor=floor, mirrored=True, shift_m=[width_m, 0.0]))
     return Fault(
         kind=FaultKind.UNITS if change.unit else FaultKind.MIRRORED,
         floor=floor,
         summary=f"the landmark table of floor {floor} is {' and '.join(parts)}",
         evidence=told,
-        odds=round(gain, 1),
         corrections=entries,
     )
 
@@ -88,19 +83,17 @@ def walks_on_other_floors(evidence: Evidence) -> Iterator[Hypothesis]:
                 yield Hypothesis({number: target}, price, partial(_floor_fault, number, floor), key=("floor", number))
 
 
-def _floor_fault(number: int, floor: int, evidence: Evidence, gain: float) -> Fault:
+def _floor_fault(number: int, floor: int, evidence: Evidence) -> Fault:
     walk = evidence.walks[number]
     key = walk.passes.key
     fits, known = int(walk.alignment.fits.sum()), int(np.isfinite(walk.target).sum())
-    values = {**asdict(key), "to": floor, "reason": REASON}
     return Fault(
         kind=FaultKind.WRONG_FLOOR,
         floor=key.floor,
         sessions=[str(key)],
         summary=f"session {key} was walked on floor {floor}",
         evidence=f"{fits} of {known} passes fit the landmarks of floor {floor}, and hardly any those of its own",
-        odds=round(gain, 1),
-        corrections=[CorrectionEntry(table="set_floor", values=values)],
+        corrections=[proposed("set_floor", **asdict(key), to=floor)],
     )
 
 
@@ -146,17 +139,16 @@ def _circles(evidence: Evidence, suspects: Sequence[Mark]) -> set[tuple[Mark, Ma
 def _exchanged(evidence: Evidence, circle: Sequence[Mark], price: float) -> Hypothesis:
     """Each landmark of a circle hangs where the next one should."""
     following = dict(zip(circle, (*circle[1:], circle[0]), strict=True))
-    targets = {}
-    for number, walk in enumerate(evidence.walks):
-        if any(mark in following for mark in walk.marks):
-            target = walk.target.copy()
-            for mark, other in following.items():
-                target[walk.rows_of(mark)] = evidence.table.place[other]
-            targets[number] = target
-    return Hypothesis(targets, price, partial(_exchange_fault, circle), key=("swapped", *circle))
+    places = {
+        (number, row): evidence.table.place[following[mark]]
+        for number, walk in enumerate(evidence.walks)
+        for row, mark in enumerate(walk.marks)
+        if mark in following
+    }
+    return Hypothesis(evidence.moved(places), price, partial(_exchange_fault, circle), key=("swapped", *circle))
 
 
-def _exchange_fault(circle: Sequence[Mark], evidence: Evidence, gain: float) -> Fault:
+def _exchange_fault(circle: Sequence[Mark], evidence: Evidence) -> Fault:
     ids = [mark.landmark for mark in circle]
     floor = circle[0].floor
     if len(ids) == 2:
@@ -165,20 +157,15 @@ def _exchange_fault(circle: Sequence[Mark], evidence: Evidence, gain: float) -> 
     else:
         way = ", ".join(f"{one} where {other} should" for one, other in zip(ids, [*ids[1:], ids[0]], strict=True))
         summary = f"landmarks {listed(ids)} of floor {floor} are mixed up: {way}"
-    # An exchange of ids in the logs: whoever is logged as the first hangs where the second should.
+    # An exchange of ids in the logs: the one logged as the first hangs where the second should.
     swaps = [[ids[i], ids[i + 1]] for i in reversed(range(len(ids) - 1))]
-    entries = [
-        CorrectionEntry(table="swap_landmarks", values={"ids": swap, "floor": floor, "reason": REASON})
-        for swap in swaps
-    ]
     return Fault(
         kind=FaultKind.SWAPPED,
         floor=floor,
         landmarks=ids,
         summary=summary,
-        evidence=told_by_passes(evidence, circle),
-        odds=round(gain, 1),
-        corrections=entries,
+        evidence=misfit_of_passes(evidence, circle),
+        corrections=[proposed("swap_landmarks", ids=swap, floor=floor) for swap in swaps],
     )
 
 

@@ -16,8 +16,8 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.similarity import as_points
-from vislam2tag.quality.diagnosis.evidence import REASON, Evidence, Table, Way, listed
-from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.quality.diagnosis.evidence import Evidence, Table, Way, listed
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.survey.model import SessionKey
 
 BESIDE_M = 1.0
@@ -34,7 +34,6 @@ def turned_tables(table: Table) -> list[Fault]:
         beside = _beside(places, width_m, height_m)
         if beside < max(FEWEST_BESIDE, LEAST_SHARE * len(places)) or _beside(1j * places + width_m, width_m, height_m):
             continue
-        values = {"floor": floor, "turn_deg": 90.0, "shift_m": [width_m, 0.0], "reason": REASON}
         found.append(
             Fault(
                 kind=FaultKind.TURNED,
@@ -43,7 +42,7 @@ def turned_tables(table: Table) -> list[Fault]:
                 evidence=f"{beside} of {len(places)} landmarks lie beside the plan of {width_m:g} x {height_m:g} m, "
                 "and none once the table is turned; whether by 90 or by 270 degrees the plan must tell (270: "
                 f"turn_deg = 270.0, shift_m = [0.0, {height_m:g}])",
-                corrections=[CorrectionEntry(table="turn_landmarks", values=values)],
+                corrections=[proposed("turn_landmarks", floor=floor, turn_deg=90.0, shift_m=[width_m, 0.0])],
             )
         )
     return found
@@ -183,13 +182,12 @@ def _numbers(shift: complex) -> list[float]:
 
 
 def _turned(floor: int, turn: _Turn, words: str) -> Fault:
-    values = {"floor": floor, "turn_deg": turn.degrees, "shift_m": _numbers(turn.shift), "reason": REASON}
     return Fault(
         kind=FaultKind.TURNED,
         floor=floor,
         summary=f"the landmark table of floor {floor} is turned by {turn.degrees:g} degrees against its plan",
         evidence=words,
-        corrections=[CorrectionEntry(table="turn_landmarks", values=values)],
+        corrections=[proposed("turn_landmarks", floor=floor, turn_deg=turn.degrees, shift_m=_numbers(turn.shift))],
     )
 
 
