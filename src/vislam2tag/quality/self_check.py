@@ -19,6 +19,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -183,22 +184,10 @@ MEDIAN_SHARE = 2 * np.log(2)
 """Median of the squared Mahalanobis distance of Gaussian errors in the plane."""
 
 
-@dataclass(frozen=True)
-class _Prediction:
-    """What one session says of a landmark: its offset (2,), the covariance (2, 2) of that and of the survey."""
-
-    mark: LeftOutMark
-    offset: FloatArray
-    covariance: FloatArray
-    survey: FloatArray
-
-
-@dataclass(frozen=True)
-class _Mean:
-    """A weighted mean of offsets (2,), metres, and its covariance (2, 2)."""
-
-    offset: FloatArray
-    covariance: FloatArray
+_Prediction: TypeAlias = tuple[LeftOutMark, FloatArray, FloatArray, FloatArray]
+"""What one session says of a landmark: its offset (2,), the covariance (2, 2) of that and of the survey."""
+_Mean: TypeAlias = tuple[FloatArray, FloatArray]
+"""A weighted mean of offsets (2,), metres, and its covariance (2, 2)."""
 
 
 @dataclass(frozen=True)
@@ -224,7 +213,7 @@ def bad_landmarks(sessions: Iterable[SessionCheck]) -> list[BadLandmark]:
     for session in sessions:
         if session.well_founded:
             for prediction in _predictions(session.left_out):
-                predictions[prediction.mark.floor, prediction.mark.landmark].append(prediction)
+                predictions[prediction[0].floor, prediction[0].landmark].append(prediction)
     found = [bad for group in predictions.values() if (bad := _judged(group)) is not None]
     return sorted(found, key=lambda bad: (-bad.size_m, bad.floor, bad.landmark))
 
@@ -236,12 +225,7 @@ def _predictions(marks: Sequence[LeftOutMark]) -> list[_Prediction]:
     survey = _matrices([mark.survey_covariance_m2 for mark in marks])
     squares = _squares(np.linalg.inv(covariance), offset)
     return [
-        _Prediction(
-            mark,
-            offset[i],
-            survey[i] + (covariance[i] - survey[i]) * max(1.0, excess(np.delete(squares, i))),
-            survey[i],
-        )
+        (mark, offset[i], survey[i] + (covariance[i] - survey[i]) * max(1.0, excess(np.delete(squares, i))), survey[i])
         for i, mark in enumerate(marks)
     ]
 
@@ -251,24 +235,23 @@ def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Po
     worth = np.linalg.inv(covariance - survey)
 
     def weighted_mean(about: _Mean, _number: int) -> _Mean:
-        factor = variance_factor(_squares(worth, offset - about.offset), 2, TAIL)
+        factor = variance_factor(_squares(worth, offset - about[0]), 2, TAIL)
         weighted = worth / factor[:, None, None]
         spread = np.linalg.inv(weighted.sum(axis=0))
-        return _Mean(spread @ np.einsum("sij,sj->i", weighted, offset), spread)
+        return spread @ np.einsum("sij,sj->i", weighted, offset), spread
 
     done = iterate(
         "what sessions say together of a landmark",
-        _Mean(np.median(offset, axis=0), survey),
+        (np.median(offset, axis=0), survey),
         weighted_mean,
-        lambda before, after: float(np.hypot(*(after.offset - before.offset))),
+        lambda before, after: float(np.hypot(*(after[0] - before[0]))),
         tolerance=SETTLED_M,
         most_rounds=MOST_ROUNDS,
     )
-    common = done.state
-    squares = _squares(worth, offset - common.offset)
+    common, spread = done.state
+    squares = _squares(worth, offset - common)
     apart = max(1.0, excess(squares)) if len(offset) > 1 else 1.0
-    distance_m = np.linalg.norm(offset - common.offset, axis=1)
-    return PooledResiduals(common.offset, common.covariance * apart + survey, distance_m, squares)
+    return PooledResiduals(common, spread * apart + survey, np.linalg.norm(offset - common, axis=1), squares)
 
 
 def _squares(worth: npt.ArrayLike, miss: FloatArray) -> FloatArray:
@@ -277,12 +260,8 @@ def _squares(worth: npt.ArrayLike, miss: FloatArray) -> FloatArray:
 
 
 def _judged(predictions: Sequence[_Prediction]) -> BadLandmark | None:
-    together = pooled(
-        np.array([one.offset for one in predictions]),
-        np.array([one.covariance for one in predictions]),
-        predictions[0].survey,
-    )
-    mark = predictions[0].mark
+    marks, offsets, covariances, surveys = zip(*predictions, strict=True)
+    together, mark = pooled(np.array(offsets), np.array(covariances), surveys[0]), marks[0]
     size_m = float(np.hypot(*together.offset))
     sigmas = float(np.sqrt(together.offset @ np.linalg.solve(together.covariance, together.offset)))
     apart_m = float(np.median(together.distance_m))

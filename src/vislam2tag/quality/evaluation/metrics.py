@@ -238,44 +238,29 @@ def _ranked_quantile(ranked: FloatArray, count: IntArray, share: float) -> Float
     return np.asarray(low + (place - below) * (ranked[rows, above] - low))
 
 
-@dataclass(frozen=True)
-class _Counted:
-    """Sums (w,) of the walks' errors and their counts (w, bins)."""
-
-    points: IntArray
-    labelled: IntArray
-    sum_m: FloatArray
-    sum_m2: FloatArray
-    max_m: FloatArray
-    errors: IntArray
-
-
-def _counted(mine: Sequence[StrategyErrors]) -> _Counted:
+def _error_counts(mine: Sequence[StrategyErrors]) -> IntArray:
+    """Errors of the walks by bin of length (w, bins)."""
     errors = np.zeros((len(mine), log_bins.BINS), dtype=np.int64)
     for row, one in zip(errors, mine, strict=True):
         row[list(one.errors)] = list(one.errors.values())
-    return _Counted(
-        points=np.array([one.points for one in mine]),
-        labelled=np.array([one.labelled for one in mine]),
-        sum_m=np.array([one.sum_m for one in mine]),
-        sum_m2=np.array([one.sum_m2 for one in mine]),
-        max_m=np.array([-np.inf if one.max_m is None else one.max_m for one in mine]),
-        errors=errors,
-    )
+    return errors
 
 
 def _over_points(mine: Sequence[StrategyErrors], drawn: IntArray) -> Statistics:
     """Statistics of all points' errors over walks ``drawn`` (rounds, w); quantiles, from counts by length, are good to
     a few percent.
     """
-    walks, times = _counted(mine), multiplicities(drawn)
-    labelled, errors = times @ walks.labelled, times @ walks.errors
-    greatest = np.max(walks.max_m[drawn], axis=1)
+    times = multiplicities(drawn)
+    points, labelled, sum_m, sum_m2 = (
+        times @ np.array([getattr(one, name) for one in mine]) for name in ("points", "labelled", "sum_m", "sum_m2")
+    )
+    errors = times @ _error_counts(mine)
+    greatest = np.max(np.array([-np.inf if one.max_m is None else one.max_m for one in mine])[drawn], axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         return {
-            "labelled": labelled / (times @ walks.points),
-            "mean_m": (times @ walks.sum_m) / labelled,
-            "rmse_m": np.sqrt((times @ walks.sum_m2) / labelled),
+            "labelled": labelled / points,
+            "mean_m": sum_m / labelled,
+            "rmse_m": np.sqrt(sum_m2 / labelled),
             **{name: np.minimum(_counted_quantile(errors, share), greatest) for name, share in QUANTILES.items()},
             "max_m": np.where(labelled > 0, greatest, np.nan),
             **{name: _mean_of(mine, drawn, name, np.array([float(one.headed) for one in mine])) for name in DIRECTED},
@@ -308,9 +293,7 @@ class ErrorCurve:
 
 def error_curve(walks: Sequence[StrategyErrors]) -> ErrorCurve | None:
     """Add up the walks of one strategy against one truth; None where no point has a label."""
-    errors = np.zeros((len(walks), log_bins.BINS))
-    for row, one in zip(errors, walks, strict=True):
-        row[list(one.errors)] = list(one.errors.values())
+    errors = _error_counts(walks)
     used = np.flatnonzero(errors.any(axis=0))
     if not len(used):
         return None

@@ -44,12 +44,14 @@ class PressOffset(Record):
 
 
 class PooledOffset(NamedTuple):
-    """Where all presses at a control point put it, from where its file does: complex metres, BCS of the floor."""
+    """From a point of a truth to where sessions put it; complex metres, BCS of the floor."""
 
     offset: complex
     sigma_m: float
-    """One standard deviation per axis, of what presses err by each for itself, and of what they share."""
+    """One standard deviation per axis, of what sessions err by each for itself, and of what they share."""
     sessions: int
+    place: complex = 0j
+    """Where a station's track is compared."""
 
 
 class OddPoint(Record):
@@ -169,27 +171,12 @@ SHARED_PLACE_M = 0.05
 accounts for: by how landmarks around it are surveyed (assumed)."""
 
 
-class PlaceApart(NamedTuple):
-    """From a station's track to where sessions put it at a ``place``; complex metres, BCS of the floor."""
-
-    place: complex
-    offset: complex
-    sigma_m: float
-    """One standard deviation per axis."""
-    sessions: int
-
-    @property
-    def contradicts(self) -> bool:
-        """Whether the track is elsewhere."""
-        return abs(self.offset) > max(CERTAIN_PLACE_SIGMAS * self.sigma_m, LEAST_PLACE_M)
-
-
-def places_apart(walks: Sequence[PointErrors]) -> list[PlaceApart]:
+def places_apart(walks: Sequence[PointErrors]) -> list[PooledOffset]:
     """Pool the labels of sessions against one station's track, by place.
 
     Labels of a session in a place err alike: however many they are, they count as one.
     """
-    seen: dict[tuple[int, int], list[_Passed]] = defaultdict(list)
+    seen: dict[tuple[int, int], list[tuple[complex, complex, float, float]]] = defaultdict(list)
     for errors in walks:
         kept = errors.labelled & np.isfinite(errors.sigma_m)
         place, offset = (at[kept] @ (1, 1j) for at in (errors.truth_bcs, errors.residual_bcs))
@@ -198,31 +185,22 @@ def places_apart(walks: Sequence[PointErrors]) -> list[PlaceApart]:
         for x, y in np.unique(cell, axis=0).tolist():
             rows = (cell == (x, y)).all(axis=1)
             means = (float(values[rows].mean()) for values in (label_m, truth_m))
-            seen[x, y].append(_Passed(complex(place[rows].mean()), complex(offset[rows].mean()), *means))
+            seen[x, y].append((complex(place[rows].mean()), complex(offset[rows].mean()), *means))
     places = [_pooled_place(found) for found in seen.values() if len(found) >= FEWEST_PASSING]
     shared_m = _shared_m(places)
     return [one._replace(sigma_m=float(np.hypot(one.sigma_m, shared_m))) for one in places]
 
 
-class _Passed(NamedTuple):
-    """What one session says of a place: means over its labels there."""
-
-    place: complex
-    offset: complex
-    label_m: float
-    truth_m: float
-    """Sigma of the track, owed to clock and prism that are those of all sessions."""
-
-
-def _pooled_place(found: Sequence[_Passed]) -> PlaceApart:
+def _pooled_place(found: Sequence[tuple[complex, complex, float, float]]) -> PooledOffset:
+    """Weighted mean over sessions of place, offset, and sigmas of label and track (clock and prism are one for all)."""
     place, offset, label_m, truth_m = (np.array(values) for values in zip(*found, strict=True))
     worth = label_m**-2.0
     share = worth / worth.sum()
     sigma_m = np.hypot(worth.sum() ** -0.5, share @ truth_m)
-    return PlaceApart(complex(place.mean()), complex(share @ offset), float(sigma_m), len(found))
+    return PooledOffset(complex(share @ offset), float(sigma_m), len(found), complex(place.mean()))
 
 
-def _shared_m(places: Sequence[PlaceApart]) -> float:
+def _shared_m(places: Sequence[PooledOffset]) -> float:
     """By how much, per axis, all sessions err alike at a place: what places are off by beyond their own sigma.
 
     Not counted is what another frame, turned and shifted, accounts for: three numbers of two for each place.
@@ -242,7 +220,7 @@ def _shared_m(places: Sequence[PlaceApart]) -> float:
 def frame_against_walks(walks: Sequence[PointErrors]) -> list[Finding]:
     """Report a station whose track is elsewhere than walks of one device put it."""
     places = places_apart(walks)
-    contradicting = [one for one in places if one.contradicts]
+    contradicting = [one for one in places if abs(one.offset) > max(CERTAIN_PLACE_SIGMAS * one.sigma_m, LEAST_PLACE_M)]
     enough = max(FEWEST_CONTRADICTING, LEAST_SHARE * len(places))
     if len(places) < FEWEST_PLACES or len(contradicting) < enough:
         return []

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,9 +52,8 @@ class WalkErrors:
     faulty: bool
 
 
-@dataclass(frozen=True)
-class WalkSummary:
-    """Statistics over walks, metres."""
+class WalkSummary(NamedTuple):
+    """Statistics over walks, metres, in the order of :data:`METRICS`."""
 
     walks: int
     mean_m: float
@@ -121,15 +121,12 @@ def _rows(
     only_non_faulty: bool,
 ) -> tuple[TableRow, ...]:
     ours = {name: summarise_walks(walks, name, only_non_faulty) for name in strategies}
-    return tuple(
-        TableRow(selection, metric, tuple(_cell(name, ours[name], published, number) for name in strategies))
-        for number, metric in enumerate(METRICS)
-    )
-
-
-def _cell(strategy: str, ours: WalkSummary, published: _Published, number: int) -> Cell:
-    here_m = (ours.mean_m, ours.median_m, ours.max_m)[number]
-    return Cell(strategy, here_m, published[strategy][number] if strategy in published else None, ours.walks)
+    rows = []
+    for number, metric in enumerate(METRICS):
+        theirs = {name: figures[number] for name, figures in published.items()}
+        cells = (Cell(name, ours[name][1 + number], theirs.get(name), ours[name].walks) for name in strategies)
+        rows.append(TableRow(selection, metric, tuple(cells)))
+    return tuple(rows)
 
 
 CLOCK_STRATEGY = "local-corrected"
