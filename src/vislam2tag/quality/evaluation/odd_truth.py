@@ -184,8 +184,8 @@ def places_apart(walks: Sequence[PointErrors]) -> list[PooledOffset]:
         cell = np.floor(errors.truth_bcs[kept] / CELL_M).astype(np.int64)
         for x, y in np.unique(cell, axis=0).tolist():
             rows = (cell == (x, y)).all(axis=1)
-            means = (float(values[rows].mean()) for values in (label_m, truth_m))
-            seen[x, y].append((complex(place[rows].mean()), complex(offset[rows].mean()), *means))
+            at, off = complex(place[rows].mean()), complex(offset[rows].mean())
+            seen[x, y].append((at, off, float(label_m[rows].mean()), float(truth_m[rows].mean())))
     places = [_pooled_place(found) for found in seen.values() if len(found) >= FEWEST_PASSING]
     shared_m = _shared_m(places)
     return [one._replace(sigma_m=float(np.hypot(one.sigma_m, shared_m))) for one in places]
