@@ -16,11 +16,11 @@ from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.changes import APPEARED, CHANGED, CHANGED_POINTS, MOVED, VANISHED, survey_changes
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
-from vislam2tag.simulation.building.building import make_building
+from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.choices import Locale
-from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk
-from vislam2tag.simulation.sensors.devices import make_device
-from vislam2tag.simulation.sensors.radio import (
+from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk, position_at
+from vislam2tag.simulation.phones import make_device
+from vislam2tag.simulation.radio import (
     RadioEnvironment,
     RadioSettings,
     make_radio_environment,
@@ -28,8 +28,7 @@ from vislam2tag.simulation.sensors.radio import (
     simulate_wifi,
 )
 from vislam2tag.simulation.settings import BuildingSettings, WalkStyle, stream, walk_settings
-from vislam2tag.simulation.walking.sampling import position_at
-from vislam2tag.simulation.walking.walk import make_walk
+from vislam2tag.simulation.walk import make_walk
 
 FLOORS = (0, 1)
 LABEL_SIGMA_M = 0.15

@@ -13,7 +13,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.evaluation.truth import (
+from vislam2tag.quality.evaluation.truth import (
     Residuals,
     Truth,
     errors_at_frames,
@@ -21,10 +21,10 @@ from vislam2tag.evaluation.truth import (
     residuals_at_truth,
 )
 from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.survey import simulate, simulated_floor, walk_and_track
-from vislam2tag.simulation.walking.sampling import position_at
+from vislam2tag.simulation.survey import simulate, walk_and_track
 from vislam2tag.survey.model import Survey
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -114,7 +114,7 @@ def with_tracker(seeds: Iterable[int], times: float, severity: str = "default", 
     for seed in seeds:
         building = BuildingSettings(landmarks=landmarks)
         scenario = regular_survey(seed, severity, (0,), ("LG", "OnePlus"), 1, building=building)
-        floor = simulated_floor(scenario, 0)
+        floor = scenario.building.floor(0)
         survey_sigma_m, unknown = 0.02, np.full(landmarks, np.nan)
         off_m = np.random.default_rng(seed).normal(0, survey_sigma_m, (landmarks, 2))
         surveyed = Landmarks(

@@ -29,27 +29,24 @@ from PIL import Image
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
-from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.diagnosis.passes import WalkPasses
-from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.diagnosis.stream_faults import stream_faults
-from vislam2tag.diagnosis.streams import StreamSigns
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
-from vislam2tag.diagnosis.walls_crossed import Inside
-from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import PATH_STEP
 from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
+from vislam2tag.quality.diagnosis.alignment import WalkPasses
+from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.search import found_faults
+from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, sensor_clock_offset_s, stream_faults
+from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_plan
+from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.repeated_scans import repeated_scans
-from vislam2tag.simulation.building.building import draw_plan
+from vislam2tag.simulation.building import draw_plan
 from vislam2tag.simulation.choices import Locale
+from vislam2tag.simulation.imu import INERTIAL_TYPES, ImuSettings, simulate_imu
 from vislam2tag.simulation.model import SimulatedFloor
+from vislam2tag.simulation.phones import make_device
+from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
-from vislam2tag.simulation.sensors.devices import make_device
-from vislam2tag.simulation.sensors.imu import INERTIAL_TYPES, ImuSettings, simulate_imu
-from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
 from vislam2tag.simulation.settings import BuildingSettings, stream
 from vislam2tag.simulation.survey import STALE_SHARE, walk_and_track
 from vislam2tag.smoother.observations import WalkObservations
@@ -292,7 +289,7 @@ def _diagnosed(made: MadeSurvey) -> list[Fault]:
     )
     faults, corrected = found_faults(Evidence(table, walks))
     heard = {walk.key: one.heard() for walk, one in zip(made.walks, made.streams, strict=False)}
-    faults = told_by_plan(faults, corrected, {key: one.as_way for key, one in heard.items()}, made.inside)
+    faults = with_turns_by_plan(faults, corrected, {key: one.as_way for key, one in heard.items()}, made.inside)
     clocks = wifi_clocks(corrected, heard)
     signs = {walk.key: one.signs(walk.key) for walk, one in zip(made.walks, made.streams, strict=False)}
     return faults + stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)

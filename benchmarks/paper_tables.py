@@ -16,7 +16,9 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from vislam2tag.evaluation.paper.tables import (
+from vislam2tag.pipeline.paper.data import open_paper_data
+from vislam2tag.pipeline.paper.walks import paper_walks
+from vislam2tag.quality.evaluation.paper import (
     PAPER_TABLE_1,
     PAPER_TABLE_1_NON_FAULTY,
     PAPER_TABLE_2,
@@ -24,8 +26,6 @@ from vislam2tag.evaluation.paper.tables import (
     WalkSummary,
     summarise_walks,
 )
-from vislam2tag.pipeline.paper.data import open_paper_data
-from vislam2tag.pipeline.paper.walks import paper_walks
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import paper_evaluation
 from vislam2tag.simulation.survey import simulate

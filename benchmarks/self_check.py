@@ -25,9 +25,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.self_check.accuracy import Estimate, error_factor, estimate_accuracy
-from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
-from vislam2tag.self_check.left_out import LeftOut, leave_out
+from vislam2tag.quality.landmark_gain import CELL_M, gains, positions_each_metre
+from vislam2tag.quality.self_check import Estimate, LeftOut, error_factor, estimate_accuracy, leave_out
 from vislam2tag.smoother.contradictions import discrepancy, predicted
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import WalkObservations

@@ -22,13 +22,13 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core import limits
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.limits import MAX_CELLS, MAX_CONTROL_POINTS, MAX_FLOOR_M, MAX_JOINT_LANDMARKS, MAX_PAIRS
-from vislam2tag.diagnosis.alignment import _some_pairs
-from vislam2tag.diagnosis.wifi_clock import HeardOnWalk, _Cells
-from vislam2tag.evaluation.control_points.press_truth import estimate_lead
-from vislam2tag.evaluation.total_station.station_file import read_station_track
-from vislam2tag.evaluation.truth import nearest_points
 from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
 from vislam2tag.planning.sigma_map import sigma_map
+from vislam2tag.quality.diagnosis.alignment import _some_pairs
+from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk, _Cells
+from vislam2tag.quality.evaluation.press_truth import estimate_lead
+from vislam2tag.quality.evaluation.station_frame import read_station_track
+from vislam2tag.quality.evaluation.truth import nearest_points
 from vislam2tag.report.pages.check_page import _gain_map
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.smoother.noise import NoiseLevels

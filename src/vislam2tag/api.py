@@ -57,14 +57,6 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.settings import SplitSettings as SplitSettings
     from vislam2tag.dataset.splits import make_split as _make_split
     from vislam2tag.dataset.statistics_record import FieldWork as FieldWork
-    from vislam2tag.diagnosis.passes import WalkPasses as WalkPasses
-    from vislam2tag.diagnosis.record import Diagnosis as Diagnosis
-    from vislam2tag.diagnosis.streams import StreamSigns as StreamSigns
-    from vislam2tag.diagnosis.wifi_clock import ClockOffset as ClockOffset
-    from vislam2tag.diagnosis.wifi_clock import HeardOnWalk as HeardOnWalk
-    from vislam2tag.evaluation.metrics import ErrorSummary as ErrorSummary
-    from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
-    from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
     from vislam2tag.intake.shifted_ids import IdShift as IdShift
     from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
@@ -168,12 +160,20 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.registry import model_named as model_named
     from vislam2tag.positioning.scan_file import Tracks as Tracks
     from vislam2tag.positioning.settings import SequenceMethod as SequenceMethod
+    from vislam2tag.quality.diagnosis.alignment import WalkPasses as WalkPasses
+    from vislam2tag.quality.diagnosis.record import Diagnosis as Diagnosis
+    from vislam2tag.quality.diagnosis.stream_faults import StreamSigns as StreamSigns
+    from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset as ClockOffset
+    from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk as HeardOnWalk
+    from vislam2tag.quality.evaluation.metrics import ErrorSummary as ErrorSummary
+    from vislam2tag.quality.evaluation.record import SessionEvaluation as SessionEvaluation
+    from vislam2tag.quality.evaluation.record import SurveyEvaluation as SurveyEvaluation
+    from vislam2tag.quality.self_check_record import SessionCheck as SessionCheck
+    from vislam2tag.quality.self_check_record import SurveyCheck as SurveyCheck
     from vislam2tag.registration.names import NameRules as NameRules
     from vislam2tag.registration.point_file import PointColumn as PointColumn
     from vislam2tag.registration.record import Registration as Registration
     from vislam2tag.registration.settings import RegistrationSettings as RegistrationSettings
-    from vislam2tag.self_check.record import SessionCheck as SessionCheck
-    from vislam2tag.self_check.record import SurveyCheck as SurveyCheck
     from vislam2tag.sessions.companions.tie import TableColumns as TableColumns
     from vislam2tag.sessions.companions.tie import Tie as Tie
     from vislam2tag.sessions.inspection import Inspection as Inspection
@@ -249,12 +249,12 @@ _NAMES = {
     "dataset.settings": "CoverageSettings DatasetSettings ImuWindowSettings RadioMapSettings SplitKind SplitSettings",
     "dataset.splits": "split=make_split",
     "dataset.statistics_record": "FieldWork",
-    "diagnosis.passes": "WalkPasses",
-    "diagnosis.record": "Diagnosis",
-    "diagnosis.streams": "StreamSigns",
-    "diagnosis.wifi_clock": "ClockOffset HeardOnWalk",
-    "evaluation.metrics": "ErrorSummary",
-    "evaluation.record": "SessionEvaluation SurveyEvaluation",
+    "quality.diagnosis.alignment": "WalkPasses",
+    "quality.diagnosis.record": "Diagnosis",
+    "quality.diagnosis.stream_faults": "StreamSigns",
+    "quality.diagnosis.wifi_clock": "ClockOffset HeardOnWalk",
+    "quality.evaluation.metrics": "ErrorSummary",
+    "quality.evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
     "intake.shifted_ids": "IdShift",
     "labeling.mapped_walk": "MappedWalk",
@@ -317,7 +317,7 @@ _NAMES = {
     "registration.point_file": "PointColumn",
     "registration.record": "Registration",
     "registration.settings": "RegistrationSettings",
-    "self_check.record": "SessionCheck SurveyCheck",
+    "quality.self_check_record": "SessionCheck SurveyCheck",
     "sessions.inspection": "Inspection inspect=inspect_survey",
     "sessions.model": "Attachment Session",
     "sessions.registry": "open_survey read_session",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from diagnosis import outcome_of
 
 

@@ -19,7 +19,7 @@ from tests.surveys import make_survey
 from vislam2tag import cli
 from vislam2tag.cli.app import COMMANDS, app
 from vislam2tag.cli.next_steps import STEPS
-from vislam2tag.evaluation.metrics import ErrorSummary
+from vislam2tag.quality.evaluation.metrics import ErrorSummary
 
 NAMES = [name for group in COMMANDS.values() for name in group]
 OF_SITE = ("init", "show", "write", "rebase", "walkable")

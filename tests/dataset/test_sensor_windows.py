@@ -16,13 +16,12 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.dataset.schema import MAGNETIC, SCHEMAS
 from vislam2tag.dataset.sensor_windows import ImuWindows, imu_windows, magnetic_windows
 from vislam2tag.dataset.settings import ImuWindowSettings
-from vislam2tag.simulation.building.building import make_building
-from vislam2tag.simulation.model import TrueWalk
-from vislam2tag.simulation.sensors.imu import GRAVITY_M_S2, SENSOR_TYPES, ImuSettings, simulate_imu
+from vislam2tag.simulation.building import make_building
+from vislam2tag.simulation.imu import GRAVITY_M_S2, SENSOR_TYPES, ImuSettings, simulate_imu
+from vislam2tag.simulation.model import TrueWalk, orientation_at, position_at
 from vislam2tag.simulation.settings import BuildingSettings, WalkSettings
-from vislam2tag.simulation.walking.sampling import orientation_at, position_at
-from vislam2tag.simulation.walking.walk import START_NS as WALK_START_NS
-from vislam2tag.simulation.walking.walk import make_walk
+from vislam2tag.simulation.walk import START_NS as WALK_START_NS
+from vislam2tag.simulation.walk import make_walk
 
 EXACT = ImuSettings(
     rate_hz=100.0,

@@ -15,17 +15,17 @@ from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.dead_reckoning.bridging import bridged_observations
-from vislam2tag.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.quality.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.without_poses import no_landmarks
+from vislam2tag.simulation import tracker
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.simulation.tracking import tracker
-from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning, dead_reckon
+from vislam2tag.simulation.tracker_camera import CameraFrames, DeadReckoning, dead_reckon
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.survey.corrections.file import Corrections

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.simulation.imu import SENSOR_TYPES, ImuSettings, simulate_imu
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.sensors.imu import SENSOR_TYPES, ImuSettings, simulate_imu
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.survey import walk_and_track
 

@@ -14,7 +14,7 @@ import pytest
 
 from tests.cli.command import vislam2tag
 from tests.docs.named_tests import ROOT
-from vislam2tag.evaluation.truth import read_truth
+from vislam2tag.quality.evaluation.truth import read_truth
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings, WalkStyle, walk_settings

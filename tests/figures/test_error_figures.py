@@ -3,11 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.maps import floor_with, straight_walk
+from tests.quality.evaluation.maps import floor_with, straight_walk
 from tests.walks import landmarks_at
-from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors
-from vislam2tag.evaluation.pooling import ErrorCurve
-from vislam2tag.evaluation.reliability import CoverageCurve
 from vislam2tag.figures.error_figures import (
     control_point_errors,
     coverage_accuracy,
@@ -16,6 +13,9 @@ from vislam2tag.figures.error_figures import (
     station_overlay,
 )
 from vislam2tag.figures.style import rendered
+from vislam2tag.quality.evaluation.metrics import ErrorCurve
+from vislam2tag.quality.evaluation.press_truth import nearest_point_errors
+from vislam2tag.quality.evaluation.reliability import CoverageCurve
 
 LANDMARKS = landmarks_at({"1": (0.0, 1.0), "2": (10.0, 1.0)})
 FLOOR = floor_with(np.array([(2.0, 0.3), (6.0, 0.3)]), number=0)

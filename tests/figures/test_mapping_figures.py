@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from tests.evaluation.maps import floor_with
+from tests.quality.evaluation.maps import floor_with
 from tests.walks import corridor_walk, log_of, to_acs
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2

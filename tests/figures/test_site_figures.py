@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 from PIL import Image
 
-from tests.evaluation.maps import floor_with
+from tests.quality.evaluation.maps import floor_with
 from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow

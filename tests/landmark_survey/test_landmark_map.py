@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from tests.landmark_survey.local_maps import building, seen_from, surveyed
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_points
-from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.landmark_survey.changed_map import predicted
 from vislam2tag.landmark_survey.landmark_map import Doubts, LandmarkMap, initial_map, join, solved
 from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.quality.evaluation.reliability import region_probability
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 ANGLE = st.floats(-np.pi, np.pi)

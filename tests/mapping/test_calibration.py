@@ -12,12 +12,12 @@ import pytest
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
-from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.quality.evaluation.reliability import region_probability
+from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.survey import simulated_floor, walk_and_track
-from vislam2tag.simulation.walking.sampling import position_at
+from vislam2tag.simulation.survey import walk_and_track
 
 SURVEY_SIGMA_M = 0.02
 FAULTY = ("mild", "default", "severe")
@@ -45,7 +45,7 @@ def compared(severity: str, seed: int = 31) -> tuple[Compared, ...]:
     for planned in scenario.sessions:
         tracker = planned.tracker.model_copy(update={"frame_rate_hz": 20.0})
         walk, log = walk_and_track(scenario, replace(planned, tracker=tracker))
-        floor = simulated_floor(scenario, planned.key.floor)
+        floor = scenario.building.floor(planned.key.floor)
         count = len(floor.landmark_ids)
         unknown = np.full(count, np.nan)
         landmarks = Landmarks(

@@ -12,7 +12,6 @@ from tests.pipeline.positioning.test_locate_app import asked
 from tests.positioning.in_an_app import answered, assert_same, question
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
-from vislam2tag.evaluation.metrics import ErrorSummary
 from vislam2tag.mapping.registry import strategies_for_poses
 from vislam2tag.pipeline import demo
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
@@ -21,6 +20,7 @@ from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.learning_data import learning_data
 from vislam2tag.positioning.model_file import load_model
+from vislam2tag.quality.evaluation.metrics import ErrorSummary
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 

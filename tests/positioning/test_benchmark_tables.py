@@ -6,9 +6,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.evaluation.record import FigureWithInterval
 from vislam2tag.positioning.benchmark_record import ALL, BenchmarkRow
 from vislam2tag.positioning.benchmark_tables import best_models, paired_interval
+from vislam2tag.quality.evaluation.record import FigureWithInterval
 
 
 def row(

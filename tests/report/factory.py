@@ -14,7 +14,6 @@ from vislam2tag.common.log_bins import counts_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.evaluation.reliability import reduce_errors
 from vislam2tag.labeling.results import (
     ContradictionMark,
     Drawing,
@@ -28,6 +27,7 @@ from vislam2tag.labeling.results import (
     Stretch,
     VisitMark,
 )
+from vislam2tag.quality.evaluation.reliability import reduce_errors
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, SessionRef, Site, Survey
 
 WIDTH_M, HEIGHT_M = 84.0, 42.0

@@ -27,13 +27,13 @@ from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.settings import RadioMapSettings
 from vislam2tag.dataset.statistics import dataset_statistics
 from vislam2tag.dataset.statistics_record import Table3
-from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.positioning.benchmark_record import Benchmark, benchmark_rows
 from vislam2tag.positioning.benchmark_tables import best_models
+from vislam2tag.quality.evaluation.paper import PaperTable
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
 from vislam2tag.report.pages.click_page import write_click_page
 from vislam2tag.report.pages.dataset_page import dataset_page

@@ -19,7 +19,7 @@ from vislam2tag.sessions.without_poses import with_presses_as_fixes
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import WalkStyle, walk_settings
-from vislam2tag.simulation.survey import WritingOptions, simulate, simulated_floor, walk_and_track
+from vislam2tag.simulation.survey import WritingOptions, simulate, walk_and_track
 from vislam2tag.survey.model import ControlPoints
 
 
@@ -159,7 +159,7 @@ def test_presses_are_fixes_at_the_control_points_in_order_where_no_camera_was(tm
     pressed = replace(scenario, sessions=tuple(replace(each, presses=True) for each in scenario.sessions))
     simulate(pressed, survey, WritingOptions(layout=SessionLayout.PHONE))
     true = walk_and_track(pressed, pressed.sessions[0])[0]
-    points = simulated_floor(pressed, 0).control_points[true.pressed_point]
+    points = pressed.building.floor(0).control_points[true.pressed_point]
     rows = "".join(f"{x},{y}\n" for x, y in points)
     (survey / "floor_0" / "refmarker.csv").write_text(rows, encoding="utf-8")
     for name in ("CameraPose.csv", "LandmarkPose.csv", "AnchorPose.csv"):

@@ -8,7 +8,7 @@ import pytest
 from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
 from vislam2tag.simulation.settings import severity_level
-from vislam2tag.simulation.survey import simulated_floor, walk_and_track
+from vislam2tag.simulation.survey import walk_and_track
 
 
 def test_papers_evaluation() -> None:
@@ -27,7 +27,7 @@ def test_papers_evaluation() -> None:
 
 
 def test_station_landmarks_stand_in_one_corridor() -> None:
-    floor = simulated_floor(paper_evaluation(3), 4)
+    floor = paper_evaluation(3).building.floor(4)
     ten, nine = (floor.landmark_position[floor.landmark_ids.index(name)] for name in ("10", "9"))
     assert abs(ten[1] - nine[1]) < 2.3
     assert abs(ten[0] - nine[0]) > 10
@@ -74,4 +74,4 @@ def test_severity_that_cannot_be(severity: str | float) -> None:
 
 def test_unknown_floor() -> None:
     with pytest.raises(KeyError):
-        simulated_floor(paper_evaluation(1), 7)
+        paper_evaluation(1).building.floor(7)

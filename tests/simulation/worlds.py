@@ -7,10 +7,10 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
+from vislam2tag.simulation.phones import SimulatedSession
+from vislam2tag.simulation.radio import RadioSettings, make_radio_environment
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey
-from vislam2tag.simulation.sensors.radio import RadioSettings, make_radio_environment
 from vislam2tag.simulation.survey import simulate_session
-from vislam2tag.simulation.writing.session import SimulatedSession
 
 
 @cache

@@ -11,7 +11,7 @@ from tests.drifting import Drifting, camera_track, loops, nothing_logged
 from tests.smoother.test_equations import linearised
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_points
-from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.quality.evaluation.reliability import region_probability
 from vislam2tag.smoother import smoothing
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import Weights, normal_equations

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.common.judgement import Answer, Judgement
-from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind
+from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind
 from vislam2tag.studio import diagnosis_view
 from vislam2tag.studio.outputs import LABELS
 

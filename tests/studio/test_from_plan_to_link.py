@@ -26,10 +26,9 @@ from tests.survey.plans import drawn_floor
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.pipeline.site.walkable import write_walkable
 from vislam2tag.receiving.server import UPLOADS
-from vislam2tag.simulation.building.site_building import site_building
-from vislam2tag.simulation.building.site_survey import site_floors
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import SITE_SEED, site_survey
+from vislam2tag.simulation.site_building import site_building, site_floors
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.plans.load import floor_plan

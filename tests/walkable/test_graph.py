@@ -9,7 +9,7 @@ from PIL import Image
 
 from tests.walkable.hand_made import CORRIDOR, DOORS_X, plan, rectangles
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.simulation.building.building import draw_plan, make_building
+from vislam2tag.simulation.building import draw_plan, make_building
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.survey.plans.model import FloorPlan
 from vislam2tag.walkable.graph import CorridorGraph, NodeKind, corridor_graph

@@ -9,9 +9,6 @@ from matplotlib.figure import Figure
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.evaluation.point_errors import PointErrors
-from vislam2tag.evaluation.pooling import ErrorCurve
-from vislam2tag.evaluation.reliability import CoverageCurve
 from vislam2tag.figures.panels import (
     aspect_of,
     draw_control_points,
@@ -26,6 +23,9 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import COLUMN_IN, PAGE_IN, TRUTH, colour_of, name_of, print_quality
+from vislam2tag.quality.evaluation.metrics import ErrorCurve
+from vislam2tag.quality.evaluation.reliability import CoverageCurve
+from vislam2tag.quality.evaluation.truth import PointErrors
 from vislam2tag.survey.model import Floor
 
 

@@ -17,7 +17,6 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.folder import is_dataset
-from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
@@ -28,9 +27,10 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.quality.diagnosis.record import Diagnosis
+from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.pages.index_page import IndexLink, write_index_page
-from vislam2tag.self_check.record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.links import left_out_of, shared_survey

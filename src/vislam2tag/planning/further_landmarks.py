@@ -11,9 +11,16 @@ from scipy.spatial.distance import cdist
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.planning.prediction import PassedLandmarks, expected_along, passes_near, smoothed_walk
 from vislam2tag.planning.sheet_places import SheetPlaces, Stations
-from vislam2tag.self_check.accuracy import expected_error_m
-from vislam2tag.self_check.gain_map import APART_M, BESIDE_M, GainMap, session_gains
-from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
+from vislam2tag.quality.landmark_gain import (
+    APART_M,
+    BESIDE_M,
+    CELL_M,
+    GainMap,
+    gains,
+    positions_each_metre,
+    session_gains,
+)
+from vislam2tag.quality.self_check import expected_error_m
 
 MOST_WALKS = 12
 """Gains are looked for on so many walks, spread evenly over all."""

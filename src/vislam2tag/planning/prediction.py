@@ -14,7 +14,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.self_check.accuracy import expected_error_m
+from vislam2tag.quality.self_check import expected_error_m
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import Weights, normal_equations
 from vislam2tag.smoother.landmark_priors import LandmarkPriors

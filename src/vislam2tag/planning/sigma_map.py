@@ -12,7 +12,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.limits import MAX_CELLS
 from vislam2tag.planning.prediction import ExpectedLabels
-from vislam2tag.self_check.accuracy import expected_error_m
+from vislam2tag.quality.self_check import expected_error_m
 from vislam2tag.walkable.space import WalkableSpace
 from vislam2tag.walkable.walked.walking_distances import WalkingDistances
 

@@ -17,8 +17,8 @@ from scipy.stats import t as student_t
 
 from vislam2tag import __version__
 from vislam2tag.common.records import Record
-from vislam2tag.evaluation.record import FigureWithInterval
 from vislam2tag.positioning.metrics import Score
+from vislam2tag.quality.evaluation.record import FigureWithInterval
 
 ALIKE = 0.05
 """Means that differ by less than this share of the smaller one are called alike."""

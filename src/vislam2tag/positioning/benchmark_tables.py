@@ -15,8 +15,8 @@ import polars as pl
 
 from vislam2tag.common.bootstrap import mean_interval
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
-from vislam2tag.evaluation.record import FigureWithInterval
 from vislam2tag.positioning.benchmark_record import ALL, FIGURES, SHARES, BenchmarkRow, BestModel, ModelTime
+from vislam2tag.quality.evaluation.record import FigureWithInterval
 
 COMPLETE = 0.9
 """A model that answers less than this share of what the most complete one answers is not recommended ..."""

@@ -1,4 +1,9 @@
-"""What the parts of the simulator hand to each other: buildings, true walks, tracker logs."""
+"""What the parts of the simulator hand to each other: buildings, true walks, tracker logs; and what they all ask of it.
+
+That is the walk at any time (linear between samples 5 ms apart, so below 0.1 mm), the walls that a line crosses, and
+smooth random fields over a building. A sum of cosines with normally distributed wave vectors has, in the limit of many
+terms, a Gaussian covariance (random Fourier features, Rahimi and Recht 2007).
+"""
 
 from __future__ import annotations
 
@@ -67,6 +72,10 @@ class SimulatedBuilding:
     ap_frequency_mhz: FloatArray
     ap_power_dbm: FloatArray
     """(a,) RSSI at one metre."""
+
+    def floor(self, number: int) -> SimulatedFloor:
+        """The floor with this number; raises KeyError where the building has none."""
+        return {floor.number: floor for floor in self.floors}[number]
 
 
 @dataclass(frozen=True)
@@ -158,3 +167,94 @@ class SimulatedEvent:
     kind: str
     """map_update, loop_correction, lost, found, break, relocalise."""
     size_m: float
+
+
+def position_at(walk: TrueWalk, time_ns: IntArray) -> FloatArray:
+    """Camera position (k, 3) in BCS at boot-clock times (k,); the ends are held outside the walk."""
+    return blend_at(walk, walk.position, time_ns)
+
+
+def orientation_at(walk: TrueWalk, time_ns: IntArray) -> FloatArray:
+    """Unit quaternions (k, 4), (x, y, z, w), body to BCS, at boot-clock times (k,)."""
+    continuous = walk.orientation * continuous_signs(walk.orientation)[:, None]
+    blended = blend_at(walk, continuous, time_ns)
+    return np.asarray(blended / np.linalg.norm(blended, axis=1, keepdims=True))
+
+
+def continuous_signs(orientation: FloatArray) -> FloatArray:
+    """Signs (n,) that make a quaternion sequence (n, 4) free of sign flips."""
+    flips = np.sum(orientation[1:] * orientation[:-1], axis=1) < 0
+    turned = np.append(False, flips).cumsum() % 2
+    return np.where(turned == 1, -1.0, 1.0)
+
+
+def floor_at(walk: TrueWalk, time_ns: IntArray) -> IntArray:
+    """Number of the floor (k,) at boot-clock times (k,): that of the nearest sample."""
+    if not len(walk.floor_at):
+        return np.full(len(time_ns), walk.floor, dtype=np.int64)
+    place = np.rint((time_ns - walk.time_ns[0]) * (walk.rate_hz / 1e9)).astype(np.int64)
+    return np.asarray(walk.floor_at[place.clip(0, len(walk.floor_at) - 1)])
+
+
+def blend_at(walk: TrueWalk, samples: FloatArray, time_ns: IntArray) -> FloatArray:
+    """Interpolate values (n, d), one a walk sample, at boot-clock times (k,)."""
+    place = np.clip((time_ns - walk.time_ns[0]) * (walk.rate_hz / 1e9), 0, len(walk.time_ns) - 1)
+    before = np.minimum(place.astype(np.int64), len(walk.time_ns) - 2)
+    share = (place - before)[:, None]
+    return np.asarray(samples[before] * (1 - share) + samples[before + 1] * share)
+
+
+_LINES_AT_ONCE = 4096
+
+
+def count_crossings(start: FloatArray, end: FloatArray, walls: FloatArray) -> IntArray:
+    """Count the walls (w, 2, 2) that each straight line from ``start`` (k, 2) to ``end`` (k, 2) crosses; metres."""
+    count = np.zeros(len(start), dtype=np.int64)
+    for first in range(0, len(start), _LINES_AT_ONCE):
+        part = slice(first, first + _LINES_AT_ONCE)
+        count[part] = _crossing(start[part], end[part], walls).sum(axis=1)
+    return count
+
+
+def _crossing(start: FloatArray, end: FloatArray, walls: FloatArray) -> BoolArray:
+    """(k, w) mask: line and wall cross where each one's ends lie on different sides of the other."""
+    lines, wall_lines = _implicit(start, end), _implicit(walls[:, 0], walls[:, 1])
+    ends_apart = (_homogeneous(start) @ wall_lines.T) * (_homogeneous(end) @ wall_lines.T) < 0
+    walls_apart = (lines @ _homogeneous(walls[:, 0]).T) * (lines @ _homogeneous(walls[:, 1]).T) < 0
+    return np.asarray(ends_apart & walls_apart)
+
+
+def _implicit(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Coefficients (k, 3) of the line through two points: zero on it, signed by side."""
+    dx, dy = (second - first).T
+    return np.column_stack((-dy, dx, dy * first[:, 0] - dx * first[:, 1]))
+
+
+def _homogeneous(points: FloatArray) -> FloatArray:
+    """Points (k, 2) with a third coordinate of 1."""
+    return np.column_stack((points, np.ones(len(points))))
+
+
+TERMS = 32
+"""Cosines a field: enough for a marginal distribution close to normal."""
+
+
+@dataclass(frozen=True)
+class SmoothFields:
+    """``a`` independent fields: ``wave`` (a, TERMS, 3) rad/m, ``phase`` (a, TERMS) rad, ``sigma`` their unit."""
+
+    wave: FloatArray
+    phase: FloatArray
+    sigma: float
+
+    def at(self, position: FloatArray, index: IntArray) -> FloatArray:
+        """Value (k,) of field ``index`` (k,) at each position (k, 3), metres."""
+        angle = np.einsum("kmd,kd->km", self.wave[index], position) + self.phase[index]
+        return np.asarray(self.sigma * np.sqrt(2 / TERMS) * np.cos(angle).sum(axis=1))
+
+
+def make_fields(streams: list[np.random.Generator], sigma: float, length_m: float) -> SmoothFields:
+    """Draw one field from each stream: standard deviation ``sigma``, correlation length ``length_m`` (metres)."""
+    wave = np.stack([stream.normal(0, 1 / length_m, (TERMS, 3)) for stream in streams])
+    phase = np.stack([stream.uniform(0, 2 * np.pi, TERMS) for stream in streams])
+    return SmoothFields(wave, phase, sigma)

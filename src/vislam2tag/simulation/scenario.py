@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, date, datetime, time, timedelta
+from itertools import product
+from typing import TypedDict, Unpack
 
 import numpy as np
 
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.simulation.building.building import make_building
+from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.simulation.settings import (
@@ -101,6 +104,19 @@ class Scenario:
         return self.seed if self.site_seed is None else self.site_seed
 
 
+class FurtherChoices(TypedDict, total=False):
+    """What else can be chosen of a regular survey."""
+
+    walk: WalkSettings | None
+    climb: Climb | None
+    """How walks go on to other floors; no landmark id is then used on two floors."""
+    pressure: bool
+    ble: bool
+    rtt: bool
+    day: date
+    """Walks of another day go through the same building."""
+
+
 def regular_survey(
     seed: int,
     severity: str | float = "default",
@@ -109,29 +125,22 @@ def regular_survey(
     sessions: int = 2,
     duration_s: float = 180.0,
     building: BuildingSettings | None = None,
-    walk: WalkSettings | None = None,
-    climb: Climb | None = None,
-    pressure: bool = False,
-    ble: bool = False,
-    rtt: bool = False,
-    day: date = WALKING_DAY,
+    **more: Unpack[FurtherChoices],
 ) -> Scenario:
     """Plan ``sessions`` walks of ``duration_s`` on each floor with each device.
 
-    With ``climb`` each walk starts on its floor and goes on to others, and no landmark id is used on two floors;
-    adding floors changes such walks. Walks of another ``day`` go through the same building. Otherwise adding floors,
-    devices or sessions leaves the others as they are. Raises
-    ValueError for a severity below zero, or where there is no other floor to climb to.
+    With ``climb`` each walk starts on its floor and goes on to others; adding floors changes such walks. Otherwise
+    adding floors, devices or sessions leaves the others as they are. Raises ValueError for a severity below zero, or
+    where there is no other floor to climb to.
     """
-    level = severity_level(severity)
+    level, climb = severity_level(severity), more.get("climb")
     if climb is not None and len(floors) < 2:
         raise ValueError("walks that change floors need two floors at least")
-    planned = [
-        replace(session, climb=climb)
-        for session in _walks(seed, level, floors, devices, sessions, duration_s, walk, day)
-    ]
+    walks = _Walks(seed, level, devices, sessions, duration_s, more.get("walk"), more.get("day", WALKING_DAY))
+    planned = tuple(replace(session, climb=climb) for session in walks.on(floors))
     made = make_building(building or BuildingSettings(), seed, floors, distinct_ids=climb is not None)
-    return Scenario(seed, level, made, tuple(planned), pressure, ble, rtt, settings=building)
+    pressure, ble, rtt = more.get("pressure", False), more.get("ble", False), more.get("rtt", False)
+    return Scenario(seed, level, made, planned, pressure, ble, rtt, settings=building)
 
 
 def site_survey(
@@ -142,7 +151,6 @@ def site_survey(
     devices: tuple[str, ...] = ("LG", "OnePlus"),
     sessions: int = 2,
     duration_s: float = 180.0,
-    walk: WalkSettings | None = None,
     day: date | None = None,
 ) -> Scenario:
     """Plan walks as :func:`regular_survey` does, on all floors of a building made from the site in this folder.
@@ -151,35 +159,35 @@ def site_survey(
     (``day``: given).
     """
     level = severity_level(severity)
-    floors = tuple(floor.number for floor in building.floors)
     day = day or WALKING_DAY + timedelta(days=seed % _MOST_DAYS)
-    planned = _walks(seed, level, floors, devices, sessions, duration_s, walk, day)
+    planned = _Walks(seed, level, devices, sessions, duration_s, None, day).on([one.number for one in building.floors])
     return Scenario(seed, level, building, tuple(planned), site=site, site_seed=SITE_SEED)
 
 
-def _walks(
-    seed: int,
-    level: float,
-    floors: tuple[int, ...],
-    devices: tuple[str, ...],
-    sessions: int,
-    duration_s: float,
-    walk: WalkSettings | None,
-    day: date,
-) -> list[PlannedSession]:
-    planned = []
-    for floor in floors:
-        for device in devices:
-            offset = float(stream(seed, "faults", floor, device).uniform())
-            for number in range(sessions):
-                quantile = (offset + number * GOLDEN) % 1.0
-                walker = walk if walk is not None else _provoked(WalkStyle.SURVEY, quantile * min(level, 1.0))
-                start = datetime(day.year, day.month, day.day, 9) + timedelta(
-                    minutes=47 * number + 7 * len(device), days=floor % 25
-                )
+@dataclass(frozen=True)
+class _Walks:
+    """Walks of a survey over every floor with every device."""
+
+    seed: int
+    level: float
+    devices: tuple[str, ...]
+    sessions: int
+    duration_s: float
+    walk: WalkSettings | None
+    day: date
+
+    def on(self, floors: Sequence[int]) -> list[PlannedSession]:
+        """Those on some floors."""
+        planned = []
+        for floor, device in product(floors, self.devices):
+            offset = float(stream(self.seed, "faults", floor, device).uniform())
+            for number in range(self.sessions):
+                later = timedelta(minutes=47 * number + 7 * len(device), days=floor % 25)
+                start = datetime.combine(self.day, time(9)) + later
                 key = SessionKey(floor, device, start.isoformat())
-                planned.append(_planned(seed, key, duration_s, walker, level, quantile, WalkStyle.SURVEY))
-    return planned
+                rank = (offset + number * GOLDEN) % 1.0
+                planned.append(_planned(self.seed, self.level, key, rank, self.duration_s, walk=self.walk))
+        return planned
 
 
 def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:
@@ -193,26 +201,20 @@ def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:
     level = severity_level(severity)
     rng = stream(seed, "paper")
     planned = []
-    quantiles = _strata(24, rng)
+    ranks = _strata(24, rng)
     # The published walk of fifteen minutes was tracked well.
-    typical = int(np.argmin(np.abs(quantiles - 0.4)))
-    quantiles[[0, typical]] = quantiles[[typical, 0]]
-    for number, key in enumerate(_paper_keys((1, 4), ("LG_ref", "OnePlus_ref"), 6)):
-        quantile = float(quantiles[number])
-        walker = _provoked(WalkStyle.CONTROL_POINTS, quantile * min(level, 1.0))
+    typical = int(np.argmin(np.abs(ranks - 0.4)))
+    ranks[[0, typical]] = ranks[[typical, 0]]
+    for key, rank in zip(_paper_keys((1, 4), ("LG_ref", "OnePlus_ref"), 6), ranks.tolist(), strict=True):
         long_walk = key.session == FIRST_STARTS[1, "LG_ref"]
-        duration = 900.0 if long_walk else round(150 + 60 * quantile + float(rng.uniform(-25, 25)))
-        planned.append(_planned(seed, key, duration, walker, level, quantile, WalkStyle.CONTROL_POINTS))
-    quantiles = _strata(10, rng)
-    for number, key in enumerate(_paper_keys((4,), ("LG_tachy", "OnePlus_tachy"), 5)):
-        quantile = float(quantiles[number])
-        walker = _provoked(WalkStyle.TOTAL_STATION, quantile * min(level, 1.0))
-        duration = round(60 + 50 * quantile + float(rng.uniform(0, 10)))
-        planned.append(_planned(seed, key, duration, walker, level, quantile, WalkStyle.TOTAL_STATION))
-    for key, duration, quantile in ILLUSTRATIONS:
-        planned.append(
-            _planned(seed, key, duration, walk_settings(WalkStyle.SURVEY), level, quantile, WalkStyle.SURVEY)
-        )
+        duration_s = 900.0 if long_walk else round(150 + 60 * rank + float(rng.uniform(-25, 25)))
+        planned.append(_planned(seed, level, key, rank, duration_s, WalkStyle.CONTROL_POINTS))
+    ranks = _strata(10, rng)
+    for key, rank in zip(_paper_keys((4,), ("LG_tachy", "OnePlus_tachy"), 5), ranks.tolist(), strict=True):
+        duration_s = round(60 + 50 * rank + float(rng.uniform(0, 10)))
+        planned.append(_planned(seed, level, key, rank, duration_s, WalkStyle.TOTAL_STATION))
+    calm = walk_settings(WalkStyle.SURVEY)
+    planned += [_planned(seed, level, key, rank, duration_s, walk=calm) for key, duration_s, rank in ILLUSTRATIONS]
     building = BuildingSettings(landmarks=14, control_point_spacing_m=11.0)
     return Scenario(seed, level, make_building(building, seed, (1, 4)), tuple(planned))
 
@@ -241,18 +243,19 @@ def _provoked(style: WalkStyle, badness: float) -> WalkSettings:
 
 def _planned(
     seed: int,
+    level: float,
     key: SessionKey,
+    rank: float,
     duration_s: float,
-    walk: WalkSettings,
-    severity: float,
-    quantile: float,
-    style: WalkStyle,
+    style: WalkStyle = WalkStyle.SURVEY,
+    walk: WalkSettings | None = None,
 ) -> PlannedSession:
+    """Plan a session of this rank among all, 0 (best tracked) to 1, walked in a style or as ``walk`` says."""
     up_hours = stream(seed, "boot", key.device).uniform(2.0, 200.0)
     start = datetime.fromisoformat(key.session).replace(tzinfo=UTC)
     first = FIRST_DAY if start < FIRST_DAY + timedelta(days=60) else start.replace(hour=0, minute=0, second=0)
     boot = first - timedelta(hours=float(up_hours))
-    tracker = TrackerSettings(severity=severity, pose_lag_s=POSE_LAGS_S.get(key.device.split("_")[0], 0.045))
+    tracker = TrackerSettings(severity=level, pose_lag_s=POSE_LAGS_S.get(key.device.split("_")[0], 0.045))
     if style is WalkStyle.TOTAL_STATION:
         tracker = tracker.model_copy(update={"break_m": STATION_BREAK_M, "reexpression_m": (0.0, 0.0)})
     return PlannedSession(
@@ -260,9 +263,9 @@ def _planned(
         start_ns=(start - boot) // timedelta(microseconds=1) * 1000,
         boot_unix_ns=(boot - datetime.fromtimestamp(0, UTC)) // timedelta(microseconds=1) * 1000,
         duration_s=duration_s,
-        walk=walk,
+        walk=walk or _provoked(style, rank * min(level, 1.0)),
         tracker=tracker,
-        fault_quantile=quantile,
+        fault_quantile=rank,
         presses=style is WalkStyle.CONTROL_POINTS,
         total_station=style is WalkStyle.TOTAL_STATION,
     )

@@ -15,33 +15,35 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
+from vislam2tag.simulation.beacons import Beacons, make_beacons, simulate_ble
+from vislam2tag.simulation.building import STATION_LANDMARKS, draw_plan
 from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
+from vislam2tag.simulation.floor_tour import floor_tour_from, seen_from_first
+from vislam2tag.simulation.imu import ImuSettings, simulate_imu, with_pressure
 from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
+from vislam2tag.simulation.phone_log import phone_log, phone_text, session_name
+from vislam2tag.simulation.phone_script import phone_script
+from vislam2tag.simulation.phones import SimulatedSession, make_device, simulate_fixes, simulate_presses
+from vislam2tag.simulation.radio import (
+    RadioEnvironment,
+    RadioSettings,
+    make_radio_environment,
+    simulate_ranges,
+    simulate_wifi,
+)
+from vislam2tag.simulation.raw_files import NAMES, PUBLISHED_NAMES, session_text, site_text, station_table
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
-from vislam2tag.simulation.sensors.beacons import Beacons, make_beacons, simulate_ble
-from vislam2tag.simulation.sensors.devices import make_device, simulate_presses
-from vislam2tag.simulation.sensors.fixes import simulate_fixes
-from vislam2tag.simulation.sensors.imu import ImuSettings, simulate_imu, with_pressure
-from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
-from vislam2tag.simulation.sensors.ranges import simulate_ranges
-from vislam2tag.simulation.sensors.station import (
+from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.station import (
     StationSettings,
     StationSetup,
     place_station,
     shoot_points,
     simulate_station,
 )
-from vislam2tag.simulation.settings import stream
-from vislam2tag.simulation.tracking.tracker import track
-from vislam2tag.simulation.walking.floor_tour import floor_tour_from, seen_from_first
-from vislam2tag.simulation.walking.walk import make_walk
-from vislam2tag.simulation.writing.phone_log import phone_log, phone_text, session_name
-from vislam2tag.simulation.writing.phone_script import phone_script
-from vislam2tag.simulation.writing.session import SimulatedSession
-from vislam2tag.simulation.writing.site_files import site_text
-from vislam2tag.simulation.writing.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
-from vislam2tag.simulation.writing.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
+from vislam2tag.simulation.tracker import track
+from vislam2tag.simulation.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
+from vislam2tag.simulation.walk import make_walk
 from vislam2tag.survey.model import SessionKey
 
 STALE_SHARE = 0.04
@@ -51,8 +53,7 @@ SCRIPT_FILE = "script.txt"
 PLAN_FILE = "floorplan.jpg"
 BESIDE = ("truth", "station", "fixes")
 """Roles of files that no phone writes."""
-TRACKED = ("poses", "landmarks")
-PHONE_TRACKED = ("CameraPose.csv", "LandmarkPose.csv", "AnchorPose.csv")
+TRACKED = ("poses.csv", "initPoses.csv", "CameraPose.csv", "LandmarkPose.csv", "AnchorPose.csv")
 """What a phone without tracker does not write."""
 STATION_DAY_NS = 1_644_796_800_000_000_000
 """2022-02-14 00:00, the date in that file's name."""
@@ -66,7 +67,7 @@ class WritingOptions:
     paper_names: bool = False
     """CameraPose.csv, LandmarkPose.csv, Sensors.csv and WiFi.csv instead of the published names."""
     traps: frozenset[str] = frozenset()
-    """Names of :data:`~vislam2tag.simulation.writing.traps.TRAP_FINDINGS`; each holds for the whole survey."""
+    """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each holds for the whole survey."""
     columns: frozenset[SiteColumn] = frozenset()
     """Optional columns of the site's files."""
     layout: SessionLayout = SessionLayout.PUBLISHED
@@ -106,10 +107,8 @@ def simulate(
                 session = replace(
                     session, fixes=simulate_fixes(session.walk, stream(scenario.seed, "fixes", planned.key))
                 )
-            if chosen.layout is SessionLayout.PHONE:
-                _write_phone_session(session, planned, scenario.seed, folder, chosen)
-            else:
-                _write_session(session, planned.key, folder, chosen)
+            for path, content in _session_files(session, planned, scenario.seed, chosen).items():
+                folder.write(path, content)
             progress(planned.key, len(scenario.sessions))
     except OSError as error:
         raise OutputError(f"{out}: cannot be written: {error}") from error
@@ -124,7 +123,7 @@ def simulate_session(
 ) -> SimulatedSession:
     """Simulate one session; its random numbers depend on the scenario's seed and the session's key alone."""
     seed = scenario.seed
-    floor = simulated_floor(scenario, planned.key.floor)
+    floor = scenario.building.floor(planned.key.floor)
     device = make_device(planned.key.device, locale, seed)
     walk, tracker = walk_and_track(scenario, planned)
     rng = stream(seed, "sensors", planned.key)
@@ -174,13 +173,15 @@ def _write_site(scenario: Scenario, out: Folder, options: WritingOptions) -> Non
     presses = any(planned.presses for planned in scenario.sessions)
     files = site_text(building, presses, options.columns, scenario.place_seed)
     if scenario.site is not None:
-        from vislam2tag.simulation.building.site_survey import copied_site_files
+        from vislam2tag.simulation.site_building import copied_site_files
 
         files = copied_site_files(Path(scenario.site), building, files)
     files["simulation.json"] = _description(scenario, options)
     for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
-        files[f"floor_{number}/{STATION_FILE}"] = _station_shots(simulated_floor(scenario, number), scenario.seed)
-    _write_files(out, {path: text for path, text in files.items() if not left_out(path, options.traps)})
+        files[f"floor_{number}/{STATION_FILE}"] = _station_shots(scenario.building.floor(number), scenario.seed)
+    for path, content in files.items():
+        if not left_out(path, options.traps):
+            out.write(path, content)
     for floor in building.floors:
         own = out.folder(f"floor_{floor.number}").make()
         if scenario.site is None and not left_out(PLAN_FILE, options.traps):
@@ -197,22 +198,29 @@ def _station_shots(floor: SimulatedFloor, seed: int) -> bytes:
 
 def _description(scenario: Scenario, options: WritingOptions) -> bytes:
     """What was simulated, for the reader of the folder; nothing reads it back."""
-    chosen = scenario.settings and scenario.settings.model_dump(mode="json", exclude_defaults=True)
-    content = {
+    building = scenario.settings and scenario.settings.model_dump(mode="json", exclude_defaults=True)
+    always = {
         "version": __version__,
         "seed": scenario.seed,
         "severity": scenario.severity,
         "locale": options.locale,
         "names": "paper" if options.paper_names else "published",
-        **({"layout": options.layout} if options.layout is not SessionLayout.PUBLISHED else {}),
+    }
+    layout = {} if options.layout is SessionLayout.PUBLISHED else {"layout": options.layout}
+    chosen = {
+        "columns": sorted(options.columns),
+        "pressure": scenario.pressure,
+        "ble": scenario.ble,
+        "rtt": scenario.rtt,
+        "without_poses": options.without_poses,
+        "site": scenario.site and Path(scenario.site).name,
+        "building": building,
+    }
+    content = {
+        **always,
+        **layout,
         "traps": sorted(options.traps),
-        **({"columns": sorted(options.columns)} if options.columns else {}),
-        **({"pressure": True} if scenario.pressure else {}),
-        **({"ble": True} if scenario.ble else {}),
-        **({"rtt": True} if scenario.rtt else {}),
-        **({"without_poses": True} if options.without_poses else {}),
-        **({"site": Path(scenario.site).name} if scenario.site else {}),
-        **({"building": chosen} if chosen else {}),
+        **{name: value for name, value in chosen.items() if value},
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
     }
     return (json.dumps(content, indent=2) + "\n").encode()
@@ -231,51 +239,31 @@ NO_COLONS = os.name == "nt"
 """The published names of sessions hold colons, which file names on Windows cannot."""
 
 
-def _write_session(session: SimulatedSession, key: SessionKey, out: Folder, options: WritingOptions) -> None:
-    names = PAPER_NAMES if options.paper_names else PUBLISHED_NAMES
-    text = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
-    name = session_name(key) if NO_COLONS else key.session
-    folder = out.folder(f"floor_{key.floor}/{key.device}/{name}")
-    _write_files(folder, {names[role]: content for role, content in text.items() if _written(session, role)})
-
-
-def _written(session: SimulatedSession, role: str) -> bool:
-    """Whether a role's file is written: a phone without tracker has no poses."""
-    return session.fixes is None or role not in TRACKED
-
-
-def _write_phone_session(
-    session: SimulatedSession, planned: PlannedSession, seed: int, out: Folder, options: WritingOptions
-) -> None:
+def _session_files(
+    session: SimulatedSession, planned: PlannedSession, seed: int, options: WritingOptions
+) -> dict[str, bytes]:
+    """Content of each file of a session by its path in the survey; a phone without tracker has no poses."""
     key = planned.key
-    log = phone_log(session, key, seed)
-    files = phone_text(log, key, planned.boot_unix_ns)
-    beside = {PUBLISHED_NAMES[role]: text for role, text in session_text(session).items() if role in BESIDE}
-    if options.scripts:
-        beside[SCRIPT_FILE] = phone_script(log, key, planned.boot_unix_ns)
-    if session.fixes is not None:
-        files = {name: text for name, text in files.items() if name not in PHONE_TRACKED}
-    _write_files(out.folder(f"floor_{key.floor}/{key.device}/{session_name(key)}"), files | beside)
-
-
-def _write_files(folder: Folder, files: dict[str, bytes]) -> None:
-    for name, content in files.items():
-        folder.write(name, content)
-
-
-def simulated_floor(scenario: Scenario, number: int) -> SimulatedFloor:
-    """Return the floor with this number; raises KeyError where the building has none."""
-    for floor in scenario.building.floors:
-        if floor.number == number:
-            return floor
-    raise KeyError(number)
+    if options.layout is SessionLayout.PHONE:
+        name, log = session_name(key), phone_log(session, key, seed)
+        files = phone_text(log, key, planned.boot_unix_ns)
+        files |= {PUBLISHED_NAMES[role]: text for role, text in session_text(session).items() if role in BESIDE}
+        if options.scripts:
+            files[SCRIPT_FILE] = phone_script(log, key, planned.boot_unix_ns)
+    else:
+        name, names = session_name(key) if NO_COLONS else key.session, NAMES[options.paper_names]
+        roles = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
+        files = {names[role]: text for role, text in roles.items()}
+    folder = f"floor_{key.floor}/{key.device}/{name}"
+    untracked = session.fixes is not None
+    return {f"{folder}/{file}": text for file, text in files.items() if not (untracked and file in TRACKED)}
 
 
 def walk_and_track(scenario: Scenario, planned: PlannedSession) -> tuple[TrueWalk, TrackerLog]:
     """Simulate one session's walk and tracker, from random numbers of its own."""
     number = planned.key.floor
     tour = None if planned.climb is None else floor_tour_from(scenario.building, number, planned.climb)
-    floor = simulated_floor(scenario, number) if tour is None else seen_from_first(tour)
+    floor = scenario.building.floor(number) if tour is None else seen_from_first(tour)
     walk = make_walk(
         floor,
         planned.duration_s,

@@ -13,12 +13,12 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import jobs_of
 from vislam2tag.pipeline.labels.session import Job, still_holds
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.quality.diagnosis.record import Diagnosis
 from vislam2tag.sessions.registry import SurveyFiles, survey_files
 from vislam2tag.settings import Settings
 from vislam2tag.studio.messages import Versions

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.maps import straight_walk
+from tests.quality.evaluation.maps import straight_walk
 from tests.surveys import bytes_of
-from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, error_record
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection
+from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
 from vislam2tag.survey.model import ControlPoints, Floor
 
 

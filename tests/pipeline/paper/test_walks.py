@@ -7,9 +7,9 @@ import pytest
 
 from tests.pipeline.paper.paper_copy import SECONDS
 from vislam2tag.common.errors import SessionError, SurveyError
-from vislam2tag.evaluation.paper.walks import STRATEGIES, labelled_shares
 from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
+from vislam2tag.quality.evaluation.paper import STRATEGIES, labelled_shares
 from vislam2tag.settings import Settings
 from vislam2tag.survey.model import SessionKey
 

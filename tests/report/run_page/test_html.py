@@ -17,10 +17,10 @@ from vislam2tag.common.files.folder import UNFINISHED
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.status import STATUS_LABELS
-from vislam2tag.evaluation.reliability import reduce_errors
-from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.labeling.results import Drawing, SessionResult, Stretch
 from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.quality.evaluation.reliability import reduce_errors
+from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.settings import Settings

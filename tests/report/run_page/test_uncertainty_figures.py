@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve
+from vislam2tag.quality.evaluation.reliability import CoverageCurve, ReliabilityCurve
 from vislam2tag.report.run_page.uncertainty_figures import coverage_figure, reliability_figure
 
 COVERAGE = CoverageCurve(

@@ -19,13 +19,13 @@ from tests.dead_reckoning.walks import corners
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.checking.check import check
 from vislam2tag.pipeline.labels.diagnosing import survey_evidence
 from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.survey.plans.model import Use
 from vislam2tag.survey.plans.placing import placed

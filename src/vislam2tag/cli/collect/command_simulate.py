@@ -120,10 +120,10 @@ def _simulate(
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
+    from vislam2tag.simulation.phones import device_names
     from vislam2tag.simulation.scenario import WALKING_DAY, paper_evaluation, regular_survey
-    from vislam2tag.simulation.sensors.devices import device_names
     from vislam2tag.simulation.survey import WritingOptions
-    from vislam2tag.simulation.writing.traps import check_traps
+    from vislam2tag.simulation.traps import check_traps
 
     if scripts and layout is not SessionLayout.PHONE:
         raise UsageError("--scripts: needs --format phone")
@@ -148,9 +148,8 @@ def _simulate(
         raise UsageError("--mask: corrects one floor; name it with --floor")
     settings = settings_of(config, {"simulation.building.landmarks": landmark_count})
     if site is not None:
-        from vislam2tag.simulation.building.site_building import site_building
-        from vislam2tag.simulation.building.site_survey import site_floors
         from vislam2tag.simulation.scenario import SITE_SEED, site_survey
+        from vislam2tag.simulation.site_building import site_building, site_floors
 
         masks = {} if mask is None else dict.fromkeys(floor or (), mask)
         building = site_building(

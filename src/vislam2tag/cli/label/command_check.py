@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vislam2tag.pipeline.run.selection import Selection
-    from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
+    from vislam2tag.quality.self_check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
     from vislam2tag.settings import Settings
     from vislam2tag.walkable.walked.walked_record import WalkedFloor
 

@@ -17,7 +17,7 @@ from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.judgement import Answer
 
 if TYPE_CHECKING:
-    from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
+    from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, Gain
     from vislam2tag.settings import Settings
 
 HELP = """

@@ -29,7 +29,7 @@ from vislam2tag.common.plugins import STRATEGIES
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.evaluation.record import ErrorRow, FigureWithInterval, SessionEvaluation, SurveyEvaluation
+    from vislam2tag.quality.evaluation.record import ErrorRow, FigureWithInterval, SessionEvaluation, SurveyEvaluation
 
 _PIPE_WIDTH = 160
 """Columns of the tables where the output is no terminal."""
@@ -135,8 +135,8 @@ def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
 
 def _print(found: SurveyEvaluation) -> None:
 
-    from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
-    from vislam2tag.evaluation.text import truth_name
+    from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS
+    from vislam2tag.quality.evaluation.text import truth_name
 
     console = visible_console(highlight=False)
     if not console.is_terminal:
@@ -154,7 +154,7 @@ def _error_table(title: str, rows: list[ErrorRow]) -> Table:
     from rich.markup import escape
     from rich.table import Table
 
-    from vislam2tag.evaluation.text import HEADS
+    from vislam2tag.quality.evaluation.text import HEADS
 
     table = Table(title=f"Error at {title}, over walks, metres", title_justify="left", box=box.SIMPLE_HEAD)
     for name in ("trajectories", "strategy"):
@@ -174,8 +174,8 @@ def _cell(figure: FigureWithInterval, *, with_interval: bool) -> str:
     """Write a figure, its interval only where asked: a terminal is narrow, the files have them all."""
     from rich.markup import escape
 
-    from vislam2tag.evaluation.record import FigureWithInterval
-    from vislam2tag.evaluation.text import figure_text
+    from vislam2tag.quality.evaluation.record import FigureWithInterval
+    from vislam2tag.quality.evaluation.text import figure_text
 
     return escape(figure_text(figure if with_interval else FigureWithInterval(value=figure.value)))
 

@@ -15,7 +15,7 @@ from vislam2tag.settings import Settings
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.evaluation.metrics import ErrorSummary
+    from vislam2tag.quality.evaluation.metrics import ErrorSummary
 
 HELP = """
 Simulate a survey, label it with each strategy, score the labels against the truth.

@@ -117,8 +117,8 @@ def _print_positioning(part: PositioningPart) -> None:
 
 
 def _print_table(part: TablePart) -> None:
-    from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
     from vislam2tag.pipeline.paper.reproduce import NAMES
+    from vislam2tag.quality.evaluation.paper import figures_of, heads_of
 
     console = table_console()
     if part.missing:

@@ -11,9 +11,9 @@ from vislam2tag.core.status import has_position
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.labelled import LabelledSession
 from vislam2tag.dataset.writing import shared_labels
-from vislam2tag.evaluation.trajectory_files import covariance_text, tum_text
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
+from vislam2tag.quality.evaluation.trajectory_files import covariance_text, tum_text
 
 HOLDS = {
     TRAJECTORY: (

@@ -11,8 +11,10 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.reliability import reduce_errors
-from vislam2tag.evaluation.truth import (
+from vislam2tag.labeling.results import ErrorRecord
+from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
+from vislam2tag.quality.evaluation.reliability import reduce_errors
+from vislam2tag.quality.evaluation.truth import (
     CONTROL_POINTS,
     MAX_GAP_S,
     Residuals,
@@ -20,8 +22,6 @@ from vislam2tag.evaluation.truth import (
     residuals_at_presses,
     residuals_at_truth,
 )
-from vislam2tag.labeling.results import ErrorRecord
-from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
 from vislam2tag.survey.model import Floor
 
 TRUTH_FILE = "truth.csv"

@@ -21,11 +21,6 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.diagnosis.judged import judgement_of
-from vislam2tag.diagnosis.other_ids import id_faults
-from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.diagnosis.references import References
-from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,
@@ -48,6 +43,9 @@ from vislam2tag.pipeline.run.output_store import REPORT_FILE
 from vislam2tag.pipeline.run.outputs import claimed, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import Executor, process_all
+from vislam2tag.quality.diagnosis.id_faults import id_faults
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, References
+from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import findings_by_kind, summarise

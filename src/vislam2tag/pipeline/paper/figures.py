@@ -12,10 +12,6 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.dataset.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
-from vislam2tag.evaluation.metrics import frames_within_sigma, strategy_errors
-from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
-from vislam2tag.evaluation.pooling import error_curve
-from vislam2tag.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
 from vislam2tag.figures.error_figures import (
     control_point_errors,
@@ -32,6 +28,15 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
+from vislam2tag.quality.evaluation.metrics import error_curve, frames_within_sigma, strategy_errors
+from vislam2tag.quality.evaluation.paper import (
+    STRATEGIES,
+    PaperWalk,
+    TrajectoryByStrategy,
+    map_all,
+    station_settings,
+)
+from vislam2tag.quality.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import Floor, SessionKey
 

@@ -22,9 +22,6 @@ from vislam2tag.dataset.statistics_record import (
     table_3_latex,
     table_3_markdown,
 )
-from vislam2tag.evaluation.paper.table_text import csv_text, latex_text, markdown_text, walks_csv
-from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, table_2
-from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_shares
 from vislam2tag.figures.style import name_of, rendered
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.collection import paper_collection
@@ -36,6 +33,19 @@ from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.positioning.benchmark_protocol import published_choices
 from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS, table_4
+from vislam2tag.quality.evaluation.paper import (
+    STRATEGIES,
+    PaperTable,
+    PaperWalk,
+    WalkErrors,
+    csv_text,
+    labelled_shares,
+    latex_text,
+    markdown_text,
+    table_1,
+    table_2,
+    walks_csv,
+)
 from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
 
 PROGRAM = "vislam2tag paper"

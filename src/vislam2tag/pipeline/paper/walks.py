@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.evaluation.paper.walks import (
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.paper.data import PaperData, read_mappable
+from vislam2tag.quality.evaluation.paper import (
     PaperWalk,
     StationWalks,
     map_all,
@@ -17,10 +19,7 @@ from vislam2tag.evaluation.paper.walks import (
     station_settings,
     station_walks,
 )
-from vislam2tag.evaluation.total_station.frame import fit_frame, shot_points
-from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
-from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.paper.data import PaperData, read_mappable
+from vislam2tag.quality.evaluation.station_frame import TRACK_FILE, fit_frame, read_station_track, shot_points
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 
 Phone = tuple[int, str]

@@ -9,14 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.core.cell_grid import around_most
+from vislam2tag.quality.landmark_gain import CELL_M, Cell, GainMap
+from vislam2tag.quality.self_check_record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.report.floor_map.arrows import arrow_line
 from vislam2tag.report.floor_map.figures import colour_bar, site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text, walk_to_fill
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import write_page
-from vislam2tag.self_check.gain_map import Cell, GainMap
-from vislam2tag.self_check.landmark_gain import CELL_M
-from vislam2tag.self_check.record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.survey.model import Floor, Survey
 from vislam2tag.walkable.walked.walked_record import WalkedFloor
 from vislam2tag.walkable.walked.walked_space import WalkedSpace

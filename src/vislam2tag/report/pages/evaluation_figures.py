@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 import plotly.graph_objects as go
 
-from vislam2tag.evaluation.dense import SINCE_LANDMARK
-from vislam2tag.evaluation.point_errors import TruthKind
-from vislam2tag.evaluation.pooling import ErrorCurve, error_curve
-from vislam2tag.evaluation.record import SessionEvaluation, StrategyErrors, SurveyEvaluation
+from vislam2tag.quality.evaluation.dense import SINCE_LANDMARK
+from vislam2tag.quality.evaluation.metrics import ErrorCurve, error_curve
+from vislam2tag.quality.evaluation.record import SessionEvaluation, StrategyErrors, SurveyEvaluation
+from vislam2tag.quality.evaluation.truth import TruthKind
 from vislam2tag.report.floor_map.figures import axis, figure_json, page_layout
 from vislam2tag.report.floor_map.layers import plotly_text
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.evaluation.point_errors import TruthKind
-from vislam2tag.evaluation.pooling import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS
-from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
-from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
+from vislam2tag.quality.evaluation.metrics import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS
+from vislam2tag.quality.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
+from vislam2tag.quality.evaluation.text import HEADS, figure_text, truth_name
+from vislam2tag.quality.evaluation.truth import TruthKind
 from vislam2tag.report.page import write_page
 from vislam2tag.report.pages.evaluation_figures import cdf_figure, drift_figure, movement_figure
 

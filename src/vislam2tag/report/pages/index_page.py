@@ -8,8 +8,8 @@ from pathlib import Path
 
 from vislam2tag.core.status import labelled_share
 from vislam2tag.labeling.results import Summary
+from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.report.page import write_page
-from vislam2tag.self_check.record import SurveyCheck
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from typing import TypeVar
 from vislam2tag.common import log_bins
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.status import Status
-from vislam2tag.evaluation.reliability import added
 from vislam2tag.labeling.results import (
     ContradictionMark,
     ErrorRecord,
@@ -19,6 +18,7 @@ from vislam2tag.labeling.results import (
     SigmaStatistics,
     Summary,
 )
+from vislam2tag.quality.evaluation.reliability import added
 
 _Key = tuple[int, str]
 """Floor and landmark."""

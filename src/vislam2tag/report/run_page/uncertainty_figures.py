@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve
+from vislam2tag.quality.evaluation.reliability import CoverageCurve, ReliabilityCurve
 from vislam2tag.report.floor_map.figures import axis, figure_json, page_layout
 
 _BLUE, _ORANGE, _GREY = "#0072b2", "#d55e00", "#8c959f"

@@ -8,15 +8,15 @@ from functools import cached_property
 from vislam2tag.common.bootstrap import FEWEST_WALKS
 from vislam2tag.common.palette import EVENT_STYLES, EventStyle
 from vislam2tag.core.faults import EventKind
-from vislam2tag.evaluation.reliability import (
+from vislam2tag.labeling.results import Summary
+from vislam2tag.quality.evaluation.reliability import (
     CoverageCurve,
     ReliabilityCurve,
     coverage_curve,
     reliability_curve,
     verdict,
 )
-from vislam2tag.evaluation.truth import CONTROL_POINTS
-from vislam2tag.labeling.results import Summary
+from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
 from vislam2tag.report.run_page.uncertainty_figures import coverage_figure, reliability_figure
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from vislam2tag.common import log_bins
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import Status
-from vislam2tag.evaluation.reliability import coverage_curve
 from vislam2tag.labeling.results import LandmarkContradiction, SigmaStatistics, Summary
+from vislam2tag.quality.evaluation.reliability import coverage_curve
 from vislam2tag.report.run_page.views import lost_times
 from vislam2tag.report.wording import count, duration, percent
 

@@ -8,8 +8,8 @@ from functools import cached_property
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.palette import STATUS_STYLES, StatusStyle
 from vislam2tag.core.status import Status, labelled_share
-from vislam2tag.evaluation.reliability import CoverageCurve, coverage_curve
 from vislam2tag.labeling.results import SessionResult, Summary
+from vislam2tag.quality.evaluation.reliability import CoverageCurve, coverage_curve
 from vislam2tag.report.floor_map.figures import TimeBar
 
 _NOT_LOST = (Status.OK.label, Status.UNCERTAIN.label, Status.DUPLICATE.label)

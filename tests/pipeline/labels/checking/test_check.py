@@ -14,7 +14,7 @@ from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, PAGE_FILE, check
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.self_check.record import Fault, SessionCheck, SurveyCheck
+from vislam2tag.quality.self_check_record import Fault, SessionCheck, SurveyCheck
 from vislam2tag.settings import Settings
 
 SHIFT_M = 1.0

@@ -13,15 +13,15 @@ import pytest
 
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
-from vislam2tag.evaluation.record import ErrorRow, SurveyEvaluation
-from vislam2tag.evaluation.trajectory_files import read_tum
-from vislam2tag.evaluation.truth import read_truth
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate
 from vislam2tag.pipeline.labels.evaluating.evaluate_session import IDENTIFIED, NEAREST, WITHOUT_LEAD
 from vislam2tag.pipeline.labels.evaluating.evaluate_station import AT_CAMERA, AT_PRISM
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection
+from vislam2tag.quality.evaluation.record import ErrorRow, SurveyEvaluation
+from vislam2tag.quality.evaluation.trajectory_files import read_tum
+from vislam2tag.quality.evaluation.truth import read_truth
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.evaluation.point_errors import PointErrors, walking_velocity
-from vislam2tag.evaluation.total_station.station_file import read_station_track
 from vislam2tag.pipeline.labels.evaluating import evaluate_station as evaluating
 from vislam2tag.pipeline.labels.evaluating.evaluate_session import EvaluationJob, TruthComparisons
 from vislam2tag.pipeline.labels.evaluating.evaluate_station import AT_PRISM, evaluate_station, station_jobs
 from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.quality.evaluation.station_frame import read_station_track
+from vislam2tag.quality.evaluation.truth import PointErrors, walking_velocity
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.choices import Locale
+from vislam2tag.simulation.phones import make_device
 from vislam2tag.simulation.scenario import PlannedSession, paper_evaluation
-from vislam2tag.simulation.sensors.devices import make_device
 from vislam2tag.simulation.survey import STATION_FILE, simulate
 from vislam2tag.survey.corrections.file import read_corrections
 

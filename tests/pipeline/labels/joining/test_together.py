@@ -14,7 +14,6 @@ import pytest
 from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import joint_columns
-from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.other_walks import OtherWalks
@@ -27,6 +26,7 @@ from vislam2tag.pipeline.labels.stored_session import give_up
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.store import claim
 from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate

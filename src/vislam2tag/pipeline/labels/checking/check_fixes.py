@@ -12,9 +12,8 @@ from vislam2tag.dead_reckoning.self_check import LeftOut as LeftOutFixes
 from vislam2tag.dead_reckoning.walk import ReckonedWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
-from vislam2tag.self_check.accuracy import estimate_accuracy
-from vislam2tag.self_check.left_out import LeftOut
-from vislam2tag.self_check.record import DoubtfulFix, LeftOutMark
+from vislam2tag.quality.self_check import LeftOut, estimate_accuracy
+from vislam2tag.quality.self_check_record import DoubtfulFix, LeftOutMark
 from vislam2tag.sessions.prepared import PreparedSession
 
 

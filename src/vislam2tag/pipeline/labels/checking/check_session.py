@@ -19,11 +19,9 @@ from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.pipeline.labels.checking.check_fixes import checked_by_fixes
 from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
-from vislam2tag.self_check.gain_map import SessionGains, session_gains
-from vislam2tag.self_check.landmark_gain import gains, positions_each_metre
-from vislam2tag.self_check.left_out import LeftOut, leave_out
-from vislam2tag.self_check.record import LeftOutMark, SessionCheck
+from vislam2tag.quality.landmark_gain import SessionGains, gains, positions_each_metre, session_gains
+from vislam2tag.quality.self_check import LeftOut, error_factor, estimate_accuracy, expected_error_m, leave_out
+from vislam2tag.quality.self_check_record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.odometry import Odometry

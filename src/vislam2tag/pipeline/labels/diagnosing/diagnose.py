@@ -13,14 +13,6 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.diagnosis.judged import MIN_FIXES, judgement_of
-from vislam2tag.diagnosis.other_ids import id_faults
-from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind, Gain
-from vislam2tag.diagnosis.references import References
-from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.diagnosis.stream_faults import stream_faults
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
-from vislam2tag.diagnosis.walls_crossed import Inside
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession, MappedShare, observe_session
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
@@ -29,6 +21,11 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
 from vislam2tag.pipeline.labels.joining.odd_references import odd_faults, references
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.quality.diagnosis.id_faults import id_faults
+from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind, Gain, References
+from vislam2tag.quality.diagnosis.search import MIN_FIXES, found_faults, judgement_of
+from vislam2tag.quality.diagnosis.stream_faults import stream_faults
+from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_plan
 from vislam2tag.sessions.registry import open_survey, true_keys
 from vislam2tag.survey.corrections.file import Corrections, read_corrections
 from vislam2tag.survey.corrections.lines import with_entries
@@ -80,7 +77,7 @@ def diagnose(
     faults, corrected = found_faults(evidence)
     heard = {session.key: session.heard for session in sessions if session.heard is not None}
     ways = {key: one.as_way for key, one in heard.items()}
-    faults = told_by_plan(faults, corrected, ways, _walkable_floors(survey))
+    faults = with_turns_by_plan(faults, corrected, ways, _walkable_floors(survey))
     clocks = wifi_clocks(corrected, heard)
     signs = {session.key: session.signs for session in sessions if session.signs is not None}
     faults += stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)

@@ -12,18 +12,18 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.tracks import longest_section
 from vislam2tag.dead_reckoning.bridging import bridged_observations
 from vislam2tag.dead_reckoning.self_check import LeftOut
-from vislam2tag.diagnosis.passes import WalkPasses
-from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
-from vislam2tag.diagnosis.two_floors import told_floors
-from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduced
 from vislam2tag.pipeline.labels.kept_passes import Places, places_of
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.self_check.accuracy import expected_error_m
-from vislam2tag.self_check.record import DoubtfulFix
+from vislam2tag.quality.diagnosis.alignment import WalkPasses
+from vislam2tag.quality.diagnosis.id_faults import floors_of_passes
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, stream_signs
+from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk
+from vislam2tag.quality.self_check import expected_error_m
+from vislam2tag.quality.self_check_record import DoubtfulFix
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
@@ -148,7 +148,7 @@ def _floors_of_landmarks(settings: ProcessSettings, task: SessionTask) -> tuple[
         else:
             places[name] = at
     observations = bridged_observations(camera, log, settings.mapping.smoother.sighting_range_m)
-    return tuple(told_floors(WalkPasses.of(session.key, observations), places, sheets))
+    return tuple(floors_of_passes(WalkPasses.of(session.key, observations), places, sheets))
 
 
 def _heard(session: Session, odometry: Odometry) -> HeardOnWalk:

@@ -13,9 +13,9 @@ import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
-from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.pipeline.labels.kept_passes import Places
+from vislam2tag.quality.diagnosis.alignment import WalkPasses
+from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.survey.model import SessionRef, Site, Survey
 
 if TYPE_CHECKING:

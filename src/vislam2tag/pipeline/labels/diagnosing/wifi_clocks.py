@@ -11,8 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from vislam2tag.diagnosis.evidence import Evidence
-from vislam2tag.diagnosis.wifi_clock import (
+from vislam2tag.positioning.radio_scans import scans_of_walk
+from vislam2tag.quality.diagnosis.evidence import Evidence
+from vislam2tag.quality.diagnosis.wifi_clock import (
     FEWEST_WALKS,
     SURE_SIGMAS,
     ClockOffset,
@@ -20,7 +21,6 @@ from vislam2tag.diagnosis.wifi_clock import (
     heard_on_floors,
     wifi_clock_offsets,
 )
-from vislam2tag.positioning.radio_scans import scans_of_walk
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.walk_ties.heard_floor import HeardFloor, ScanLag
 from vislam2tag.walk_ties.traces import HOLE_S, WalkTrace

@@ -12,12 +12,6 @@ from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.evaluation.control_points.odd_points import judgement_of_points, odd_points
-from vislam2tag.evaluation.dense import dense_rows, survey_drift
-from vislam2tag.evaluation.pooling import table_rows
-from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
-from vislam2tag.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
-from vislam2tag.evaluation.trajectory_files import READERS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
 from vislam2tag.pipeline.labels.evaluating.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
@@ -38,6 +32,12 @@ from vislam2tag.pipeline.run.selection import (
 )
 from vislam2tag.pipeline.run.store import OutputFolder, claim, without_sessions
 from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.quality.evaluation.dense import dense_rows, survey_drift
+from vislam2tag.quality.evaluation.metrics import table_rows
+from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_points
+from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
+from vislam2tag.quality.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
+from vislam2tag.quality.evaluation.trajectory_files import READERS
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections

@@ -20,7 +20,6 @@ from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.similarity import as_points
-from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk, heard_walk, ties_of
@@ -33,6 +32,7 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import (
 from vislam2tag.pipeline.labels.joining.odd_references import references
 from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
+from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
 from vislam2tag.sessions.told_landmarks import ToldLandmarks

@@ -1,0 +1,196 @@
+"""Which control point each press was made at: by a written route (``route.csv``) and all presses of a session together.
+
+The presses are a hidden Markov chain over the points. A label's distance from the point pressed at is either small and
+drawn independently, or much like that of the press before: labels that are wrong stay wrong in the same way for a
+while. So a walk whose labels are all shifted still finds its points, where the nearest point would be the wrong one.
+Forward and backward recursion give each point's probability at each press (Rabiner 1989, section III).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.intake.ids import NamedIds, compare_ids
+from vislam2tag.survey.site_table import SiteTable, is_file, read_site_table
+
+ROUTE_FILE = "route.csv"
+
+
+def read_route(root: Path, session: Path, ids: Sequence[str]) -> IntArray | None:
+    """Indices (r,) among the control points ``ids`` in walking order; None where no route is written down.
+
+    The file in the ``session`` folder counts, else that of its floor (``floor_K/route.csv``). Its header is ``point``,
+    then one id a line. Raises SurveyError where it cannot be read, has another header or names an unknown point.
+    """
+    path = next((folder / ROUTE_FILE for folder in (session, session.parent.parent) if _there(folder)), None)
+    if path is None:
+        return None
+    try:
+        table = read_site_table(root, path)
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be opened ({error.strerror}); check its permissions") from error
+    if table.header[:1] != ("point",) or not table.rows:
+        raise SurveyError(f"{path}: expected the header 'point', then the ids of control points in walking order")
+    return np.array([_index(path, table, row, ids) for row in range(len(table.rows))], dtype=np.int64)
+
+
+def _counted_from_one(ids: Sequence[str]) -> set[str]:
+    """The ids that the control points would have if they were counted from 1."""
+    return {str(number) for number in range(1, len(ids) + 1)}
+
+
+def _there(folder: Path) -> bool:
+    return is_file(folder / ROUTE_FILE)
+
+
+def _index(path: Path, table: SiteTable, row: int, ids: Sequence[str]) -> int:
+    line, fields = table.rows[row]
+    if fields[0] not in ids:
+        named = tuple(dict.fromkeys(row[0] for _, row in table.rows))
+        found = compare_ids(NamedIds("refmarker.csv", tuple(ids)), NamedIds("the route", named))
+        counting = "; control points are counted from 0" if ids and set(named) <= _counted_from_one(ids) else ""
+        raise SurveyError(
+            f"{path}:{line}: there is no control point '{fields[0]}' on this floor: {found.text}{counting}; correct "
+            "the route"
+        )
+    return list(ids).index(fields[0])
+
+
+HAND_M = 0.5
+"""How far the label at a press may usually lie from the point: a finger some tenths of a second off, metres."""
+DRIFT_M_PER_S = 0.02
+"""How fast the labels' own error may usually change, metres per second."""
+ANEW = 0.5
+"""Probability that a label's error is drawn anew instead of like the one before."""
+AGAIN = 0.02
+"""Probability that a press is at the same point as the one before (a second tap)."""
+SKIPPED = 0.03
+"""Probability that a point of a given route is passed without a press."""
+CLEAR = 10.0
+"""A press is identified where its best point is so many times as probable as the second best."""
+
+
+@dataclass(frozen=True)
+class PressIdentities:
+    """``point`` (k,) index of the control point of each press, -1 where it is not clear; ``probability`` (k,) of the
+    best one, clear or not.
+    """
+
+    point: IntArray
+    probability: FloatArray
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """States ``s``: the point (s,) that each stands for, probabilities to start in (s,) and to go on to (s, s)."""
+
+    point: IntArray
+    start: FloatArray
+    onward: FloatArray
+
+
+def identify_presses(
+    time_ns: IntArray,
+    label_bcs: FloatArray,
+    sigma_m: FloatArray,
+    points_bcs: FloatArray,
+    route: IntArray | None = None,
+) -> PressIdentities:
+    """Tell at which of the points (p, 2) each press was made.
+
+    ``time_ns`` (k,) of the presses, rising; ``label_bcs`` (k, 2) metres, NaN without a label, and ``sigma_m`` (k,),
+    NaN where not stated, are where a strategy puts them; ``route`` (r,) are the indices of the points in the order in
+    which they were passed, where that is known: presses may then be missing or double, but not out of order.
+    """
+    chain = _free_chain(len(points_bcs)) if route is None else _route_chain(route)
+    if not len(time_ns):
+        return PressIdentities(np.empty(0, dtype=np.int64), np.empty(0))
+    errors = label_bcs[:, None] - points_bcs[chain.point]
+    likelihoods = _Likelihoods(errors, np.nan_to_num(sigma_m), np.diff(time_ns) * 1e-9)
+    posterior = np.zeros((len(time_ns), len(points_bcs)))
+    np.add.at(posterior.T, chain.point, _posterior(chain, likelihoods).T)
+    return _clear_ones(posterior)
+
+
+def _free_chain(points: int) -> _Chain:
+    """Any point may follow any other; seldom the same."""
+    onward = np.full((points, points), (1 - AGAIN) / max(points - 1, 1))
+    np.fill_diagonal(onward, AGAIN if points > 1 else 1.0)
+    return _Chain(np.arange(points), np.full(points, 1 / max(points, 1)), onward)
+
+
+def _route_chain(route: IntArray) -> _Chain:
+    """The states are the places of the route (r,): on to the next, seldom to one after it or the same."""
+    place = np.arange(len(route), dtype=np.float64)
+    ahead = place - place[:, None]
+    onward = np.where(ahead > 0, (1 - AGAIN) * (1 - SKIPPED) * SKIPPED ** np.maximum(ahead - 1, 0), 0.0)
+    return _Chain(route, (1 - SKIPPED) * SKIPPED**place, onward + AGAIN * np.eye(len(route)))
+
+
+@dataclass(frozen=True)
+class _Likelihoods:
+    """Of the labels' errors (k, s, 2) at each press in each state, given those of the press before."""
+
+    error_bcs: FloatArray
+    sigma_m: FloatArray
+    gap_s: FloatArray
+
+    def first(self) -> FloatArray:
+        """(s,) for the first press."""
+        return self._anew(0)
+
+    def between(self, press: int) -> FloatArray:
+        """(s, s) from each state of the press before to each of this one."""
+        anew = np.broadcast_to(self._anew(press), (self.error_bcs.shape[1],) * 2)
+        change = self.error_bcs[press] - self.error_bcs[press - 1][:, None]
+        if not np.isfinite(change).all():
+            return anew
+        scale = np.hypot(np.sqrt(2) * HAND_M, DRIFT_M_PER_S * self.gap_s[press - 1])
+        return ANEW * anew + (1 - ANEW) * _heavy_tailed(change, float(scale))
+
+    def _anew(self, press: int) -> FloatArray:
+        """Density (s,) of the error at a press, whatever it was at the one before."""
+        error = self.error_bcs[press]
+        if not np.isfinite(error).all():
+            return np.ones(len(error))
+        return _heavy_tailed(error, float(np.hypot(HAND_M, self.sigma_m[press])))
+
+
+def _heavy_tailed(error_m: FloatArray, scale_m: float) -> FloatArray:
+    """Density (...) of errors (..., 2): Student's t in the plane with two degrees of freedom."""
+    squared = (error_m**2).sum(axis=-1) / scale_m**2
+    return np.asarray((1 + squared / 2) ** -2 / (2 * np.pi * scale_m**2))
+
+
+def _posterior(chain: _Chain, likelihoods: _Likelihoods) -> FloatArray:
+    """Probability (k, s) of each state at each press, given all labels."""
+    presses = len(likelihoods.error_bcs)
+    forward = np.empty((presses, len(chain.point)))
+    forward[0] = _normalised(chain.start * likelihoods.first())
+    for press in range(1, presses):
+        forward[press] = _normalised(forward[press - 1] @ (chain.onward * likelihoods.between(press)))
+    backward = np.ones(len(chain.point))
+    posterior = forward.copy()
+    for press in range(presses - 1, 0, -1):
+        backward = _normalised((chain.onward * likelihoods.between(press)) @ backward)
+        posterior[press - 1] = _normalised(forward[press - 1] * backward)
+    return posterior
+
+
+def _normalised(values: FloatArray) -> FloatArray:
+    """Scale values (s,) to a sum of one."""
+    return np.asarray(values / values.sum())
+
+
+def _clear_ones(posterior: FloatArray) -> PressIdentities:
+    """The best point (k,) of each press by its probabilities (k, p)."""
+    best = posterior.argmax(axis=1)
+    ranked = np.sort(np.column_stack((np.zeros(len(posterior)), posterior)), axis=1)
+    clear = ranked[:, -1] >= CLEAR * ranked[:, -2]
+    return PressIdentities(np.where(clear, best, -1).astype(np.int64), ranked[:, -1])

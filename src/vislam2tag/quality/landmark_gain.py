@@ -1,0 +1,252 @@
+"""Where one more landmark would help: by how much the expected errors of a session, and of a floor, fall with it.
+
+A sighting of a landmark whose place is known measures the camera's position, with covariance ``R``. All that is known
+of the walk is Gaussian, so the covariance at frame i falls by ``C_iS (C_SS + R)^-1 C_Si``, where ``S`` are the passes
+of that place and ``C`` the covariances between positions at different times. Those follow from neighbouring states
+alone (:func:`positions_each_metre`); they fade from landmark to landmark, so they are kept over a limited way only and
+the cost grows linearly with the walk.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.place_names import near_landmarks
+from vislam2tag.core.similarity import as_points
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.quality.self_check import expected_error_m
+from vislam2tag.quality.self_check_record import FloorCheck, ProposedPlace
+from vislam2tag.smoother.chain import solve
+from vislam2tag.smoother.equations import normal_equations
+from vislam2tag.smoother.passes import Passes
+from vislam2tag.smoother.smoothing import Smoothed
+
+EVERY_M = 1.0
+"""Positions are tied to each other this densely along the walk."""
+REACH = 150
+"""A landmark is not asked to help farther off along the walk than this many such steps."""
+CELL_M = 1.0
+"""Places stand for squares of this side."""
+SIGHT_M = 1.0
+"""A landmark is sighted at every pass of its place within this distance: it is made to be walked by."""
+SURVEY_SIGMA_M = 0.02
+"""How well one more landmark would be surveyed: the usual error of a tape."""
+_AROUND = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
+
+
+@dataclass(frozen=True)
+class DensePositions:
+    """A walk at some of its frames ``at`` (k,), closely in order.
+
+    ``position`` (k, 2) metres BCS; ``covariance`` (k, REACH + 1, 2, 2) of the position at each with those of the next
+    ones, itself first, zero beyond the end; ``frames`` (k,) how many frames each stands for.
+    """
+
+    at: IntArray
+    position: FloatArray
+    covariance: FloatArray
+    frames: FloatArray
+
+
+@dataclass(frozen=True)
+class Gains:
+    """What a landmark at some places (c,) would bring a session.
+
+    ``cell`` (c, 2) int: the square from ``cell`` to ``cell + 1`` in units of :data:`CELL_M`; ``floor`` (c,) int;
+    ``gain_m`` (c,) by how much the expected errors fall, summed over all frames, metres.
+    """
+
+    cell: IntArray
+    floor: IntArray
+    gain_m: FloatArray
+
+
+def gains(smoothed: Smoothed, positions: DensePositions, floor: IntArray) -> Gains:
+    """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``positions``."""
+    usual = float(np.median(smoothed.weights.sighting)) * smoothed.noise.sighting_m**2
+    noise = np.eye(2) * (usual + SURVEY_SIGMA_M**2)
+    before = expected_error_m(positions.covariance[:, 0])
+    gain_m: dict[tuple[int, ...], float] = {}
+    cells, floors, values = [], [], []
+    for where, nodes in _places(positions, floor):
+        passes = tuple(nodes)
+        if passes not in gain_m:
+            index, after = _improved(positions.covariance, np.array(passes), noise)
+            gain_m[passes] = float(positions.frames[index] @ (before[index] - expected_error_m(after)))
+        cells.append(where[1:])
+        floors.append(where[0])
+        values.append(gain_m[passes])
+    return Gains(np.array(cells, dtype=np.int64).reshape(-1, 2), np.array(floors, dtype=np.int64), np.array(values))
+
+
+def positions_each_metre(smoothed: Smoothed) -> DensePositions:
+    """Solve a smoothed walk for a state a metre and reduce it to positions and their covariances with the next ones."""
+    fine = _with_silent_passes(smoothed)
+    solution = solve(normal_equations(fine.model, fine.priors, fine.weights, pinned=False))
+    nodes, count = fine.model.observations.nodes, len(fine.model.path)
+    # Given the border, each state depends on its neighbours only; what the border ties together is added again.
+    tied = np.linalg.solve(solution.border_covariance, solution.cross.transpose(0, 2, 1)).transpose(0, 2, 1)
+    own = solution.covariance - tied @ solution.cross.transpose(0, 2, 1)
+    beside = solution.next_covariance - tied[:-1] @ solution.cross[1:].transpose(0, 2, 1)
+    onward = np.linalg.solve(own[:-1], beside)
+    covariance = np.zeros((len(nodes), REACH + 1, 2, 2))
+    row = own[:, :2]
+    for step in range(min(REACH + 1, len(nodes))):
+        if step:
+            row = row[: len(nodes) - step] @ onward[step - 1 :]
+        ties = tied[: len(nodes) - step, :2] @ solution.cross[step:, :2].transpose(0, 2, 1)
+        covariance[: len(nodes) - step, step] = row[:, :, :2] + ties
+    nearest = np.searchsorted((nodes[1:] + nodes[:-1]) / 2, np.arange(count))
+    frames = np.bincount(nearest, minlength=len(nodes)).astype(np.float64)
+    error = solution.state[:, 0] + 1j * solution.state[:, 1]
+    return DensePositions(nodes, as_points(fine.model.path[nodes] + error), covariance, frames)
+
+
+def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
+    """Add a pass every metre at which nothing is sighted: the same walk, with more states."""
+    model, weights = smoothed.model, smoothed.weights
+    observations = model.observations
+    metre = np.floor(np.concatenate(([0.0], np.cumsum(observations.odometry.step_length_m))) / EVERY_M)
+    at = np.setdiff1d(np.flatnonzero(np.diff(metre) > 0) + 1, observations.nodes)
+    zero, whole, nowhere = np.zeros(len(at)), np.zeros(len(at), dtype=np.int64), np.zeros(len(at), dtype=np.complex128)
+    silent = Passes(at, whole, nowhere, nowhere, zero, zero, whole)
+    order = np.argsort(np.concatenate((observations.passes.at, at)), kind="stable")
+    names = Passes.__dataclass_fields__
+    passes = Passes(*(np.concatenate((getattr(observations.passes, n), getattr(silent, n)))[order] for n in names))
+    fine = replace(observations, passes=passes)
+    stretch = np.clip(
+        np.searchsorted(observations.nodes, fine.nodes[:-1], side="right") - 1, 0, len(observations.nodes) - 2
+    )
+    finer = replace(
+        weights,
+        stretch={source: factor[stretch] for source, factor in weights.stretch.items()},
+        sighting=np.concatenate((weights.sighting, np.full(len(at), np.inf)))[order],
+        sheet=np.concatenate((weights.sheet, np.ones(len(at))))[order],
+    )
+    return replace(smoothed, model=replace(model, observations=fine), weights=finer)
+
+
+def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:
+    """Yield each place near the walk, as floor and cell, and the nearest position at each pass; ``floor`` (k,)."""
+    cell = np.floor(positions.position / CELL_M).astype(np.int64)[:, None] + _AROUND
+    away = np.linalg.norm((cell + 0.5) * CELL_M - positions.position[:, None], axis=2)
+    node, around = np.nonzero(away <= SIGHT_M)
+    key = np.column_stack((floor[node], cell[node, around]))
+    away = away[node, around]
+    order = np.lexsort((node, *key.T[::-1]))
+    key, node, away = key[order], node[order], away[order]
+    anew = np.concatenate(([True], (np.diff(key, axis=0) != 0).any(axis=1)))
+    apart = anew | np.concatenate(([True], np.diff(node) != 1))
+    starts = np.flatnonzero(apart)
+    nearest = np.lexsort((away, np.cumsum(apart)))[starts]
+    for group in np.split(np.arange(len(starts)), np.flatnonzero(anew[starts])[1:]):
+        first = starts[group[0]]
+        yield (int(key[first, 0]), int(key[first, 1]), int(key[first, 2])), node[nearest[group]].tolist()
+
+
+def _improved(covariance: FloatArray, passes: IntArray, noise: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Which positions (j,) sightings at these passes (s,) help, and their covariances (j, 2, 2) then."""
+    count = len(covariance)
+    near = [np.arange(max(at - REACH, 0), min(at + REACH + 1, count)) for at in passes]
+    index = np.unique(np.concatenate(near))
+    shared = _between(covariance, index, passes).transpose(0, 2, 1, 3).reshape(len(index), 2, -1)
+    own = _between(covariance, passes, passes).transpose(0, 2, 1, 3).reshape(2 * len(passes), -1)
+    fall = shared @ np.linalg.solve(own + np.kron(np.eye(len(passes)), noise), shared.transpose(0, 2, 1))
+    return index, covariance[index, 0] - fall
+
+
+def _between(covariance: FloatArray, rows: IntArray, columns: IntArray) -> FloatArray:
+    """Covariances (r, c, 2, 2) between positions; 0 where they lie too far apart along the walk."""
+    first = np.minimum(rows[:, None], columns)
+    step = np.abs(rows[:, None] - columns)
+    block = covariance[first, np.minimum(step, REACH)]
+    block = np.where((rows[:, None] > columns)[:, :, None, None], block.transpose(0, 1, 3, 2), block)
+    return np.where((step <= REACH)[:, :, None, None], block, 0.0)
+
+
+BEST = 3
+"""So many places are named on each floor ..."""
+APART_M = 10.0
+"""... at least this far from each other: what is nearer helps the same walks ..."""
+BESIDE_M = 3.0
+"""... and from landmarks that hang there: who passes one passes the other."""
+
+Cell = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class SessionGains:
+    """What one session adds to its floors: ``gains`` of its places, and for each floor the number of its frames and the
+    sum of their expected errors, metres.
+    """
+
+    gains: Gains
+    frames: dict[int, int]
+    expected_m: dict[int, float]
+
+
+@dataclass
+class GainMap:
+    """Sums over sessions; their size grows with the building, not with the survey."""
+
+    frames: dict[int, int] = field(default_factory=lambda: defaultdict(int))
+    expected_m: dict[int, float] = field(default_factory=lambda: defaultdict(float))
+    gain_m: dict[int, dict[Cell, float]] = field(default_factory=lambda: defaultdict(lambda: defaultdict(float)))
+    """By floor and cell, summed over frames."""
+
+    def add(self, session: SessionGains) -> None:
+        """Add a session."""
+        for number, frames in session.frames.items():
+            self.frames[number] += frames
+            self.expected_m[number] += session.expected_m[number]
+        found = session.gains
+        for floor, cell, gain in zip(found.floor.tolist(), found.cell.tolist(), found.gain_m.tolist(), strict=True):
+            self.gain_m[floor][cell[0], cell[1]] += gain
+
+    def floors(self, landmarks: Landmarks) -> list[FloorCheck]:
+        """What was found of each floor, by its number; ``landmarks`` are those that hang there."""
+        return [
+            FloorCheck(
+                number=number,
+                frames=self.frames[number],
+                expected_m=round(self.expected_m[number] / self.frames[number], 4),
+                places=self._best(number, landmarks),
+            )
+            for number in sorted(self.frames)
+        ]
+
+    def mean_gain_m(self, number: int) -> dict[Cell, float]:
+        """By how much the mean expected error of a floor falls with a landmark in each of its cells."""
+        return {cell: gain / self.frames[number] for cell, gain in sorted(self.gain_m[number].items())}
+
+    def _best(self, number: int, landmarks: Landmarks) -> list[ProposedPlace]:
+        chosen: list[ProposedPlace] = []
+        gains = self.mean_gain_m(number)
+        here = landmarks.on_floor(number)
+        hanging_m = here.position_bcs[here.surveyed]
+        for cell in sorted(gains, key=lambda cell: (-gains[cell], cell)):
+            x_m, y_m = ((index + 0.5) * CELL_M for index in cell)
+            if (np.linalg.norm(hanging_m - (x_m, y_m), axis=1) < BESIDE_M).any():
+                continue
+            if all((x_m - other.x_m) ** 2 + (y_m - other.y_m) ** 2 >= APART_M**2 for other in chosen):
+                near = near_landmarks(landmarks, number, (x_m, y_m))
+                chosen.append(ProposedPlace(x_m=x_m, y_m=y_m, near=near, gain_m=round(gains[cell], 4)))
+            if len(chosen) == BEST:
+                break
+        return chosen
+
+
+def session_gains(gains: Gains, factor: float, floor: IntArray, expected_m: FloatArray) -> SessionGains:
+    """Reduce a session: its gains and the expected errors (n,) of its frames on floors (n,), all times a factor."""
+    numbers = sorted(set(floor.tolist()))
+    scaled = Gains(gains.cell, gains.floor, gains.gain_m * factor)
+    return SessionGains(
+        scaled,
+        {number: int((floor == number).sum()) for number in numbers},
+        {number: float(expected_m[floor == number].sum()) * factor for number in numbers},
+    )

@@ -1,1 +1,0 @@
-"""Simulated sensors: radio, beacons, inertial, pressure, presses, total station."""
