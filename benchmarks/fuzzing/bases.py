@@ -14,13 +14,13 @@ import polars as pl
 from PIL import Image
 from tests.dead_reckoning.ilc20 import make_site
 from tests.receiving.zips import session_zip
-from tests.survey.plans import drawn_floor
+from tests.site.plans import drawn_floor
 
 from fuzzing.invocation import cli, first_walk
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
-from vislam2tag.survey.corrections import lines as correction_lines
-from vislam2tag.survey.settings import SETTINGS_FILE
+from vislam2tag.site.corrections import lines as correction_lines
+from vislam2tag.site.settings import SETTINGS_FILE
 
 CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""

@@ -26,9 +26,9 @@ from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.simulation.tracking import tracker
 from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning, dead_reckon
+from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.survey.corrections.file import Corrections
 
 WAY = corners((30, 0), (0, 30), (-25, 0))
 SPEED_M_S = 1.2

@@ -12,7 +12,7 @@ from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.diagnosis.stream_faults import stream_faults
 from vislam2tag.diagnosis.streams import StreamSigns
 from vislam2tag.diagnosis.wifi_clock import ClockOffset
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 SOUND = StreamSigns(switched_on_s=1000.0, scans=40, repeated=0, sensor_offset_s=0.05)
 

@@ -14,7 +14,7 @@ from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from vislam2tag.diagnosis.walls_crossed import Inside
-from vislam2tag.survey.corrections.file import TurnLandmarks
+from vislam2tag.site.corrections.file import TurnLandmarks
 
 WIDTH_M, HEIGHT_M = 45.0, 30.0
 

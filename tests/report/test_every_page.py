@@ -12,8 +12,8 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
 from tests.dataset.factory import small_dataset
-from tests.planning.floors import write_ring_site
 from tests.positioning.test_benchmark_record import record
+from tests.preparation.planning.floors import write_ring_site
 from tests.report.browser import note_problems, running_browser
 from tests.report.factory import make_results, make_survey
 from tests.report.pages.test_check_page import write_page_of_a_check
@@ -21,7 +21,7 @@ from tests.report.pages.test_conflict_page import write_page_of_conflicts
 from tests.report.pages.test_dataset_page import make_dataset
 from tests.report.pages.test_evaluation_page import evaluation
 from tests.report.pages.test_fleet_pages import write_fleet_page, write_session_page
-from tests.survey.plans import drawn_floor
+from tests.site.plans import drawn_floor
 from tests.undrawn import undrawn
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.settings import RadioMapSettings
@@ -31,9 +31,9 @@ from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
-from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.positioning.benchmark_record import Benchmark, benchmark_rows
 from vislam2tag.positioning.benchmark_tables import best_models
+from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
 from vislam2tag.report.pages.click_page import write_click_page
 from vislam2tag.report.pages.dataset_page import dataset_page
@@ -43,8 +43,8 @@ from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, Posit
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.settings import Settings
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.plans.source import PlanSource
 
 pytestmark = pytest.mark.slow
 PICTURE = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 700 200"><path d="M0 0L700 200"/></svg>'

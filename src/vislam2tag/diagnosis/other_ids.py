@@ -11,7 +11,7 @@ from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.intake.shifted_ids import IdShift
 from vislam2tag.sessions.id_findings import SAME_IDS, compared_with_logs
-from vislam2tag.survey.landmark_states import LandmarkCounts, names_shown
+from vislam2tag.site.landmark_states import LandmarkCounts, names_shown
 
 Walk = tuple[WalkPasses, dict[str, tuple[int, complex]]]
 """The passes of a walk, and floor and place of each surveyed landmark that it may use."""

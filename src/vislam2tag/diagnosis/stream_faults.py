@@ -12,7 +12,7 @@ from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.diagnosis.streams import StreamSigns
 from vislam2tag.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.diagnosis.words import REASON, listed
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 SAME_START_S = 120.0
 """Walks of one phone that was not restarted between them agree on when it was started within this."""

@@ -18,7 +18,7 @@ from vislam2tag.diagnosis.laid_way import Way
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.diagnosis.walls_crossed import Inside, walls_crossed
 from vislam2tag.diagnosis.words import REASON, listed
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 LEAST_BETTER = 0.1
 """Another turn is believed where this much more of the way is free of walls, as a share, ..."""

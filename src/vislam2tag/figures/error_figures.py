@@ -26,7 +26,7 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import COLUMN_IN, PAGE_IN, TRUTH, colour_of, name_of, print_quality
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 
 @print_quality

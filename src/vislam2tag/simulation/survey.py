@@ -42,7 +42,7 @@ from vislam2tag.simulation.writing.session import SimulatedSession
 from vislam2tag.simulation.writing.site_files import site_text
 from vislam2tag.simulation.writing.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
 from vislam2tag.simulation.writing.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 STALE_SHARE = 0.04
 """Share of lost access points whose row is repeated at severity 1."""

@@ -21,7 +21,7 @@ from vislam2tag.evaluation.control_points.press_truth import (
     walk_error,
 )
 from vislam2tag.evaluation.paper.tables import WalkErrors, summarise_walks
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 POINTS = np.array([[2.0, 0.5], [6.0, -0.5]])
 

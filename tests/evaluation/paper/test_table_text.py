@@ -11,7 +11,7 @@ from vislam2tag.evaluation.paper.table_text import csv_text, latex_text, markdow
 from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, table_2
 from vislam2tag.evaluation.paper.walks import PaperWalk
 from vislam2tag.evaluation.point_errors import PointErrors, TruthKind
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 KEY = SessionKey(1, "LG_ref", "s")
 NAMES = {"local": "Local", "smoother": "Smoother & Co"}

@@ -11,7 +11,7 @@ from tests.evaluation.total_station.stations import BCS_T_STATION
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.evaluation.total_station.frame import CommonPoints, fit_frame, frame_findings, shot_points
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.site.model import ControlPoints
 
 POINTS = ControlPoints(("0", "1"), np.array([[4.0, 3.0], [6.0, 3.0]]))
 

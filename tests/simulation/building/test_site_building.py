@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.walkable.hand_made import CORRIDOR, HEIGHT_M, MARGIN_M, WIDTH_M, plan
+from tests.site.walkable.hand_made import CORRIDOR, HEIGHT_M, MARGIN_M, WIDTH_M, plan
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmarks, site_building
@@ -14,8 +14,8 @@ from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.settings import TrackerSettings, WalkSettings
 from vislam2tag.simulation.tracking.tracker import track
 from vislam2tag.simulation.walking.walk import make_walk
-from vislam2tag.walkable.graph import corridor_graph
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.site.walkable.graph import corridor_graph
+from vislam2tag.site.walkable.space import walkable_space
 
 LOW, HIGH = CORRIDOR
 PLACES = np.array([(2.0, LOW + 0.1), (8.5, HIGH - 0.1), (16.0, HIGH - 0.1), (22.0, LOW + 0.1), (12.0, 0.1)])

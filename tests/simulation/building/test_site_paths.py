@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.walkable.hand_made import plan, rectangles
+from tests.site.walkable.hand_made import plan, rectangles
 from vislam2tag.simulation.building.site_paths import PASSED_M, site_paths
-from vislam2tag.walkable.graph import NodeKind, corridor_graph
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.site.walkable.graph import NodeKind, corridor_graph
+from vislam2tag.site.walkable.space import walkable_space
 
 WIDE = rectangles(40, 12, (1, 2, 39, 9))
 """One corridor, 7 m wide."""

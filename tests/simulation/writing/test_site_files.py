@@ -16,7 +16,7 @@ from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.writing.session import SimulatedSession
 from vislam2tag.simulation.writing.site_files import site_text
-from vislam2tag.survey.discover import read_site
+from vislam2tag.site.discover import read_site
 
 ALL = frozenset(SiteColumn)
 

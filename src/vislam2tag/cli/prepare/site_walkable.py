@@ -63,7 +63,7 @@ def site_walkable(
 def _print(found: tuple[WalkableFloor, ...]) -> None:
     from rich.markup import escape
 
-    from vislam2tag.walkable.graph import NodeKind
+    from vislam2tag.site.walkable.graph import NodeKind
 
     console = table_console()
     kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]

@@ -16,7 +16,7 @@ from vislam2tag.diagnosis.evidence import Evidence, Mark, Sight
 from vislam2tag.diagnosis.hypothesis import Hypothesis, choices
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.diagnosis.words import REASON, told_by_passes
-from vislam2tag.survey.corrections.file import session_start
+from vislam2tag.site.corrections.file import session_start
 
 TOGETHER = 16.0
 """Two sights are of one place where their squared distance is less than this many variances ..."""

@@ -10,7 +10,7 @@ from vislam2tag.diagnosis.evidence import Evidence
 from vislam2tag.diagnosis.hypothesis import Hypothesis, choices
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.diagnosis.words import REASON
-from vislam2tag.survey.corrections.file import UNITS_M
+from vislam2tag.site.corrections.file import UNITS_M
 
 
 @dataclass(frozen=True)

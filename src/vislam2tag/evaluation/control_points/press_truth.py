@@ -26,7 +26,7 @@ from vislam2tag.evaluation.point_errors import (
 )
 from vislam2tag.evaluation.truth import MAX_GAP_S, nearest_points, press_covariance
 from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 MIN_PRESSES = 4
 """Below this many presses made while walking no lead is estimated."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 PAPER_TABLE_1 = {
     "local": (0.91, 0.63, 4.51),

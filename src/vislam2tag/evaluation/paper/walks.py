@@ -20,7 +20,7 @@ from vislam2tag.evaluation.truth import Truth
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
-from vislam2tag.survey.model import Floor, SessionKey
+from vislam2tag.site.model import Floor, SessionKey
 
 CLOCK_STRATEGY = "local-corrected"
 """Whose errors the clock offset makes least, as in the paper."""

@@ -14,7 +14,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2, as_complex
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.evaluation.total_station.station_file import SHOTS_FOLDER, Shots, read_shots
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.site.model import ControlPoints
 
 STATION_LANDMARKS = ("10", "9")
 """The landmarks in data rows 2 and 3 of a tachymeter file that names none (the published survey's)."""

@@ -22,7 +22,7 @@ from vislam2tag.evaluation.truth import (
 )
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 TRUTH_FILE = "truth.csv"
 _UNREADABLE = (

@@ -21,7 +21,7 @@ from vislam2tag.evaluation.total_station.frame import fit_frame, shot_points
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
-from vislam2tag.survey.model import SessionKey, SessionRef, Survey
+from vislam2tag.site.model import SessionKey, SessionRef, Survey
 
 Phone = tuple[int, str]
 """Floor and device: what shares a clock offset."""

@@ -12,13 +12,13 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.pipeline.site.plan_scale import no_scale
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.model import ControlPoints, Floor
-from vislam2tag.survey.names import floor_number
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.plans.placing import NO_SCALE
-from vislam2tag.survey.plans.source import Extent, PlanSource
-from vislam2tag.survey.site_file import (
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.model import ControlPoints, Floor
+from vislam2tag.site.names import floor_number
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.plans.placing import NO_SCALE
+from vislam2tag.site.plans.source import Extent, PlanSource
+from vislam2tag.site.site_file import (
     SITE_FILE,
     FloorPart,
     GeoreferencePart,
@@ -27,7 +27,7 @@ from vislam2tag.survey.site_file import (
     read_site_file,
     site_file_text,
 )
-from vislam2tag.survey.written_files import survey_output, write_in_survey
+from vislam2tag.site.written_files import survey_output, write_in_survey
 
 INFO, MAP = "floor_info.json", "geojson_map.json"
 """A floor of the Indoor Location Competition 2.0: its extent in metres, and its map."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.survey.plans.drawing import Bounds
-from vislam2tag.survey.plans.load import PlanLook, look_at_plan, plan_called
-from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.site.plans.drawing import Bounds
+from vislam2tag.site.plans.load import PlanLook, look_at_plan, plan_called
+from vislam2tag.site.plans.source import PlanSource
 
 _SHAPE_TOLERANCE = 0.03
 """How far width by height may be from the picture's: whoever measures a building rounds to half a metre."""

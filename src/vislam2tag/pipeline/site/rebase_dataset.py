@@ -17,11 +17,11 @@ from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path
-from vislam2tag.survey.discover import read_site, site_files
-from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges
-from vislam2tag.survey.links import outside_link
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.plans.load import plan_file
+from vislam2tag.site.discover import read_site, site_files
+from vislam2tag.site.frame_change import CHANGE_FILE, FrameChange, FrameChanges
+from vislam2tag.site.links import outside_link
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.plans.load import plan_file
 
 REBASE = "rebase"
 """Kind of the source that the manifest then tells, whose settings hold the changes."""

@@ -18,14 +18,14 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.figures.style import rendered
 from vislam2tag.figures.walkable_figures import walkable_figure
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.links import left_out_of
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.walkable.correction import GREEN, RED, floor_mask
-from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import WalkableSpace, walkable_space
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.links import left_out_of
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.correction import GREEN, RED, floor_mask
+from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 RECORD = "walkable.json"
 

@@ -14,9 +14,9 @@ from vislam2tag.simulation.building.building import furnished
 from vislam2tag.simulation.building.site_paths import site_paths
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import SiteBuildingSettings, stream
-from vislam2tag.survey.sheet_size import SHEET_SIZES
-from vislam2tag.walkable.graph import CorridorGraph, NodeKind
-from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.site.sheet_size import SHEET_SIZES
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind
+from vislam2tag.site.walkable.space import WalkableSpace
 
 _THIN_M = 0.6
 """A wall with floor on both sides is one wall for radio waves where it is thinner than this."""

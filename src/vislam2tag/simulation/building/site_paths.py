@@ -9,8 +9,8 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.walkable.graph import CorridorGraph, NodeKind
-from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind
+from vislam2tag.site.walkable.space import WalkableSpace
 
 PASSED_M = 1.8
 """Who walks by a sheet within this distance passes it without leaving the way."""

@@ -15,16 +15,16 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmarks
 from vislam2tag.simulation.model import SimulatedBuilding
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
-from vislam2tag.survey.discover import read_site, site_files
-from vislam2tag.survey.floor_file import FLOOR_FILE
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.site_file import SITE_FILE, has_site_file
-from vislam2tag.walkable.correction import floor_mask
-from vislam2tag.walkable.graph import corridor_graph
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE
+from vislam2tag.site.discover import read_site, site_files
+from vislam2tag.site.floor_file import FLOOR_FILE
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.site_file import SITE_FILE, has_site_file
+from vislam2tag.site.walkable.correction import floor_mask
+from vislam2tag.site.walkable.graph import corridor_graph
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
 
 
 def site_floors(

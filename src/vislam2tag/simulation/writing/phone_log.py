@@ -20,7 +20,7 @@ from vislam2tag.simulation.sensors.ranges import BURST, RangeLog
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.tracking.anchors import set_anchors
 from vislam2tag.simulation.writing.session import SimulatedSession
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 DELIVERY_NS = 100_000_000
 """A scan's results are delivered this long after its last reading."""

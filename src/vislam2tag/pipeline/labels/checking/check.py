@@ -35,9 +35,9 @@ from vislam2tag.self_check.gain_map import GainMap
 from vislam2tag.self_check.judged import judgement_of
 from vislam2tag.self_check.record import FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.links import left_out_of, shared_survey
-from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.links import left_out_of, shared_survey
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
 

@@ -21,7 +21,7 @@ from vislam2tag.diagnosis.wifi_clock import (
     wifi_clock_offsets,
 )
 from vislam2tag.positioning.radio_scans import scans_of_walk
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 from vislam2tag.walk_ties.heard_floor import HeardFloor, ScanLag
 from vislam2tag.walk_ties.traces import HOLE_S, WalkTrace
 

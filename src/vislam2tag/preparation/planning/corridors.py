@@ -1,0 +1,161 @@
+"""The corridors of a floor as a plan sees them: the corridor graph without rooms, joined from turn to turn.
+
+A corridor leads between two *ends*: critical turns, junctions, dead ends, places of open areas. Half a corridor is a
+direction along it: half ``2 e`` leads from the corridor's first end to its second, ``2 e + 1`` back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.path_length import arc_lengths, points_along
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind
+
+LOOK_AHEAD_M = 1.5
+"""The direction of a corridor at its end is that to the place so far along it."""
+
+
+@dataclass(frozen=True)
+class Corridors:
+    """``e`` corridors between ``n`` ends, BCS metres."""
+
+    ends: FloatArray
+    """(n, 2)."""
+    is_open: BoolArray
+    """(n,) ends that are places of an open area."""
+    joined: IntArray
+    """(e, 2) the ends of each corridor."""
+    lines: tuple[FloatArray, ...]
+    """(e) corners (k, 2) from the first end to the second."""
+    doors: FloatArray
+    """(d, 2) doors."""
+
+    @cached_property
+    def length_m(self) -> FloatArray:
+        """(e,) length of each corridor."""
+        return np.array([arc_lengths(line)[-1] for line in self.lines])
+
+    @cached_property
+    def in_hall(self) -> BoolArray:
+        """(e,) corridors that lie in an open area."""
+        return np.asarray(np.all(self.is_open[self.joined], axis=1))
+
+    @cached_property
+    def leaving(self) -> tuple[tuple[int, ...], ...]:
+        """(n) halves that lead away from each end."""
+        found: list[list[int]] = [[] for _ in self.ends]
+        for corridor, (first, second) in enumerate(self.joined.tolist()):
+            found[first].append(2 * corridor)
+            found[second].append(2 * corridor + 1)
+        return tuple(tuple(halves) for halves in found)
+
+    def stop(self, half: int) -> int:
+        """End that a half leads to."""
+        return int(self.joined[half // 2, 1 - half % 2])
+
+    def onward(self, half: int) -> tuple[int, ...]:
+        """Halves that go on from where a half stops: never back, but where the corridor ends."""
+        leaving = self.leaving[self.stop(half)]
+        return tuple(other for other in leaving if other != half ^ 1) or leaving
+
+    def place(self, corridor: int, offset_m: FloatArray) -> FloatArray:
+        """Points (k, 2) of a corridor at these distances (k,) from its first end."""
+        return points_along(self.lines[corridor], offset_m)
+
+    def direction(self, corridor: int, offset_m: FloatArray, reach_m: float = 0.5) -> FloatArray:
+        """Unit vectors (k, 2) along a corridor at these distances from its first end."""
+        high = np.minimum(offset_m + reach_m, self.length_m[corridor])
+        step = self.place(corridor, high) - self.place(corridor, np.maximum(offset_m - reach_m, 0.0))
+        return np.asarray(step / np.maximum(np.linalg.norm(step, axis=1), 1e-9)[:, None])
+
+
+Chain = tuple[int, FloatArray, int, tuple[int, ...]]
+"""First node, line, last node and edges of a corridor."""
+
+
+def corridors_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, rooms: bool = False) -> Corridors:
+    """Take the corridors out of a corridor graph; straight joints are joined.
+
+    Shortcuts over open areas are left out, and rooms unless ``rooms``, and dead ends shorter than ``niche_m``.
+    """
+    opened = np.array([kind is NodeKind.OPEN for kind in graph.kinds], dtype=np.bool_)
+    kept = np.flatnonzero(~graph.shortcut & (rooms | ~graph.in_room)).tolist()
+    chains = _chains_of(graph, kept, opened, turn_rad)
+    count = np.bincount([node for chain in chains for node in (chain[0], chain[2])], minlength=len(graph.nodes))
+    dead = (count == 1) & ~opened
+    niches = {
+        edge
+        for first, line, last, edges in chains
+        if dead[[first, last]].sum() == 1 and arc_lengths(line)[-1] < niche_m
+        for edge in edges
+    }
+    if niches:
+        chains = _chains_of(graph, [edge for edge in kept if edge not in niches], opened, turn_rad)
+    used = sorted({node for first, _, last, _ in chains for node in (first, last)})
+    number = {node: i for i, node in enumerate(used)}
+    doors = [node for node, kind in enumerate(graph.kinds) if kind is NodeKind.DOOR]
+    return Corridors(
+        ends=graph.nodes[used].reshape(-1, 2),
+        is_open=opened[used],
+        joined=np.array([(number[a], number[b]) for a, _, b, _ in chains], dtype=np.int64).reshape(-1, 2),
+        lines=tuple(line for _, line, _, _ in chains),
+        doors=graph.nodes[doors].reshape(-1, 2),
+    )
+
+
+def _line(graph: CorridorGraph, half: int) -> FloatArray:
+    """The polyline (k, 2) of an edge in the direction of a half."""
+    line = graph.polylines[half // 2]
+    return line[::-1] if half % 2 else line
+
+
+def _heading(line: FloatArray) -> float:
+    """Direction in which a line (k, 2) leaves its first corner, rad."""
+    at = arc_lengths(line)
+    reach = min(LOOK_AHEAD_M, float(at[-1]))
+    ahead = [float(np.interp(reach, at, line[:, axis])) - float(line[0, axis]) for axis in (0, 1)]
+    return float(np.arctan2(ahead[1], ahead[0]))
+
+
+def _is_end(graph: CorridorGraph, out: list[int], turn_rad: float) -> bool:
+    """Whether the corridors part, end or turn at a node that these halves leave."""
+    if len(out) != 2:
+        return True
+    first, second = (_heading(_line(graph, half)) for half in out)
+    return abs((first - second) % (2 * np.pi) - np.pi) > turn_rad
+
+
+def _chains_of(graph: CorridorGraph, kept: list[int], opened: BoolArray, turn_rad: float) -> list[Chain]:
+    """Follow the ``kept`` edges from end to end, over nodes that are not ``opened`` (n,); a ring without any end gets
+    one.
+    """
+    halves: list[list[int]] = [[] for _ in graph.nodes]
+    for edge in kept:
+        first, second = graph.edges[edge].tolist()
+        halves[first].append(2 * edge)
+        halves[second].append(2 * edge + 1)
+    is_end = [bool(out) and (bool(opened[n]) or _is_end(graph, out, turn_rad)) for n, out in enumerate(halves)]
+    chains: list[Chain] = []
+    seen: set[int] = set()
+    starts = [node for node, end in enumerate(is_end) if end]
+    for start in [*starts, *(node for node, out in enumerate(halves) if out and not is_end[node])]:
+        for half in halves[start]:
+            if half // 2 in seen:
+                continue
+            parts: list[FloatArray] = []
+            edges: list[int] = []
+            here = half
+            while True:
+                seen.add(here // 2)
+                edges.append(here // 2)
+                parts.append(_line(graph, here)[1 if parts else 0 :])
+                node = int(graph.edges[here // 2][1 - here % 2])
+                if is_end[node] or node == start:
+                    break
+                here = next(other for other in halves[node] if other != here ^ 1)
+            chains.append((start, np.vstack(parts), node, tuple(edges)))
+    return chains

@@ -1,0 +1,193 @@
+"""Positions of a floor's landmarks and control points from all that was measured."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from vislam2tag import __version__
+from vislam2tag.common.findings import Finding
+from vislam2tag.preparation.registration.clicks import Click
+from vislam2tag.preparation.registration.heights import MeasuredHeight, adjust_heights
+from vislam2tag.preparation.registration.id_findings import FAR_M, LandmarkTable, id_findings
+from vislam2tag.preparation.registration.measurements import repeats
+from vislam2tag.preparation.registration.names import Role, role_of
+from vislam2tag.preparation.registration.network import KnownPoint, Shot
+from vislam2tag.preparation.registration.network_search import SearchedNetwork, search_network
+from vislam2tag.preparation.registration.record import INTERCHANGED, RegisteredPoint, Registration
+from vislam2tag.preparation.registration.result_rows import (
+    clicked_point,
+    network_findings,
+    plane_residuals,
+    scale_test,
+    station_points,
+    station_rows,
+    tape_residuals,
+    taped_point,
+)
+from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.tape_file import TapeDistance, Target
+from vislam2tag.preparation.registration.trilateration import PlanBounds, TapeResult, trilaterate
+
+CLICK_SIGMAS = 4.0
+"""A landmark clicked so far from where it was measured is reported."""
+
+
+def expected_findings(
+    placed: Mapping[str, complex], expected: Mapping[str, complex], clicks: Mapping[str, Click]
+) -> list[Finding]:
+    """Tell what differs from the site's positions and from clicks; two that lie in each other's place are named."""
+    far = [name for name, place in placed.items() if name in expected and abs(place - expected[name]) > FAR_M]
+    found: list[Finding] = []
+    swapped: set[str] = set()
+    for one, other in itertools.combinations(far, 2):
+        if abs(placed[one] - expected[other]) < FAR_M and abs(placed[other] - expected[one]) < FAR_M:
+            swapped |= {one, other}
+            message = f"landmarks {one} and {other} lie where the site has the other: sheets or names interchanged?"
+            found.append(Finding(kind=INTERCHANGED, file="", count=2, message=message))
+    for name in far:
+        if name not in swapped:
+            off = abs(placed[name] - expected[name])
+            message = f"landmark {name} lies {off:.2f} m from where the site has it"
+            found.append(Finding(kind="moved_landmark", file="", count=1, message=message))
+    if expected and (new := [name for name in placed if name not in expected]):
+        message = f"the site has no position of landmark {', '.join(new)}: new, or a mistyped id?"
+        found.append(Finding(kind="new_landmark", file="", count=len(new), message=message))
+    for name, click in clicks.items():
+        off = abs(placed[name] - click.place) if name in placed else 0.0
+        if off > CLICK_SIGMAS * click.sigma_m:
+            message = f"landmark {name} was clicked {off:.2f} m from where it was measured"
+            found.append(Finding(kind="click_differs", file="", count=1, message=message))
+    return found
+
+
+@dataclass(frozen=True)
+class FloorMeasurements:
+    """All measurements of one floor."""
+
+    shots: Sequence[Shot] = ()
+    known: Sequence[KnownPoint] = ()
+    heights: Sequence[MeasuredHeight] = ()
+    """Of shots and known points."""
+    distances: Sequence[TapeDistance] = ()
+    targets: Mapping[str, Target] = field(default_factory=dict)
+    clicks: Mapping[str, Click] = field(default_factory=dict)
+    expected: Mapping[str, complex] = field(default_factory=dict)
+    """Where the site has landmarks already, surveyed or planned."""
+    table: LandmarkTable | None = None
+    """The landmarks that the site has there, with a position or without."""
+    extent_m: PlanBounds | None = None
+    """Of the plan: left, right, lower, upper, BCS."""
+
+
+def register_floor(
+    floor: int,
+    measured: FloorMeasurements,
+    settings: RegistrationSettings,
+    *,
+    free_scale: bool = False,
+    findings: Sequence[Finding] = (),
+) -> Registration:
+    """Adjust everything; a landmark's position is of the best source that has one: station, tape, click.
+
+    Raises SurveyError where the stations' frames are not determined.
+    """
+    start = Registration(version=__version__, floor=floor, findings=tuple(findings))
+    points: dict[str, RegisteredPoint] = {}
+    if measured.shots:
+        start, points = _by_stations(start, measured, settings, free_scale)
+    taped = _by_tape(measured, points, settings)
+    landmarks = {key: one for key, one in points.items() if role_of(key)[0] is Role.LANDMARK}
+    control = [one for key, one in points.items() if role_of(key)[0] is Role.CONTROL]
+    landmarks |= {name: taped_point(name, one, settings) for name, one in taped.placed.items()}
+    known = {one.point for one in measured.known}
+    for name, click in measured.clicks.items():
+        if name not in landmarks and name not in known:
+            landmarks[name] = clicked_point(click, settings)
+    placed = {name: complex(one.x_m, one.y_m) for name, one in landmarks.items()}
+    unplaced = {name: why for name, why in (start.unplaced | taped.unplaced).items() if name not in landmarks}
+    return start.model_copy(
+        update={
+            "landmarks": tuple(sorted(landmarks.values(), key=_natural)),
+            "control_points": tuple(sorted(control, key=_natural)),
+            "tape_residuals": tape_residuals(taped),
+            "errors": (*start.errors, *taped.errors),
+            "unplaced": dict(sorted(unplaced.items())),
+            "findings": (
+                *start.findings,
+                *_id_findings(measured, placed),
+                *expected_findings(placed, measured.expected, measured.clicks),
+            ),
+        }
+    )
+
+
+def _id_findings(measured: FloorMeasurements, placed: Mapping[str, complex]) -> list[Finding]:
+    """What is wrong with the names of the landmarks, where the site's table is known."""
+    if measured.table is None:
+        return []
+    return id_findings(measured.table, placed, _ties(measured), measured.expected)
+
+
+def _ties(measured: FloorMeasurements) -> list[str]:
+    """Names of the points that were shot and taken for ties."""
+    roles = (role_of(shot.point) for shot in measured.shots)
+    return list(dict.fromkeys(name for role, name in roles if role is Role.TIE))
+
+
+def _by_stations(
+    start: Registration, measured: FloorMeasurements, settings: RegistrationSettings, free_scale: bool
+) -> tuple[Registration, dict[str, RegisteredPoint]]:
+    """Adjust the shots; the points found, by key."""
+    searched = search_network(measured.shots, measured.known, settings, free_scale=free_scale)
+    heights = adjust_heights(measured.heights, settings)
+    fit, scale = searched.fit, scale_test(searched.fit, settings)
+    points = station_points(fit, measured.known, heights, settings)
+    sigma0 = fit.adjusted.sigma0
+    further = network_findings(fit, heights, scale, measured.shots, measured.known)
+    found = {
+        "stations": station_rows(fit),
+        "sigma0": None if sigma0 is None else round(sigma0, 3),
+        "redundancy": fit.adjusted.redundancy,
+        "plausible": fit.adjusted.plausible,
+        "scale": scale,
+        "residuals": plane_residuals(fit),
+        "repeats": repeats(measured.shots),
+        "errors": (*(error.text for error in searched.errors), *heights.errors),
+        "unplaced": _shot_without_position(searched, points, measured),
+        "findings": (*start.findings, *further),
+    }
+    return start.model_copy(update=found), points
+
+
+def _shot_without_position(
+    searched: SearchedNetwork, points: Mapping[str, RegisteredPoint], measured: FloorMeasurements
+) -> dict[str, str]:
+    """Landmarks that were shot and have no position."""
+    known, found = {one.point for one in measured.known}, {}
+    for shot in measured.shots:
+        role, name = role_of(shot.point)
+        if role in (Role.LANDMARK, Role.LEFT, Role.RIGHT) and name not in points and name not in known:
+            wrong = any(shot.point in error.points for error in searched.errors)
+            found[name] = "its shots contradict others" if wrong else "only one edge of its sheet was shot"
+    return found
+
+
+def _by_tape(
+    measured: FloorMeasurements, points: Mapping[str, RegisteredPoint], settings: RegistrationSettings
+) -> TapeResult:
+    """Tape distances; they may lead to walls and corners, known points, and what the stations gave."""
+    targets = dict(measured.targets)
+    for one in measured.known:
+        targets.setdefault(one.point, Target(one.point, one.place, None, one.sigma_m))
+    for name, point in points.items():
+        targets.setdefault(name, Target(name, complex(point.x_m, point.y_m), None, point.sigma_m))
+    expected = dict(measured.expected) | {name: click.place for name, click in measured.clicks.items()}
+    return trilaterate(measured.distances, targets, settings, extent_m=measured.extent_m, expected=expected)
+
+
+def _natural(point: RegisteredPoint) -> tuple[int, int, str]:
+    """Numbers by their value, then names."""
+    number = point.point.isdecimal()
+    return (0, int(point.point), "") if number else (1, 0, point.point)

@@ -1,0 +1,100 @@
+"""From a plan's polygons and lines to the cells that are floor or walls."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.cell_grid import CellGrid, WalkableArea
+from vislam2tag.site.plans.model import FloorPlan, PlanPolygon, Use
+from vislam2tag.site.walkable.settings import WalkableSettings
+
+_HOLDS_CELLS = 1.05
+_LAP_M = 0.02
+"""Openings reach this far over the walls that they open, metres."""
+
+
+def plan_grid(plan: FloorPlan, settings: WalkableSettings) -> CellGrid:
+    """Lay cells over a plan's extent."""
+    left, right, low, high = plan.extent_m
+    width, height = right - left, high - low
+    cell_m = max(settings.cell_m, float(np.sqrt(width * height / settings.max_cells)))
+    return CellGrid((left, low), cell_m, max(1, round(height / cell_m)), max(1, round(width / cell_m)))
+
+
+def polygon_area(plan: FloorPlan, settings: WalkableSettings) -> WalkableArea | None:
+    """Where a plan's polygons say that one can walk, parts that are closed off included; None where it has none."""
+    if not any(polygon.use in (Use.WALKABLE, Use.OUTLINE) for polygon in plan.polygons):
+        return None
+    grid = plan_grid(plan, settings)
+    free = polygon_floor(plan.polygons, grid, settings) & ~drawn_walls(plan, grid, settings)
+    return WalkableArea(free, grid.origin_m, grid.cell_m)
+
+
+def drawn_walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+    """Tell which cells (rows, columns) lie in a plan's lines and obstacles."""
+    walls = line_walls(plan.walls, grid, settings.wall_m) | use_cells(plan.polygons, Use.OBSTACLE, grid)
+    return walls & ~use_cells(plan.polygons, Use.OPENING, grid)
+
+
+def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArray:
+    """Tell which cells lie in walls given as segments (w, 2, 2); none is thinner than a cell, so that all hold."""
+    half_m = max(thickness_m, _HOLDS_CELLS * grid.cell_m) / 2
+    return cells_in(shapely.union_all(shapely.buffer(shapely.linestrings(walls), half_m, cap_style="square")), grid)
+
+
+def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+    """Tell which cells (rows, columns) polygons make walkable.
+
+    Walkable polygons less obstacles, or the outline less obstacles where none is walkable. Where the plan has openings,
+    walkable polygons are walled off from each other but for their openings; one without any opening joins its
+    neighbours.
+    """
+    by_use = {use: [_shape(polygon) for polygon in polygons if polygon.use is use] for use in Use}
+    lap_m = settings.wall_m / 2 + _LAP_M
+    openings = shapely.union_all([shapely.buffer(shape, lap_m, join_style="mitre") for shape in by_use[Use.OPENING]])
+    floors = by_use[Use.WALKABLE] or by_use[Use.OUTLINE]
+    if by_use[Use.OPENING]:
+        floors = [_walled(shape, openings, settings.wall_m / 2) for shape in floors]
+    floor = shapely.union_all([*floors, *([openings] if by_use[Use.WALKABLE] else [])])
+    return cells_in(shapely.difference(floor, shapely.union_all(by_use[Use.OBSTACLE])), grid)
+
+
+def use_cells(polygons: tuple[PlanPolygon, ...], use: Use, grid: CellGrid) -> BoolArray:
+    """Tell which cells (rows, columns) lie in a plan's polygons of this use."""
+    return cells_in(shapely.union_all([_shape(polygon) for polygon in polygons if polygon.use is use]), grid)
+
+
+def _shape(polygon: PlanPolygon) -> BaseGeometry:
+    return shapely.make_valid(shapely.Polygon(polygon.outline, polygon.holes))
+
+
+def _walled(shape: BaseGeometry, openings: BaseGeometry, wall_m: float) -> BaseGeometry:
+    return shapely.buffer(shape, -wall_m, join_style="mitre") if shapely.intersects(shape, openings) else shape
+
+
+def cells_in(shape: BaseGeometry, grid: CellGrid) -> BoolArray:
+    """Tell which cells (rows, columns) have their centre in polygons: an odd number of edges lies to the left of it."""
+    rings = [
+        shapely.get_coordinates(ring)
+        for part in shapely.get_parts(shape)
+        if part.geom_type == "Polygon"
+        for ring in (part.exterior, *part.interiors)
+    ]
+    if not rings:
+        return np.zeros(grid.shape, dtype=np.bool_)
+    placed = [(ring - grid.origin_m) / grid.cell_m - 0.5 for ring in rings]
+    start = np.concatenate([ring[:-1] for ring in placed])
+    stop = np.concatenate([ring[1:] for ring in placed])
+    low, high = (np.ceil(pick(start[:, 1], stop[:, 1])).clip(0, grid.rows) for pick in (np.minimum, np.maximum))
+    spans = (high - low).astype(np.int64)
+    edge = np.repeat(np.arange(len(start)), spans)
+    row = low[edge].astype(np.int64) + np.arange(len(edge)) - np.repeat(np.cumsum(spans) - spans, spans)
+    slope = (stop - start)[edge]
+    crossing = start[edge, 0] + (row - start[edge, 1]) / slope[:, 1] * slope[:, 0]
+    column = np.ceil(crossing).clip(0, grid.columns).astype(np.int64)
+    crossed = np.bincount(row * (grid.columns + 1) + column, minlength=grid.rows * (grid.columns + 1))
+    odd = np.cumsum(crossed.reshape(grid.rows, -1), axis=1) % 2 == 1
+    return np.asarray(odd[:, :-1])

@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.tape_file import Target, read_distances, read_targets
+
+SETTINGS = RegistrationSettings()
+
+
+def test_distances_with_and_without_header_and_sigma(tmp_path: Path) -> None:
+    path = tmp_path / "tape.csv"
+    path.write_text("Landmarke;nach;Strecke;sigma\n7;Ecke 1;3,25;\n7;8;12,5;0,05\n")
+    found, findings = read_distances(path, SETTINGS)
+    assert [(one.landmark, one.to, one.distance_m, one.sigma_m, one.decimals) for one in found] == [
+        ("7", "Ecke 1", 3.25, SETTINGS.tape_sigma_m, 2),
+        ("7", "8", 12.5, 0.05, 1),
+    ]
+    assert findings == []
+    path.write_text("7,c1,3.25\n")
+    assert len(read_distances(path, SETTINGS)[0]) == 1
+
+
+def test_bad_distances_are_counted(tmp_path: Path) -> None:
+    path = tmp_path / "tape.csv"
+    path.write_text("landmark,to,distance_m\n7,c1,3.25\n7,c2\n7,7,1.0\n7,c3,-1\n7,c4,999\n,c1,1\n7,c2,far\n")
+    found, (finding,) = read_distances(path, SETTINGS)
+    assert len(found) == 1
+    assert (finding.kind, finding.count, finding.lines) == ("malformed_lines", 6, (3, 4, 5, 6, 7))
+    path.write_text("landmark,to,distance_m\n")
+    with pytest.raises(SurveyError, match=r"tape\.csv: has no distance; expected rows"):
+        read_distances(path, SETTINGS)
+
+
+def test_points_and_walls(tmp_path: Path) -> None:
+    path = tmp_path / "walls.csv"
+    path.write_text("name,x,y,x2,y2,sigma_m\nc1,1,2,,,\nwest,0,0,0,8,0.01\n")
+    found, findings = read_targets(path, SETTINGS)
+    assert found == {
+        "c1": Target("c1", 1 + 2j, None, SETTINGS.target_sigma_m),
+        "west": Target("west", 0j, 8j, 0.01),
+    }
+    assert findings == []
+    path.write_text("c1,1,2\nc2,3,4,0.1\nw,0,0,5,0\n")
+    found, _ = read_targets(path, SETTINGS)
+    assert [(one.stop, one.sigma_m) for one in found.values()] == [(None, 0.03), (None, 0.1), (5 + 0j, 0.03)]
+
+
+def test_bad_targets_are_counted(tmp_path: Path) -> None:
+    path = tmp_path / "walls.csv"
+    path.write_text("name,x,y\nc1,1,2\nc1,3,4\nw,5,5,5,5\nv,1,1,2\nu,1,1,2,,\n")
+    found, findings = read_targets(path, SETTINGS)
+    assert list(found) == ["c1", "v"]
+    assert {one.kind: one.lines for one in findings} == {"malformed_lines": (4, 6), "duplicate_targets": (3,)}

@@ -1,0 +1,112 @@
+"""Generated images and users' own: what is made, what is refused and by which name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
+from vislam2tag.preparation.sheets.features import GreyImage
+from vislam2tag.preparation.sheets.images import Lookalike, confused, generated_image, lookalikes, own_files, own_images
+
+PLAIN: GreyImage = np.full((400, 400), 200, np.uint8)
+
+
+def folder_of(root: Path, images: dict[str, GreyImage]) -> Path:
+    root.mkdir(exist_ok=True)
+    for name, pixels in images.items():
+        Image.fromarray(pixels).save(root / name)
+    return root
+
+
+def test_an_image_does_not_depend_on_other_ids_or_runs() -> None:
+    first, second = generated_image(3, "7"), generated_image(3, "7")
+    assert first.pixels.tobytes() == second.pixels.tobytes()
+    assert first.attempt == 0
+    assert first.quality.faults == ()
+    assert first.quality == second.quality
+
+
+def test_an_unfit_picture_is_generated_anew_the_same_way_each_time() -> None:
+    def draw(seed: int, landmark: str, attempt: int) -> GreyImage:
+        return PLAIN if attempt < 2 else dead_leaves_picture(seed, landmark, attempt)
+
+    image = generated_image(0, "7", draw)
+    assert image.attempt == 2
+    np.testing.assert_array_equal(image.pixels, dead_leaves_picture(0, "7", 2))
+
+
+def test_a_seed_that_never_gives_a_fit_picture_is_told() -> None:
+    with pytest.raises(UsageError, match="--seed 5: none of 20 pictures of landmark 7 is fit; choose another seed"):
+        generated_image(5, "7", lambda seed, landmark, attempt: PLAIN)
+
+
+def test_own_images_are_read_by_name(tmp_path: Path) -> None:
+    coloured = np.dstack([dead_leaves_picture(0, "1")] * 3)
+    folder = folder_of(tmp_path / "own", {"007.png": dead_leaves_picture(0, "2"), "lobby.JPG": coloured})
+    (tmp_path / "own" / "notes.txt").write_text("no image")
+    first, second = own_images(folder, own_files(folder))
+    assert (first.landmark, second.landmark) == ("7", "lobby")
+    np.testing.assert_array_equal(first.pixels, dead_leaves_picture(0, "2"))
+    assert second.pixels.shape == (640, 640)
+
+
+def test_a_large_or_transparent_image_is_brought_to_grey_on_white(tmp_path: Path) -> None:
+    drawn = dead_leaves_picture(0, "1")
+    see_through = np.dstack([drawn, drawn, drawn, np.where(np.arange(640) < 64, 0, 255) * np.ones((640, 1))])
+    folder = folder_of(
+        tmp_path / "own", {"a.png": see_through.astype(np.uint8), "b.png": np.kron(drawn, np.ones((4, 4), np.uint8))}
+    )
+    first, second = own_images(folder, own_files(folder))
+    assert first.pixels[:, :64].min() == 255
+    assert second.pixels.shape == (2000, 2000)
+
+
+def test_unfit_own_images_are_refused_by_name_all_at_once(tmp_path: Path) -> None:
+    folder = folder_of(
+        tmp_path / "own", {"sky.png": PLAIN, "fine.png": dead_leaves_picture(0, "1"), "wall.png": PLAIN[:200]}
+    )
+    with pytest.raises(SurveyError) as told:
+        own_images(folder, own_files(folder))
+    message = str(told.value)
+    assert "2 of 3 images cannot be landmarks: sky.png (contrast 0, 30 is needed" in message
+    assert "wall.png (its shorter side has 200 px, 300 are needed" in message
+    assert "fine.png" not in message
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ((), "holds no image (.png, .jpg, .jpeg)"),
+        (("7.png", "07.jpg"), "07.jpg and 7.png are one id, 7; rename one"),
+        (("a;b.png",), "'a;b' cannot be an id; rename the file"),
+    ],
+)
+def test_folders_that_cannot_be_used(tmp_path: Path, names: tuple[str, ...], message: str) -> None:
+    folder = folder_of(tmp_path / "own", dict.fromkeys(names, PLAIN))
+    with pytest.raises(SurveyError) as told:
+        own_files(folder)
+    assert message in str(told.value)
+
+
+def test_a_missing_folder_and_a_broken_image(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match=r"cannot be listed .No such file or directory.; expected a folder of images"):
+        own_files(tmp_path / "gone")
+    (tmp_path / "7.png").write_bytes(b"no image")
+    with pytest.raises(SurveyError, match=r"7.png: cannot be read as an image; replace it"):
+        own_images(tmp_path, own_files(tmp_path))
+
+
+def test_copies_are_confused_and_named_once() -> None:
+    images = [generated_image(0, name) for name in ("1", "2", "3")]
+    copy = generated_image(
+        0, "9", lambda seed, landmark, attempt: np.ascontiguousarray(dead_leaves_picture(0, "2")[::-1, ::-1])
+    )
+    found = tuple(lookalikes([*images, copy]))
+    assert confused(found) == ("2 and 9",)
+    assert confused(tuple(lookalikes(images))) == ()
+    assert confused((Lookalike("b", "a", 20), Lookalike("a", "b", 30), Lookalike("c", "a", 19))) == ("a and b",)

@@ -1,0 +1,98 @@
+"""A survey with a ``site.toml`` is read by it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.site.plans import drawn_floor
+from tests.site.plans.hostile import drawings
+from tests.site.site import write_survey
+from vislam2tag.site.discover import read_site, site_files
+from vislam2tag.site.model import Floor
+
+SITE = """
+[georeference]
+latitude_deg = 50.0
+longitude_deg = 6.0
+bearing_deg = 20.0
+
+[[floors]]
+number = 1
+name = "Ground"
+elevation_m = 1.5
+
+[floors.plan]
+file = "plan.png"
+extent = { width_m = 20.0, height_m = 10.0, lower_left_m = [-3.0, 4.0] }
+
+[[floors]]
+number = 2
+site_T_bcs = { x_m = 100.0, angle_deg = 90.0 }
+"""
+
+
+def site_with(root: Path, text: str = SITE) -> Path:
+    root.mkdir()
+    drawn_floor.png(root)
+    (root / "site.toml").write_text(text)
+    return root
+
+
+def floors_of(root: Path) -> dict[int, Floor]:
+    return {floor.number: floor for floor in read_site(root)[0].floors}
+
+
+def test_floors_are_as_the_file_says(tmp_path: Path) -> None:
+    root = site_with(tmp_path / "site")
+    ground, upper = floors_of(root).values()
+    assert (ground.name, ground.elevation_m, ground.plan) == ("Ground", 1.5, root / "plan.png")
+    assert ground.extent_m == (-3.0, 17.0, 4.0, 14.0)
+    assert ground.corners_m.tolist() == [[-3.0, 4.0], [17.0, 14.0]]
+    assert ground.georeference is not None
+    assert ground.georeference.bearing_deg == 20.0
+    assert (upper.name, upper.plan, upper.extent_m) == ("Floor 2", None, None)
+    assert upper.georeference is not None
+    assert upper.georeference.bearing_deg == pytest.approx(-70.0, abs=2e-3)
+    assert site_files(root) == [root / "plan.png", root / "site.toml"]
+
+
+def test_the_file_comes_before_the_published_layout(tmp_path: Path) -> None:
+    root = write_survey(tmp_path)
+    drawn_floor.png(root)
+    (root / "site.toml").write_text(SITE)
+    site, findings = read_site(root)
+    assert [floor.number for floor in site.floors] == [1, 2, 4]
+    assert site.floor(1).width_m == 20.0
+    assert len(site.landmarks.on_floor(1).ids) == 2
+    assert len(site.floor(1).control_points.ids) == 2
+    told = {(finding.kind, finding.file): finding.message for finding in findings}
+    assert "site.toml is read instead" in told["second_file", "floor_dimensions.csv"]
+    assert "floor 4 is not in site.toml: it has no plan; add it there" in told["floor_without_size", "floor_4"]
+    assert ("missing_file", "floor_2/marker_dict.csv") in told
+
+
+@pytest.mark.parametrize(
+    ("plan", "message"),
+    [
+        ('file = "plan.png"', "the plan has no scale: give extent"),
+        ('file = "gone.png"\nextent = { width_m = 1.0, height_m = 1.0 }', "the plan is not there"),
+    ],
+)
+def test_a_plan_that_cannot_be_used_is_a_finding(tmp_path: Path, plan: str, message: str) -> None:
+    root = site_with(tmp_path / "site", f"[[floors]]\nnumber = 1\n[floors.plan]\n{plan}\n")
+    site, findings = read_site(root)
+    assert site.floor(1).extent_m is None
+    (odd,) = [finding for finding in findings if finding.kind == "unreadable_plan"]
+    assert message in odd.message
+
+
+@pytest.mark.parametrize("what", ["nested groups", "damaged deflate", "integers beyond floats", "size beyond floats"])
+def test_a_hostile_plan_is_a_finding(tmp_path: Path, what: str) -> None:
+    name, content = next((name, content) for each, name, content in drawings() if each == what)
+    root = site_with(tmp_path / "site", SITE.replace("plan.png", name))
+    (root / name).write_bytes(content)
+    site, findings = read_site(root)
+    assert ("unreadable_plan", name) in [(finding.kind, finding.file) for finding in findings]
+    assert site.floors[0].extent_m is None

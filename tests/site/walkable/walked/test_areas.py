@@ -1,0 +1,126 @@
+"""A floor parted at its doors, called as its plan calls it, and the walk that fills what nobody walked."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.cli.three_plans import HEIGHT_M, WIDTH_M, room_names, walls
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.path_length import arc_lengths, points_along
+from vislam2tag.site.plans.model import FloorPlan, PlanText
+from vislam2tag.site.room_names import RoomName, names_on_plan
+from vislam2tag.site.walkable.graph import corridor_graph
+from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.site.walkable.walked.areas import Areas, areas_of
+from vislam2tag.site.walkable.walked.walked_record import walked_floor
+from vislam2tag.site.walkable.walked.walked_space import FillingWalk, WalkedSpace, filling_walk, walked_space
+
+CORRIDOR = np.column_stack((np.arange(1.0, 39.5, 1.0), np.full(39, 8.0)))
+"""A walk along the corridor from end to end, a point a metre."""
+ROOM_1 = np.array([(3.5, 8.0), (3.5, 6.0), (4.0, 4.0), (4.0, 2.0)])
+NOWHERE = np.empty((0, 2))
+
+
+@cache
+def office() -> Areas:
+    """Ten rooms of 56 m\u00b2 with doors of 1 m to a corridor of 2 m; the texts in them are their names."""
+    texts = [PlanText(name, place) for name, place in room_names().items()]
+    lines = np.array(walls()).reshape(-1, 2, 2)
+    texts += [PlanText("56,0 m\u00b2", (4.0, 5.0)), PlanText("Flur", (20.0, 8.0))]
+    plan = FloorPlan((0.0, WIDTH_M, 0.0, HEIGHT_M), np.zeros((1, 1, 3), np.uint8), walls=lines, texts=tuple(texts))
+    space = walkable_space(plan)
+    return areas_of(space, corridor_graph(space)).with_names(names_on_plan(plan))
+
+
+def along(walk: FillingWalk) -> FloatArray:
+    """Points of a walk, a metre apart."""
+    return points_along(walk.line_m, np.arange(0.0, arc_lengths(walk.line_m)[-1], 1.0))
+
+
+def test_doors_part_rooms_from_the_corridor() -> None:
+    areas = office()
+    assert (areas.is_room.sum(), (~areas.is_room).sum()) == (10, 1)
+    assert areas.area_m2[areas.is_room] == pytest.approx(np.full(10, 54.0), abs=3.0)
+    assert areas.area_m2[~areas.is_room] == pytest.approx([39.8 * 1.9], abs=39.8 * 0.1)  # of 2 m, walls take 0.1 to 0.2
+
+
+def test_rooms_are_called_by_the_text_that_stands_in_them() -> None:
+    areas = office()
+    called = {areas.called(int(area)) for area in np.flatnonzero(areas.is_room)}
+    assert called == {f"room {name}" for name in room_names()}
+    assert areas.of_place((20.0, 8.2)) == "Flur"
+    assert areas.of_place((4.0, 2.0)) == "room 0.01"
+    assert areas.of_place((-5.0, 2.0)) == ""
+
+
+def test_a_name_on_a_wall_is_that_of_the_room_beside_it_and_the_first_one_counts() -> None:
+    bare = office().with_names([])
+    areas = Areas(bare.space, bare.number, bare.is_room, bare.middle_m, bare.area_m2, ("",) * len(bare.area_m2))
+    beside, later, far = RoomName("Lab", (4.0, -0.5)), RoomName("later", (4.0, 2.0)), RoomName("far", (90.0, 0.0))
+    named = areas.with_names([beside, later, far])
+    assert named.of_place((4.0, 2.0)) == "room Lab"
+    assert sum(map(bool, named.names)) == 1
+    (unnamed,) = areas.at(np.array([(20.0, 3.0)]))
+    assert areas.called(int(unnamed)).startswith("room at (")
+
+
+def test_who_walks_past_a_room_has_not_been_in_it() -> None:
+    space = walked_space(office(), CORRIDOR, NOWHERE)
+    shares = space.area_shares(space.walked)
+    assert shares[~office().is_room] > 0.95
+    assert shares[office().is_room].max() < 0.1
+    assert len(space.never_entered) == 10
+    assert not space.scanned.any()
+
+
+def test_a_room_that_was_entered_counts() -> None:
+    space = walked_space(office(), np.vstack((CORRIDOR, ROOM_1)), ROOM_1[-1:])
+    record = walked_floor(0, space, None)
+    (room,) = [area for area in record.rooms if area.entered]
+    assert room.name == "room 0.01"
+    assert room.walked > 0.4
+    assert room.scanned > 0.1
+    assert len(record.never_entered) == 9
+
+
+@pytest.fixture(scope="module")
+def walked() -> WalkedSpace:
+    return walked_space(office(), np.vstack((CORRIDOR, ROOM_1)), NOWHERE)
+
+
+def test_the_filling_walk_goes_through_doors_and_crosses_no_wall(walked: WalkedSpace) -> None:
+    walk = filling_walk(walked)
+    assert walk is not None
+    line = walk.line_m
+    assert office().space.clear_line(line[:-1], line[1:]).all()
+    after = walked_space(office(), np.vstack((CORRIDOR, ROOM_1, along(walk))), NOWHERE)
+    assert after.never_entered == []
+    assert after.walked.mean() > 0.8 > walked.walked.mean()
+
+
+def test_the_filling_walk_is_about_as_short_as_rooms_allow(walked: WalkedSpace) -> None:
+    """In and out of nine rooms of 8 m x 7 m, in each at least 6 m, and the corridor between them once or twice."""
+    walk = filling_walk(walked)
+    assert walk is not None
+    assert 9 * 12 < walk.length_m < 9 * 30 + 2 * WIDTH_M
+
+
+def test_of_too_many_stops_those_count_that_fill_most(walked: WalkedSpace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vislam2tag.site.walkable.walked.walked_space.MOST_STOPS", 3)
+    walk = filling_walk(walked)
+    assert walk is not None
+    assert len(walk.stops_m) == 3
+
+
+def test_where_all_was_walked_there_is_no_walk_left() -> None:
+    area = office().space.area
+    everywhere = area.grid.centres_m(np.argwhere(area.mask)[::5])
+    assert filling_walk(walked_space(office(), everywhere, NOWHERE)) is None
+
+
+def test_positions_off_the_plan_are_nowhere_near() -> None:
+    space = walked_space(office(), np.array([(-30.0, 3.0), (np.nan, np.nan)]), NOWHERE)
+    assert not space.walked.any()
