@@ -22,7 +22,7 @@ from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 from vislam2tag.site.discover import site_files
 from vislam2tag.site.ilc20_site import HEADER_BYTES, ilc20_traces
 from vislam2tag.site.model import COMPANIONS, Site, StoredFile, StoredFolder
-from vislam2tag.site.plans.formats.raster import IMAGES
+from vislam2tag.site.plan_formats.raster import IMAGES
 from vislam2tag.site.settings import SETTINGS_FILE
 from vislam2tag.site.site_file import SITE_FILE
 

@@ -21,7 +21,7 @@ from vislam2tag.core.similarity import Affine2
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, mapped, mapped_texts
-from vislam2tag.site.plans.formats.raster import IMAGES
+from vislam2tag.site.plan_formats.raster import IMAGES
 from vislam2tag.site.plans.images import GREATEST_PX, PIXEL_M, drawn_plan, load_plan, turned_bounds, upright
 from vislam2tag.site.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.site.plans.placing import placed
