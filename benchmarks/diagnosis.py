@@ -54,7 +54,7 @@ from vislam2tag.simulation.settings import BuildingSettings, stream
 from vislam2tag.simulation.survey import STALE_SHARE, walk_and_track
 from vislam2tag.site.corrections.file import UNITS_M, session_start
 from vislam2tag.site.model import SessionKey
-from vislam2tag.site.plans.model import FloorPlan
+from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.settings import SmootherSettings

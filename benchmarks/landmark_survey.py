@@ -31,7 +31,7 @@ from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.site.shared_errors import SharedErrors
+from vislam2tag.site.landmark_file import SharedErrors
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.smoother.observations import WalkObservations

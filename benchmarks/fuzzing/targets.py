@@ -19,8 +19,8 @@ from vislam2tag.evaluation.total_station.station_file import read_shots, read_st
 from vislam2tag.evaluation.trajectory_files import READERS
 from vislam2tag.positioning.model_file import load_model
 from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
-from vislam2tag.preparation.registration.settings import RegistrationSettings
-from vislam2tag.preparation.registration.tape_file import read_distances, read_targets
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.tape_and_clicks import read_distances, read_targets
 from vislam2tag.receiving.session_zip import unpack
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import read_site

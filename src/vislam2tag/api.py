@@ -143,9 +143,9 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.site.register import FloorFiles as FloorFiles
     from vislam2tag.pipeline.site.register import register as register
     from vislam2tag.pipeline.site.show import SiteSummary as SiteSummary
+    from vislam2tag.pipeline.site.show import WalkableFloor as WalkableFloor
     from vislam2tag.pipeline.site.show import summarise_site as _summarise_site
-    from vislam2tag.pipeline.site.walkable import WalkableFloor as WalkableFloor
-    from vislam2tag.pipeline.site.walkable import write_walkable as _write_walkable
+    from vislam2tag.pipeline.site.show import write_walkable as _write_walkable
     from vislam2tag.pipeline.site.write import write_published as _write_published
     from vislam2tag.pipeline.survey_run import SurveyRun as SurveyRun
     from vislam2tag.pipeline.survey_run import run_survey as _run_survey
@@ -171,10 +171,10 @@ if TYPE_CHECKING:
     from vislam2tag.preparation.registration.names import NameRules as NameRules
     from vislam2tag.preparation.registration.point_file import PointColumn as PointColumn
     from vislam2tag.preparation.registration.record import Registration as Registration
-    from vislam2tag.preparation.registration.settings import RegistrationSettings as RegistrationSettings
-    from vislam2tag.preparation.sheets.making import SheetOptions as SheetOptions
-    from vislam2tag.preparation.sheets.making import make_sheets as _make_sheets
+    from vislam2tag.preparation.registration.record import RegistrationSettings as RegistrationSettings
+    from vislam2tag.preparation.sheets.sheet_folder import SheetOptions as SheetOptions
     from vislam2tag.preparation.sheets.sheet_folder import SheetsRecord as SheetsRecord
+    from vislam2tag.preparation.sheets.sheet_folder import make_sheets as _make_sheets
     from vislam2tag.self_check.record import SessionCheck as SessionCheck
     from vislam2tag.self_check.record import SurveyCheck as SurveyCheck
     from vislam2tag.sessions.companions.tie import TableColumns as TableColumns
@@ -206,10 +206,10 @@ if TYPE_CHECKING:
     from vislam2tag.site.model import SessionRef as SessionRef
     from vislam2tag.site.model import Site as Site
     from vislam2tag.site.model import Survey as Survey
-    from vislam2tag.site.settings import SurveySettings as SurveySettings
+    from vislam2tag.site.model import SurveySettings as SurveySettings
     from vislam2tag.site.site_file import GeoreferencePart as GeoreferencePart
     from vislam2tag.site.site_file import SiteFile as SiteFile
-    from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
+    from vislam2tag.site.walkable.space import WalkableSettings as WalkableSettings
     from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
 
     dataset = _build_dataset
@@ -298,8 +298,7 @@ _NAMES = {
     "pipeline.site.plan": "PlanRequest plan=write_plans",
     "pipeline.site.rebase": "site_rebase=rebase",
     "pipeline.site.register": "FloorFiles register",
-    "pipeline.site.show": "SiteSummary site_show=summarise_site",
-    "pipeline.site.walkable": "WalkableFloor site_walkable=write_walkable",
+    "pipeline.site.show": "SiteSummary WalkableFloor site_show=summarise_site site_walkable=write_walkable",
     "pipeline.site.write": "site_write=write_published",
     "pipeline.survey_run": "SurveyRun run=run_survey run_survey",
     "preparation.planning.records": "PlanSummary",
@@ -315,8 +314,7 @@ _NAMES = {
     "positioning.settings": "SequenceMethod",
     "preparation.registration.names": "NameRules",
     "preparation.registration.point_file": "PointColumn",
-    "preparation.registration.record": "Registration",
-    "preparation.registration.settings": "RegistrationSettings",
+    "preparation.registration.record": "Registration RegistrationSettings",
     "self_check.record": "SessionCheck SurveyCheck",
     "sessions.inspection": "Inspection inspect=inspect_survey",
     "sessions.model": "Attachment Session",
@@ -325,18 +323,16 @@ _NAMES = {
     "sessions.settings": "FindingSettings",
     "sessions.tables.clocks": "Clock",
     "settings": "Settings read_settings",
-    "preparation.sheets.making": "SheetOptions sheets=make_sheets",
-    "preparation.sheets.sheet_folder": "SheetsRecord",
+    "preparation.sheets.sheet_folder": "SheetOptions SheetsRecord sheets=make_sheets",
     "simulation.choices": "Climb Locale SessionLayout SiteColumn",
     "simulation.scenario": "Scenario paper_evaluation regular_survey",
     "simulation.settings": "BuildingSettings WalkSettings",
     "simulation.survey": "WritingOptions simulate",
     "smoother.settings": "SmootherSettings",
     "site.frame_change": "FrameChanges",
-    "site.model": "Floor SessionKey SessionRef Site Survey",
-    "site.settings": "SurveySettings",
+    "site.model": "Floor SessionKey SessionRef Site Survey SurveySettings",
     "site.site_file": "GeoreferencePart SiteFile",
-    "site.walkable.settings": "WalkableSettings",
+    "site.walkable.space": "WalkableSettings",
 }
 """What each module of the package holds of the interface, ``name=its name there`` where a command's name differs."""
 _PLACES = {

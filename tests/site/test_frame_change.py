@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.site.changed_files import changed_landmarks_text, changed_points_text
 from vislam2tag.site.frame_change import (
     FrameChange,
     FrameChanges,
+    changed_landmarks_text,
+    changed_points_text,
     changes_from,
     changes_text,
     estimated_changes,
@@ -23,9 +24,9 @@ from vislam2tag.site.frame_change import (
     read_changes,
 )
 from vislam2tag.site.landmark_file import landmarks_from, read_landmark_file
+from vislam2tag.site.landmark_states import SurveyedLandmark
 from vislam2tag.site.model import ControlPoints, Floor, Site
 from vislam2tag.site.site_file import Relation
-from vislam2tag.site.surveyed_landmark import SurveyedLandmark
 
 changes = st.builds(
     FrameChange,

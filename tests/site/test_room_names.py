@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vislam2tag.site.plans.model import FloorPlan, PlanPolygon, PlanText, Use
-from vislam2tag.site.plans.svg_text import svg_texts
-from vislam2tag.site.room_names import RoomName, names_on_plan, read_room_names, rooms_of
+from vislam2tag.site.floors import RoomName, names_on_plan, read_room_names, rooms_of
+from vislam2tag.site.plan_formats.svg import svg_texts
+from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, PlanText, Use
 
 
 def written(root: Path, text: str) -> tuple[Path, Path | None]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.site.site_checks import BESIDE_M, LEAST_BYTES
+from vislam2tag.site.discover import BESIDE_M, LEAST_BYTES
 
 POSE = "1000000000; 0,1; 0,2; 0,3; 0,0; 0,0; 0,0; 1,0\n"
 

@@ -24,7 +24,7 @@ from tests.studio.sharing.test_export import WHOLE
 from tests.studio.test_page import click, errors_of, idle, open_tab, press, watched_page
 from tests.studio.test_prepare import POINTS, station_files
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.pipeline.site.walkable import write_walkable
+from vislam2tag.pipeline.site.show import write_walkable
 from vislam2tag.receiving.server import UPLOADS
 from vislam2tag.simulation.building.site_building import site_building
 from vislam2tag.simulation.building.site_survey import site_floors
@@ -33,7 +33,7 @@ from vislam2tag.simulation.scenario import SITE_SEED, site_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import WalkableSettings
 
 WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 400, "height": 800}
 OWN = {"truth.csv", "script.txt"}

@@ -1,13 +1,15 @@
-"""Which landmarks are only planned, and which are measured: ``floor_K/landmark_states.csv``, beside the landmark table.
+"""Which positions of a landmark file are measured and which are only planned.
 
-The table's columns stay as published programs read them. A row of the states says how the position came about that it
-repeats; if the table has another position by now, someone measured the landmark and wrote it there.
+A file beside the table gives the states; positions that a plan seems to have written although no state says so are
+findings.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+import re
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -15,13 +17,22 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.intake.ids import NamedIds, compare_ids
 from vislam2tag.site.frame_change import FrameChange
+from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.names import landmark_id
-from vislam2tag.site.site_table import LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
-from vislam2tag.site.written_files import write_in_survey
+from vislam2tag.site.site_table import (
+    LineCounts,
+    SiteTable,
+    finite_or_none,
+    number_or_none,
+    read_site_table,
+    unreadable_file,
+)
 
 STATES_FILE = "landmark_states.csv"
 COLUMNS = ("id", "state", "source", "x", "y")
@@ -205,3 +216,178 @@ def planned_findings(landmarks: Landmarks, *, use_planned: bool) -> list[Finding
         count = len(here.planned_ids)
         found.append(Finding(kind="planned_landmarks", file="", count=count, message=message, severity=severity))
     return found
+
+
+@dataclass(frozen=True)
+class SurveyedLandmark:
+    """One row of a landmark file; NaN where a value is unknown."""
+
+    landmark: str
+    floor: int
+    x_m: float
+    y_m: float
+    z_m: float
+    sigma_m: float
+    heading_rad: float
+    heading_sigma_rad: float
+    source: str
+    """File and 1-based line, ``floor_1/marker_dict.csv:3``."""
+    sigma_given: bool = True
+    """Whether the row has a sigma of its own."""
+    planned: bool = False
+    """Whether the position was only planned."""
+
+    @property
+    def line(self) -> int:
+        """1-based line of the file."""
+        return int(self.source.rpartition(":")[2])
+
+    @property
+    def is_surveyed(self) -> bool:
+        """Whether there is a position."""
+        return math.isfinite(self.x_m) and math.isfinite(self.y_m)
+
+    def distance_m(self, other: SurveyedLandmark) -> float:
+        """How far two landmarks of a floor are from one another; NaN without a position."""
+        return math.hypot(self.x_m - other.x_m, self.y_m - other.y_m)
+
+
+CLOSE_M = 5.0
+"""A sheet hangs within a few metres of its planned place; other sheets of the floor are farther away, most of them."""
+_DIGITS = re.compile(r"\d+")
+
+
+def planned_twice(file: str, landmarks: Sequence[SurveyedLandmark]) -> list[Finding]:
+    """Report measured landmarks of a floor that are named like planned ones, by a pattern, and hang where these are."""
+    planned = {one.landmark: one for one in landmarks if one.planned}
+    series: dict[str, dict[str, SurveyedLandmark]] = defaultdict(dict)
+    for one in landmarks:
+        if not one.planned and one.is_surveyed:
+            series[_DIGITS.sub("#", one.landmark)][one.landmark] = one
+    line = {one.landmark: one.line for one in landmarks}
+    pairs: dict[str, str] = {}
+    for measured in series.values():
+        found = compare_ids(NamedIds("planned", tuple(planned)), NamedIds("measured", tuple(measured)))
+        if found.pattern is not None and _are_close(found.pattern.mapping, measured, planned):
+            pairs |= found.pattern.mapping
+    if not pairs:
+        return []
+    message = (
+        f"landmarks {names_shown(list(pairs))} are measured where landmarks {names_shown(list(pairs.values()))} are "
+        "planned, and have similar names: the same sheets? Give each sheet one id, that of the plan if walks log it, "
+        "and remove the other row"
+    )
+    return [Finding.at_lines("duplicate_landmarks", file, [line[name] for name in pairs], message, Severity.ERROR)]
+
+
+def _are_close(
+    pairs: Mapping[str, str], measured: Mapping[str, SurveyedLandmark], planned: Mapping[str, SurveyedLandmark]
+) -> bool:
+    close = sum(measured[one].distance_m(planned[other]) < CLOSE_M for one, other in pairs.items())
+    return close > len(pairs) / 2
+
+
+PLAN_FILE = "plan.json"
+"""What ``vislam2tag plan`` keeps of a plan, in its output folder."""
+
+States = Mapping[tuple[int, str], StateRow]
+"""States of landmarks by floor and id."""
+Proposals = Mapping[tuple[int, str], complex]
+"""Places that a plan proposes by floor and id, complex metres."""
+
+
+def proposals_in(root: Path) -> Proposals:
+    """What plans propose whose output folder lies in a survey; none where there is no plan that can be read."""
+    found: dict[tuple[int, str], complex] = {}
+    for path in sorted((*root.glob(PLAN_FILE), *root.glob(f"*/{PLAN_FILE}"))):
+        try:
+            for floor in read_json(path)["floors"]:
+                for one in floor["landmarks"]:
+                    found[int(one["floor"]), str(one["id"])] = complex(one["x_m"], one["y_m"])
+        except (OSError, ValueError, KeyError, TypeError):
+            continue  # something else of that name
+    return found
+
+
+def perhaps_planned(table: SiteTable, floor: int, known: Collection[str], proposals: Proposals) -> list[Finding]:
+    """Report rows of a floor's landmark table that are as a plan left them, except those whose state is ``known``."""
+    names, lines = [], []
+    for line, fields in table.rows:
+        name = landmark_id(fields[0])
+        if name not in known and _is_untouched(table, fields, proposals.get((floor, name))):
+            names.append(name)
+            lines.append(line)
+    if not names:
+        return []
+    message = (
+        f"landmarks {names_shown(names)} are where vislam2tag plan proposed them, with the sigmas of a plan; they are "
+        "used as measured positions. If they are not measured yet, do so (vislam2tag register); if someone has, write "
+        f"the true sigma_m into these rows, and the state measured into {STATES_FILE} beside the file"
+    )
+    return [Finding.at_lines("perhaps_planned", table.file, lines, message)]
+
+
+def nearly_planned(file: str, landmarks: Sequence[SurveyedLandmark], states: States) -> list[Finding]:
+    """Report landmarks of a file whose positions are so close to planned ones that they may be rounded, not measured.
+
+    A sigma that is not a plan's shows that someone measured them.
+    """
+    near = [
+        one
+        for one in landmarks
+        if not one.planned
+        and _has_no_sigma_of_its_own(one)
+        and (state := states.get((one.floor, one.landmark))) is not None
+        and state.nearly_plans(one.x_m, one.y_m)
+    ]
+    if not near:
+        return []
+    message = (
+        f"landmarks {names_shown([one.landmark for one in near])} are 1 to 10 cm from where vislam2tag plan proposed "
+        "them, without a sigma_m of their own: measured, or rounded? They are used as measured positions. If they are "
+        "not measured yet, do so (vislam2tag register); if they are, write their sigma_m into these rows"
+    )
+    return [Finding.at_lines("perhaps_planned", file, [one.line for one in near], message)]
+
+
+def copies_of_plan(
+    landmarks: Sequence[SurveyedLandmark], states: States, proposals: Proposals
+) -> list[SurveyedLandmark]:
+    """Landmarks of a file from elsewhere, those marked as planned that repeat planned positions of the survey.
+
+    Such a file has no states. A row with a sigma that is not a plan's is measured, unless it has the very place.
+    """
+    return [replace(one, planned=_is_copy(one, states, proposals)) for one in landmarks]
+
+
+def _is_copy(one: SurveyedLandmark, states: States, proposals: Proposals) -> bool:
+    key = (one.floor, one.landmark)
+    rows = [states[key]] if key in states else []
+    if any(row.state is LandmarkState.MEASURED and row.is_about(one.x_m, one.y_m) for row in rows):
+        return False
+    if key in proposals:
+        place = proposals[key]
+        rows.append(StateRow(one.landmark, LandmarkState.PLANNED, "plan", place.real, place.imag))
+    within_m = SAME_M if _has_no_sigma_of_its_own(one) else EXACT_M
+    return any(row.plans(one.x_m, one.y_m, within_m) for row in rows)
+
+
+def _has_no_sigma_of_its_own(one: SurveyedLandmark) -> bool:
+    return not one.sigma_given or one.sigma_m == PLANNED_SIGMA_M
+
+
+def _is_untouched(table: SiteTable, fields: tuple[str, ...], proposed: complex | None) -> bool:
+    """Whether a row has the place that a plan at hand proposed, or, without such a plan, all that a plan writes."""
+    try:
+        x, y, sigma, heading_sigma, width = (
+            number_or_none(table.cell(fields, column))
+            for column in ("x", "y", "sigma_m", "heading_sigma_rad", "width_m")
+        )
+    except ValueError:
+        return False
+    if x is None or y is None:
+        return False
+    if proposed is not None:
+        return abs(complex(x, y) - proposed) < (SAME_M if sigma == PLANNED_SIGMA_M else EXACT_M)
+    by_plan = sigma == PLANNED_SIGMA_M and heading_sigma == PLANNED_HEADING_SIGMA_RAD
+    return by_plan and width is not None and bool(table.cell(fields, "sheet"))

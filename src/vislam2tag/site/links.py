@@ -1,25 +1,27 @@
 """Links below a folder that others may have made (a survey, labels, a data set): where they lead.
 
 Reading follows links, as shared disks, git-annex and DVC need it. What leaves the machine leaves out what comes from
-outside the folder, unless ``--follow-links`` is given. Here links are only looked at: no file is opened. Hard links
-cannot be told from files.
+outside the folder, unless ``--follow-links`` is given. Hard links cannot be distinguished from files. Commands that
+write into a survey never follow a link.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.stored_folder import outline_of
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.common.records import Record
-from vislam2tag.site.floor_file import FLOOR_FILE
 from vislam2tag.site.model import ControlPoints, Floor, Site, Survey
-from vislam2tag.site.site_file import SITE_FILE, read_site_file
+from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, read_site_file
 
 CURE = "give --follow-links to include them"
 _MAX_LINKS = 40
@@ -293,3 +295,23 @@ def _shared_points(points: ControlPoints, links: _OutsideLinks) -> ControlPoints
 def _file_of(source: str) -> str:
     """``floor_1/marker_dict.csv`` of ``floor_1/marker_dict.csv:3``."""
     return source.rpartition(":")[0]
+
+
+def write_in_survey(root: Path, path: Path, content: bytes | str) -> None:
+    """Write a file below a survey's folder, whole; links below ``root`` are never followed.
+
+    Raises OutputError if it cannot be written, which names the link if one is in the way.
+    """
+    with survey_output(path):
+        Folder.at(root).write(path.relative_to(root).as_posix(), content)
+
+
+@contextmanager
+def survey_output(path: Path) -> Iterator[None]:
+    """Raise OutputError for OSError in the block; it names the link that is in the way, or else ``path``."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise OutputError(f"{error.filename}: {error.strerror}") from error
+        raise OutputError(f"{path}: cannot be written ({error.strerror}); check its permissions") from error

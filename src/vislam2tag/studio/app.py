@@ -23,7 +23,7 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.receiving.connections import admit
 from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
-from vislam2tag.site.corrections.lines import ChangedMeanwhileError
+from vislam2tag.site.corrections.edits import ChangedMeanwhileError
 from vislam2tag.site.corrections.merging import Conflict, ConflictError
 from vislam2tag.studio.corrections_view import corrections_view
 from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, Studio

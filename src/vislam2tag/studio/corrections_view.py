@@ -7,9 +7,16 @@ import inspect
 from pydantic import TypeAdapter
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.site.corrections.edits import changed_text, corrections_of, difference, entries_of
+from vislam2tag.site.corrections.edits import (
+    change_text,
+    changed_text,
+    corrections_of,
+    corrections_text,
+    difference,
+    entries_of,
+    save_text,
+)
 from vislam2tag.site.corrections.file import Corrections
-from vislam2tag.site.corrections.lines import change_text, corrections_text, save_text
 from vislam2tag.site.corrections.merging import merged
 from vislam2tag.site.model import Survey
 from vislam2tag.studio.work_messages import (

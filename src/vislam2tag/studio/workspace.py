@@ -21,9 +21,8 @@ from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.registry import SurveyFiles, survey_files
 from vislam2tag.settings import Settings
-from vislam2tag.site.corrections.edits import corrections_of
+from vislam2tag.site.corrections.edits import corrections_of, corrections_text
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
-from vislam2tag.site.corrections.lines import corrections_text
 from vislam2tag.site.discover import session_folders, site_files
 from vislam2tag.site.landmark_file import landmarks_from
 from vislam2tag.site.links import (

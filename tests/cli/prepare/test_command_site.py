@@ -15,7 +15,7 @@ from tests.site.plans import drawn_floor
 from tests.site.site import write_survey
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.plans.model import Use
+from vislam2tag.site.plans.source import Use
 
 
 def test_a_site_is_begun_shown_and_written(tmp_path: Path) -> None:

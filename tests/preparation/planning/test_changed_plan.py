@@ -7,11 +7,11 @@ import pytest
 
 from tests.preparation.planning.floors import nothing_given, ring
 from vislam2tag.preparation.planning.changed_plan import ChangedPlan
+from vislam2tag.preparation.planning.corridors import typical_walks
 from vislam2tag.preparation.planning.floor import plan_floor
 from vislam2tag.preparation.planning.prediction import expected_on_walks
+from vislam2tag.preparation.planning.refine import sigma_map
 from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.preparation.planning.sigma_map import sigma_map
-from vislam2tag.preparation.planning.typical_walks import typical_walks
 
 SETTINGS = PlanSettings(further=1)
 

@@ -14,12 +14,12 @@ from vislam2tag.core.arrays import BoolArray
 from vislam2tag.preparation.planning.corridors import Corridors, corridors_of
 from vislam2tag.preparation.planning.demands import (
     broken_spacing,
+    cover,
     demands_of,
     open_area_rows,
     walking_distances,
     without_supersets,
 )
-from vislam2tag.preparation.planning.set_cover import cover
 from vislam2tag.site.walkable.graph import NodeKind
 
 

@@ -9,13 +9,13 @@ import pytest
 
 from tests.preparation.planning.floors import graph_of, nothing_given, ring
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.preparation.planning.corridors import typical_walks
 from vislam2tag.preparation.planning.demands import broken_spacing
 from vislam2tag.preparation.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
-from vislam2tag.preparation.planning.further_landmarks import further_landmarks
 from vislam2tag.preparation.planning.prediction import expected_on_walks, mean_error_m
 from vislam2tag.preparation.planning.records import COLUMNS, floor_summary, landmarks_text, new_ids
+from vislam2tag.preparation.planning.refine import further_landmarks
 from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.preparation.planning.typical_walks import typical_walks
 
 SETTINGS = PlanSettings(further=1)
 

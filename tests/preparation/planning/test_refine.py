@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from tests.preparation.planning.floors import stations_each_metre, ways_with
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.planning.demands import demands_of, walking_distances
+from vislam2tag.preparation.planning.prediction import StationPasses, WalkCosts, gap_costs
 from vislam2tag.preparation.planning.refine import choose_walls, improve_stations, line_deviation_m, neighbourhoods
 from vislam2tag.preparation.planning.sheet_places import SheetPlaces
-from vislam2tag.preparation.planning.walk_costs import StationPasses, WalkCosts, gap_costs
 
 
 def there_and_back(length: float) -> FloatArray:

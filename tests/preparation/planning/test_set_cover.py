@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import BoolArray
-from vislam2tag.preparation.planning.demands import StationSet
-from vislam2tag.preparation.planning.set_cover import Cover, cover, row_matrix, time_out
+from vislam2tag.preparation.planning.demands import Cover, StationSet, cover, row_matrix, time_out
 
 COUNT = 9
 ROWS = st.lists(st.frozensets(st.integers(0, COUNT - 1), min_size=1, max_size=4), min_size=1, max_size=12)

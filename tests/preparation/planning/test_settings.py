@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.preparation.planning.settings import CameraSettings
-from vislam2tag.site.sheet_size import SHEET_SIZES
+from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES
 
 CAMERA = CameraSettings()
 ALL = tuple(SHEET_SIZES)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.preparation.planning.floors import INNER, ring
 from vislam2tag.preparation.planning.prediction import ExpectedLabels
-from vislam2tag.preparation.planning.sigma_map import distance_classes, sigma_map
+from vislam2tag.preparation.planning.refine import distance_classes, sigma_map
 
 
 def walk(y: float, variance: float) -> ExpectedLabels:

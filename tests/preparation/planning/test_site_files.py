@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.preparation.planning.records import PlannedLandmark
-from vislam2tag.preparation.planning.site_files import marker_text, read_forbidden
+from vislam2tag.preparation.planning.records import PlannedLandmark, marker_text, read_forbidden
 from vislam2tag.site.landmark_file import landmarks_from, read_landmark_file
 
 

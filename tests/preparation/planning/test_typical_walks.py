@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.preparation.planning.floors import graph_of, ring
-from vislam2tag.preparation.planning.typical_walks import STEP_M, WALK_M, smooth_line, typical_walks
+from vislam2tag.preparation.planning.corridors import STEP_M, WALK_M, smooth_line, typical_walks
 
 
 def test_walks_cover_all_ways_and_are_the_same_each_time() -> None:

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.preparation.planning.test_prediction import STRAIGHT, sheets_at
-from vislam2tag.preparation.planning.prediction import expected_along
-from vislam2tag.preparation.planning.walk_costs import GAPS_M, StationPasses, WalkCosts, gap_costs
+from vislam2tag.preparation.planning.prediction import GAPS_M, StationPasses, WalkCosts, expected_along, gap_costs
 
 COSTS = gap_costs(0.02)
 POINTS = np.column_stack((np.arange(0.5, 60.0), np.zeros(60)))

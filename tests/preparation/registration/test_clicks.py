@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.preparation.registration.clicks import HEADER, click_sigma_m, read_clicks
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.tape_and_clicks import HEADER, click_sigma_m, read_clicks
 
 SETTINGS = RegistrationSettings()
 

@@ -13,7 +13,7 @@ from vislam2tag.preparation.registration.distance_equations import (
     misclosure,
     starting_places,
 )
-from vislam2tag.preparation.registration.tape_file import TapeDistance, Target
+from vislam2tag.preparation.registration.tape_and_clicks import TapeDistance, Target
 
 CORNER = Target("corner", 0j, None, 0.0)
 COLUMN = Target("column", 8 + 1j, None, 0.03)

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.preparation.registration.gross_errors import ValueChange, explanations, mistyped
-from vislam2tag.preparation.registration.least_squares import NoiseLevel, adjust
+from vislam2tag.preparation.registration.least_squares import NoiseLevel, ValueChange, adjust, explanations, mistyped
 
 NUMBERS = st.decimals(min_value=-999, max_value=999, places=3).map(float)
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.preparation.registration.heights import KNOWN_HEIGHT, MeasuredHeight, adjust_heights
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.network import KNOWN_HEIGHT, MeasuredHeight, adjust_heights
+from vislam2tag.preparation.registration.record import RegistrationSettings
 
 SETTINGS = RegistrationSettings()
 

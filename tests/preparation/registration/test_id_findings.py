@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vislam2tag.preparation.registration.id_findings import LandmarkTable, id_findings
+from vislam2tag.preparation.registration.names import LandmarkTable, id_findings
 
 PLACES = {str(number): complex(3 * number, number % 3) for number in range(1, 8)}
 TABLE = LandmarkTable(1, tuple(PLACES), tuple(PLACES))

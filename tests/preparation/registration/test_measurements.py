@@ -6,10 +6,10 @@ import pytest
 
 from tests.site.site import write_survey
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.preparation.registration.heights import KNOWN_HEIGHT
-from vislam2tag.preparation.registration.measurements import known_points_of_site, read_known_points, read_stations
 from vislam2tag.preparation.registration.names import NameRules
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.network import KNOWN_HEIGHT
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.register import known_points_of_site, read_known_points, read_stations
 from vislam2tag.site.discover import read_site
 
 SETTINGS, RULES = RegistrationSettings(), NameRules(landmarks="LM*")

@@ -12,7 +12,7 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.preparation.registration.least_squares import SingularError
 from vislam2tag.preparation.registration.network import KnownPoint, Shot, adjust_plane
 from vislam2tag.preparation.registration.network_search import search_network
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
 
 SETTINGS = RegistrationSettings()
 

@@ -9,7 +9,7 @@ from tests.preparation.registration.networks import Survey, shot_of, survey, swa
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.preparation.registration.network import KnownPoint, Shot
 from vislam2tag.preparation.registration.network_search import SearchedNetwork, search_network
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
 
 SETTINGS = RegistrationSettings()
 

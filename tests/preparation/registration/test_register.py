@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from tests.preparation.registration.networks import SHOT_M, survey, swapped_shots
-from vislam2tag.preparation.registration.clicks import Click
-from vislam2tag.preparation.registration.heights import KNOWN_HEIGHT, MeasuredHeight
-from vislam2tag.preparation.registration.network import KnownPoint, Shot
-from vislam2tag.preparation.registration.record import PositionSource, RegisteredPoint, Registration
+from vislam2tag.preparation.registration.network import KNOWN_HEIGHT, KnownPoint, MeasuredHeight, Shot
+from vislam2tag.preparation.registration.record import (
+    PositionSource,
+    RegisteredPoint,
+    Registration,
+    RegistrationSettings,
+)
 from vislam2tag.preparation.registration.register import FloorMeasurements, register_floor
-from vislam2tag.preparation.registration.settings import RegistrationSettings
-from vislam2tag.preparation.registration.tape_file import TapeDistance, Target
+from vislam2tag.preparation.registration.tape_and_clicks import Click, TapeDistance, Target
 
 SETTINGS = RegistrationSettings()
 

@@ -6,7 +6,7 @@ import pytest
 
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.preparation.registration.record import PositionSource, RegisteredPoint
-from vislam2tag.preparation.registration.site_output import control_point_text, landmark_text
+from vislam2tag.preparation.registration.results import control_point_text, landmark_text
 from vislam2tag.site.landmark_file import read_landmark_file
 
 

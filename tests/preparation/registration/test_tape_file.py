@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.preparation.registration.settings import RegistrationSettings
-from vislam2tag.preparation.registration.tape_file import Target, read_distances, read_targets
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.tape_and_clicks import Target, read_distances, read_targets
 
 SETTINGS = RegistrationSettings()
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.preparation.registration.text_table import TextTable, read_text_table
+from vislam2tag.preparation.registration.point_file import TextTable, read_text_table
 
 
 def table_of(tmp_path: Path, raw: bytes) -> TextTable:

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.preparation.registration.networks import as_array, squares
-from vislam2tag.preparation.registration.settings import RegistrationSettings
-from vislam2tag.preparation.registration.tape_file import TapeDistance, Target
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.tape_and_clicks import TapeDistance, Target
 from vislam2tag.preparation.registration.trilateration import trilaterate
 
 SETTINGS = RegistrationSettings()

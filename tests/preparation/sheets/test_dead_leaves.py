@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vislam2tag.preparation.sheets.dead_leaves import SIDE_PX, dead_leaves_picture
+from vislam2tag.preparation.sheets.images import SIDE_PX, dead_leaves_picture
 
 
 def test_the_picture_is_the_one_that_was_printed_before() -> None:

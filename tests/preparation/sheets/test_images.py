@@ -9,9 +9,16 @@ import pytest
 from PIL import Image
 
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.preparation.sheets.features import GreyImage
-from vislam2tag.preparation.sheets.images import Lookalike, confused, generated_image, lookalikes, own_files, own_images
+from vislam2tag.preparation.sheets.images import (
+    Lookalike,
+    confused,
+    dead_leaves_picture,
+    generated_image,
+    lookalikes,
+    own_files,
+    own_images,
+)
 
 PLAIN: GreyImage = np.full((400, 400), 200, np.uint8)
 

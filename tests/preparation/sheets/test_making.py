@@ -9,9 +9,9 @@ from PIL import Image
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
-from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
-from vislam2tag.preparation.sheets.making import SheetOptions, make_sheets
-from vislam2tag.preparation.sheets.settings import SheetSettings
+from vislam2tag.preparation.sheets.images import dead_leaves_picture
+from vislam2tag.preparation.sheets.sheet_folder import SheetOptions, make_sheets
+from vislam2tag.preparation.sheets.sheet_requests import SheetSettings
 
 
 @pytest.fixture(name="own")

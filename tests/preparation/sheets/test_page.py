@@ -11,11 +11,9 @@ import pytest
 
 from tests.preparation.sheets.printed import printed
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
-from vislam2tag.preparation.sheets.page import MISSING, SheetPage, printable, write_pdf
-from vislam2tag.preparation.sheets.page_layout import largest_width_m, page_layout
-from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
-from vislam2tag.site.sheet_size import SHEET_SIZES
+from vislam2tag.preparation.sheets.images import dead_leaves_picture
+from vislam2tag.preparation.sheets.page import MISSING, SheetPage, largest_width_m, page_layout, printable, write_pdf
+from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest
 
 LOBBY = SheetRequest("lobby", "Main building", 1, "Ground", (12.3, 4.5), 1.55)
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.preparation.sheets.page_layout import largest_width_m, page_layout
-from vislam2tag.site.sheet_size import QUIET_M, SHEET_SIZES
+from vislam2tag.preparation.sheets.page import largest_width_m, page_layout
+from vislam2tag.preparation.sheets.sheet_requests import QUIET_M, SHEET_SIZES
 
 PAPERS = st.sampled_from(list(SHEET_SIZES.values()))
 

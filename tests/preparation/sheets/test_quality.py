@@ -9,9 +9,8 @@ import pytest
 import segno
 from PIL import Image
 
-from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.preparation.sheets.features import GreyImage
-from vislam2tag.preparation.sheets.quality import ImageQuality, quality_of, reference_features
+from vislam2tag.preparation.sheets.images import ImageQuality, dead_leaves_picture, quality_of, reference_features
 
 SIDE = 640
 

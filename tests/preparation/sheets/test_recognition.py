@@ -6,11 +6,22 @@ import cv2
 import numpy as np
 import pytest
 
-from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
-from vislam2tag.preparation.sheets.features import Features, GreyImage, features_of, orb
-from vislam2tag.preparation.sheets.quality import HARD_VIEW, reference_features
-from vislam2tag.preparation.sheets.recognition import ENOUGH_INLIERS, FRAME_FEATURES, VOTERS, Recogniser, sighting
-from vislam2tag.preparation.sheets.views import FRAME_PX, View, bordered, camera_frame
+from vislam2tag.preparation.sheets.features import (
+    ENOUGH_INLIERS,
+    FRAME_FEATURES,
+    FRAME_PX,
+    VOTERS,
+    Features,
+    GreyImage,
+    Recogniser,
+    View,
+    bordered,
+    camera_frame,
+    features_of,
+    orb,
+    sighting,
+)
+from vislam2tag.preparation.sheets.images import HARD_VIEW, dead_leaves_picture, reference_features
 
 WALL: GreyImage = np.full((FRAME_PX[1], FRAME_PX[0]), 170, np.uint8)
 

@@ -18,8 +18,7 @@ from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import silent
-from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
-from vislam2tag.preparation.sheets.images import LandmarkImage, generated_image
+from vislam2tag.preparation.sheets.images import LandmarkImage, dead_leaves_picture, generated_image
 from vislam2tag.preparation.sheets.sheet_folder import (
     SheetsRecord,
     checked_lookalikes,
@@ -29,8 +28,7 @@ from vislam2tag.preparation.sheets.sheet_folder import (
     sheets_record,
     write_sheets,
 )
-from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
-from vislam2tag.site.sheet_size import SHEET_SIZES
+from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest
 
 A4 = SHEET_SIZES["A4"]
 

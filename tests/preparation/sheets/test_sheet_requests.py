@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from tests.site.site import write_survey
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.preparation.sheets.sheet_requests import SheetRequest, parse_ids, requested_sheets
+from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest, parse_ids, requested_sheets
 from vislam2tag.site.names import landmark_id
-from vislam2tag.site.sheet_size import SHEET_SIZES
 
 
 def landmark_file(folder: Path, text: str) -> Path:

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.preparation.sheets.features import GreyImage
-from vislam2tag.preparation.sheets.views import FRAME_PX, View, bordered, camera_frame
+from vislam2tag.preparation.sheets.features import FRAME_PX, GreyImage, View, bordered, camera_frame
 
 WALL: GreyImage = np.full((FRAME_PX[1], FRAME_PX[0]), 100, np.uint8)
 BLACK: GreyImage = np.zeros((300, 300), np.uint8)

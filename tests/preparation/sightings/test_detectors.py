@@ -12,13 +12,7 @@ import segno
 from tests.preparation.sheets.printed import printed
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.preparation.sheets.dead_leaves import dead_leaves_picture
-from vislam2tag.preparation.sheets.features import GreyImage
-from vislam2tag.preparation.sheets.page import SheetPage, write_pdf
-from vislam2tag.preparation.sheets.page_layout import largest_width_m, page_layout
-from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
-from vislam2tag.preparation.sheets.tags import read_tags, sheet_tag, tag_rows
-from vislam2tag.preparation.sightings.detectors import (
+from vislam2tag.preparation.detectors import (
     Detector,
     QrDetector,
     Seen,
@@ -26,9 +20,19 @@ from vislam2tag.preparation.sightings.detectors import (
     SheetTagDetector,
     TagDetector,
 )
-from vislam2tag.preparation.sightings.placing import placed
-from vislam2tag.preparation.sightings.search import surest
-from vislam2tag.site.sheet_size import SHEET_SIZES
+from vislam2tag.preparation.sheets.features import GreyImage
+from vislam2tag.preparation.sheets.images import dead_leaves_picture
+from vislam2tag.preparation.sheets.page import (
+    SheetPage,
+    largest_width_m,
+    page_layout,
+    read_tags,
+    sheet_tag,
+    tag_rows,
+    write_pdf,
+)
+from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest
+from vislam2tag.preparation.sighting_search import placed, surest
 
 SIZE_PX = (1280, 960)
 LENS_PX = np.array((1000.0, 1000.0, 640.0, 480.0))

@@ -13,8 +13,8 @@ from playwright.sync_api import Browser, Page
 
 from tests.report.browser import note_problems, running_browser
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.preparation.registration.clicks import read_clicks
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.tape_and_clicks import read_clicks
 from vislam2tag.report.pages.click_page import write_click_page
 from vislam2tag.site.model import ControlPoints, Floor
 

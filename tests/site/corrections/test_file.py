@@ -16,7 +16,7 @@ from vislam2tag.site.corrections.file import (
     read_corrections,
     session_start,
 )
-from vislam2tag.site.corrections.unused import unused_corrections
+from vislam2tag.site.corrections.landmarks import unused_corrections
 from vislam2tag.site.model import SessionKey, Site
 
 KEY = SessionKey(0, "LG", "2022-01-14T16:35:30")

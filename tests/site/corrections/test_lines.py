@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.site.corrections.file import read_corrections
-from vislam2tag.site.corrections.lines import (
+from vislam2tag.site.corrections.edits import (
     ChangedMeanwhileError,
     add_entries,
     corrections_text,
     remove_added,
     save_text,
 )
+from vislam2tag.site.corrections.file import read_corrections
 
 LINES = '[[swap_landmarks]]\nids = ["1", "2"]'
 

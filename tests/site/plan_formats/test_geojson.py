@@ -12,7 +12,7 @@ from pyproj import Transformer
 from tests.site.plans import drawn_floor
 from tests.site.plans.drawn_floor import EXTENT, HERE, collection, feature, floor_with
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.plans.model import Use
+from vislam2tag.site.plans.source import Use
 
 
 def square(x: float, y: float, side: float) -> list[list[list[float]]]:

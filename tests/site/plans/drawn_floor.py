@@ -16,8 +16,7 @@ from reportlab.pdfgen.canvas import Canvas
 
 from vislam2tag.site.georeference import Georeference, to_wgs84
 from vislam2tag.site.model import ControlPoints, Floor
-from vislam2tag.site.plans.model import FloorPlan
-from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.plans.source import FloorPlan, PlanSource
 
 WIDTH_M, HEIGHT_M = 20.0, 10.0
 LINES = (((0, 0), (20, 0), (20, 10), (0, 10), (0, 0)), ((5, 0), (5, 6)))

@@ -13,7 +13,7 @@ from tests.site.plans.drawn_floor import EXTENT, HEIGHT_M, HERE, WIDTH_M, floor_
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import floor_plan, plan_extent
-from vislam2tag.site.plans.model import FloorPlan, Use
+from vislam2tag.site.plans.source import FloorPlan, Use
 
 ANGLE = np.radians(30)
 TURNED = np.array([[np.cos(ANGLE), -np.sin(ANGLE)], [np.sin(ANGLE), np.cos(ANGLE)]])

@@ -12,8 +12,8 @@ from tests.site.plans import drawn_floor
 from tests.site.plans.drawn_floor import EXTENT, collection, feature, floor_with
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.site.plans.drawing import plan_suffixes
 from vislam2tag.site.plans.load import floor_plan, plan_file
-from vislam2tag.site.plans.registry import plan_suffixes
 from vislam2tag.site.plans.source import PlanSource
 
 SQUARE = [[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0], [0.0, 0.0]]

@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.site.plans.model import FloorPlan
+from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.space import WalkableSpace, wall_segments
 
 WIDTH_M, HEIGHT_M = 24.0, 20.0

@@ -10,7 +10,7 @@ from tests.preparation.planning.floors import write_ring_site
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.site.discover import read_site
-from vislam2tag.site.walkable.correction import GREEN, RED, corrected_cells, floor_mask, read_mask
+from vislam2tag.site.walkable.plan_cells import GREEN, RED, corrected_cells, floor_mask, read_mask
 
 GRID = CellGrid((0.0, 0.0), 0.5, 20, 40)
 

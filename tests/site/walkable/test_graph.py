@@ -11,7 +11,7 @@ from tests.site.walkable.hand_made import CORRIDOR, DOORS_X, plan, rectangles
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.simulation.building.building import draw_plan, make_building
 from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.site.plans.model import FloorPlan
+from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind, corridor_graph
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 

@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from vislam2tag.site.walkable.ink import Bytes, ink_on_paper, walls_in
-from vislam2tag.site.walkable.lettering import lettering
+from vislam2tag.site.walkable.ink import Bytes, ink_on_paper, lettering, walls_in
 
 TEXT = "ROOMS AND HALLS"
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.site.walkable.network import Network
+from vislam2tag.site.walkable.skeleton import Network
 
 
 def chain(*points: tuple[float, float]) -> tuple[Network, list[int]]:

@@ -5,9 +5,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from tests.site.walkable.hand_made import rectangles
-from vislam2tag.site.walkable.graph import NodeKind, corridor_graph
-from vislam2tag.site.walkable.open_areas import open_cells
-from vislam2tag.site.walkable.settings import GraphSettings
+from vislam2tag.site.walkable.graph import NodeKind, corridor_graph, open_cells
+from vislam2tag.site.walkable.space import GraphSettings
 
 SETTINGS = GraphSettings()
 HALL = rectangles(40, 40, (2, 2, 30, 26), (10, 26, 12.5, 38))

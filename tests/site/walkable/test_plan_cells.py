@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.site.plans.model import FloorPlan
+from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.plan_cells import cells_in, line_walls, plan_grid
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import WalkableSettings
 
 GRID = CellGrid((-2.0, 1.0), 0.5, 30, 40)
 NUMBER = st.floats(-4, 20, allow_nan=False).map(lambda value: round(value, 3))

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.site.walkable.regions import inside_of, largest_region
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.plan_cells import inside_of, largest_region
+from vislam2tag.site.walkable.space import WalkableSettings
 
 SETTINGS = WalkableSettings()
 

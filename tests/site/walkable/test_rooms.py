@@ -1,9 +1,9 @@
 from __future__ import annotations
 
 from tests.site.walkable.hand_made import rectangles
-from vislam2tag.site.walkable.rooms import place_doors, room_nodes
-from vislam2tag.site.walkable.settings import GraphSettings
+from vislam2tag.site.walkable.graph import place_doors, room_nodes
 from vislam2tag.site.walkable.skeleton import skeleton
+from vislam2tag.site.walkable.space import GraphSettings
 
 SETTINGS = GraphSettings()
 CORRIDOR = (0.5, 0.5, 29.5, 2.5)

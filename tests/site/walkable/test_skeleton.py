@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from tests.site.walkable.hand_made import rectangles, space_of
-from vislam2tag.site.walkable.settings import GraphSettings
 from vislam2tag.site.walkable.skeleton import skeleton
+from vislam2tag.site.walkable.space import GraphSettings
 
 SETTINGS = GraphSettings()
 

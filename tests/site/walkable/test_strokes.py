@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray
-from vislam2tag.site.walkable.settings import WalkableSettings
-from vislam2tag.site.walkable.strokes import only_walls, usual_thickness
+from vislam2tag.site.walkable.ink import only_walls, usual_thickness
+from vislam2tag.site.walkable.space import WalkableSettings
 
 PIXEL_M = 0.02
 

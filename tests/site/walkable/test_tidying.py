@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tests.site.walkable.hand_made import rectangles
-from vislam2tag.site.walkable.network import Network
-from vislam2tag.site.walkable.tidying import bend_at, join_components, mark_turns, merge_near, straighten
+from vislam2tag.site.walkable.skeleton import Network, bend_at, join_components, mark_turns, merge_near, straighten
 
 SPACE = rectangles(30, 10, (1, 1, 29, 9))
 

@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.site.walkable.network import Network
-from vislam2tag.site.walkable.tracing import traced
+from vislam2tag.site.walkable.skeleton import Network, traced
 
 
 def network_of(*rows: str) -> Network:

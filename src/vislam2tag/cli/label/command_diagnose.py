@@ -66,8 +66,8 @@ def _diagnose(
 ) -> None:
     from vislam2tag.common.errors import UsageError
     from vislam2tag.pipeline.labels.joining.landmark_files import check_targets
+    from vislam2tag.site.corrections.edits import add_entries, remove_added
     from vislam2tag.site.corrections.file import CORRECTIONS_FILE
-    from vislam2tag.site.corrections.lines import add_entries, remove_added
 
     if apply and revert:
         raise UsageError("--apply and --revert: give one of them")

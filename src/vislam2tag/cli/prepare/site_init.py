@@ -118,8 +118,8 @@ def site_init(
         competition_floor,
         describe_published,
         is_competition_floor,
+        settled_source,
     )
-    from vislam2tag.pipeline.site.plan_scale import settled_source
     from vislam2tag.pipeline.site.show import summarise_site
     from vislam2tag.site.site_file import SITE_FILE
 

@@ -42,7 +42,7 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_of
 from vislam2tag.site.names import unique_slugs
 from vislam2tag.site.plans.load import plan_file
-from vislam2tag.site.walkable.walked.walked_space import RADIUS_M
+from vislam2tag.site.walkable.walked import RADIUS_M
 
 NAMES = "names"
 """Parts that say how often each transmitter was heard by each name; no table of the data set."""

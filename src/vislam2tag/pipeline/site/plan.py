@@ -21,23 +21,29 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
 from vislam2tag.figures.style import rendered
 from vislam2tag.preparation.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
-from vislam2tag.preparation.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
+from vislam2tag.preparation.planning.records import (
+    FloorPlanRecord,
+    PlanSummary,
+    floor_summary,
+    landmarks_text,
+    marker_text,
+    new_ids,
+    planned_states,
+    read_forbidden,
+)
 from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.preparation.planning.site_files import marker_text, planned_states, read_forbidden
 from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
 from vislam2tag.site.discover import floor_folders, read_site
 from vislam2tag.site.landmark_file import LANDMARK_FILE, table_path
 from vislam2tag.site.landmark_states import write_states
-from vislam2tag.site.links import refuse_outside_plan, shared_site
+from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.site_table import read_site_table
 from vislam2tag.site.table_columns import LANDMARKS
-from vislam2tag.site.walkable.correction import floor_mask
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
-from vislam2tag.site.walkable.settings import WalkableSettings
-from vislam2tag.site.walkable.space import walkable_space
-from vislam2tag.site.written_files import write_in_survey
+from vislam2tag.site.walkable.plan_cells import floor_mask
+from vislam2tag.site.walkable.space import WalkableSettings, walkable_space
 
 SUMMARY_FILE, LANDMARKS_FILE, PAGE_FILE = "plan.json", "landmarks.csv", "index.html"
 

@@ -15,21 +15,23 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
-from vislam2tag.preparation.registration.clicks import read_clicks
-from vislam2tag.preparation.registration.id_findings import LandmarkTable
-from vislam2tag.preparation.registration.measurements import known_points_of_site, read_known_points, read_stations
-from vislam2tag.preparation.registration.names import NameRules
+from vislam2tag.preparation.registration.names import LandmarkTable, NameRules
 from vislam2tag.preparation.registration.point_file import PointColumn
-from vislam2tag.preparation.registration.record import Registration
-from vislam2tag.preparation.registration.register import FloorMeasurements, register_floor
-from vislam2tag.preparation.registration.settings import RegistrationSettings
-from vislam2tag.preparation.registration.site_output import control_point_text, landmark_text, measured_states
-from vislam2tag.preparation.registration.tape_file import read_distances, read_targets
+from vislam2tag.preparation.registration.record import Registration, RegistrationSettings
+from vislam2tag.preparation.registration.register import (
+    FloorMeasurements,
+    known_points_of_site,
+    read_known_points,
+    read_stations,
+    register_floor,
+)
+from vislam2tag.preparation.registration.results import control_point_text, landmark_text, measured_states
+from vislam2tag.preparation.registration.tape_and_clicks import read_clicks, read_distances, read_targets
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
 from vislam2tag.site.landmark_states import STATES_FILE, updated_states_text
+from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.model import Floor, Site
-from vislam2tag.site.written_files import write_in_survey
 
 RECORD_FILE = "registration.json"
 FIGURE_FILES = ("residuals.svg", "residuals.png")

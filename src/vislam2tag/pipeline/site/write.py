@@ -12,16 +12,22 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.site.changed_files import changed_landmarks_text, changed_points_text
 from vislam2tag.site.discover import read_site
-from vislam2tag.site.floor_file import FLOOR_FILE
-from vislam2tag.site.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
+from vislam2tag.site.frame_change import (
+    CHANGE_FILE,
+    FrameChange,
+    FrameChanges,
+    changed_landmarks_text,
+    changed_points_text,
+    changes_text,
+)
 from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
 from vislam2tag.site.landmark_states import STATES_FILE, changed_states_text
 from vislam2tag.site.links import CURE, left_out_of, outside_link
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.images import GREATEST_PX
 from vislam2tag.site.plans.load import plan_file, plan_picture
+from vislam2tag.site.site_file import FLOOR_FILE
 
 
 def write_published(

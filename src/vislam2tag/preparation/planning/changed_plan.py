@@ -7,15 +7,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.preparation.planning.corridors import typical_walks
 from vislam2tag.preparation.planning.demands import walking_distances
 from vislam2tag.preparation.planning.floor import FloorDesign, longest_free_m, passed_landmarks
-from vislam2tag.preparation.planning.further_landmarks import further_landmarks
 from vislam2tag.preparation.planning.prediction import ExpectedLabels, PassedLandmarks, expected_along, passes_near
-from vislam2tag.preparation.planning.refine import line_deviations_m
+from vislam2tag.preparation.planning.refine import (
+    SigmaMap,
+    distance_classes,
+    further_landmarks,
+    line_deviations_m,
+    sigma_map,
+)
 from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.preparation.planning.sigma_map import SigmaMap, distance_classes, sigma_map
 from vislam2tag.preparation.planning.tour import plan_tour
-from vislam2tag.preparation.planning.typical_walks import typical_walks
 from vislam2tag.site.walkable.graph import CorridorGraph
 
 _KEPT = 5000

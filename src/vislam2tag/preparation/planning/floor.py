@@ -10,30 +10,38 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.preparation.planning.corridors import Corridors, corridors_of
+from vislam2tag.preparation.planning.corridors import Corridors, corridors_of, typical_walks
 from vislam2tag.preparation.planning.demands import (
+    Cover,
     Demands,
     Gap,
     StationSet,
     broken_spacing,
+    cover,
     demands_of,
     walking_distances,
 )
-from vislam2tag.preparation.planning.further_landmarks import FurtherPlace, further_landmarks
-from vislam2tag.preparation.planning.prediction import ExpectedLabels, PassedLandmarks, expected_on_walks
-from vislam2tag.preparation.planning.refine import choose_walls, improve_stations, line_deviations_m
-from vislam2tag.preparation.planning.set_cover import Cover, cover
-from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.preparation.planning.sheet_places import SheetPlaces, Stations, find_sheet_places, stations_along
-from vislam2tag.preparation.planning.sigma_map import (
+from vislam2tag.preparation.planning.prediction import (
+    ExpectedLabels,
+    PassedLandmarks,
+    StationPasses,
+    expected_on_walks,
+    gap_costs,
+)
+from vislam2tag.preparation.planning.refine import (
     DistanceClass,
+    FurtherPlace,
     SigmaMap,
+    choose_walls,
     distance_classes,
+    further_landmarks,
+    improve_stations,
+    line_deviations_m,
     sigma_map,
 )
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.preparation.planning.sheet_places import SheetPlaces, Stations, find_sheet_places, stations_along
 from vislam2tag.preparation.planning.tour import Tour, plan_tour
-from vislam2tag.preparation.planning.typical_walks import typical_walks
-from vislam2tag.preparation.planning.walk_costs import StationPasses, gap_costs
 from vislam2tag.site.walkable.graph import CorridorGraph
 from vislam2tag.site.walkable.space import WalkableSpace
 

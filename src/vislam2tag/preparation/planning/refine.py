@@ -1,22 +1,41 @@
 """Of all plans with the fewest landmarks a good one: small errors to expect, and landmarks that lie not on one line.
 
 First each landmark moves along its corridors as far as the demands let it, to where the errors to expect on typical
-walks are least (:mod:`walk_costs`). Then each takes one of the walls at its station, so that the landmarks near each
-other lie well off one line (:func:`line_deviation_m`).
+walks are least. Then each takes one of the walls at its station, so that the landmarks near each other lie well off one
+line (:func:`line_deviation_m`). ``further_landmarks`` finds the places where one more landmark would help most;
+``sigma_map`` gathers the expected errors in cells and by distance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter
 from scipy.sparse import csr_array
+from scipy.spatial.distance import cdist
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.preparation.planning.demands import StationSet
-from vislam2tag.preparation.planning.set_cover import row_matrix
-from vislam2tag.preparation.planning.sheet_places import SheetPlaces
-from vislam2tag.preparation.planning.walk_costs import GapCosts, StationPasses, WalkCosts
+from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.core.limits import MAX_CELLS
+from vislam2tag.preparation.planning.demands import StationSet, row_matrix
+from vislam2tag.preparation.planning.prediction import (
+    ExpectedLabels,
+    GapCosts,
+    PassedLandmarks,
+    StationPasses,
+    WalkCosts,
+    expected_along,
+    passes_near,
+    smoothed_walk,
+)
+from vislam2tag.preparation.planning.sheet_places import SheetPlaces, Stations
+from vislam2tag.self_check.accuracy import expected_error_m
+from vislam2tag.self_check.gain_map import APART_M, BESIDE_M, GainMap, session_gains
+from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
+from vislam2tag.site.walkable.space import WalkableSpace
+from vislam2tag.site.walkable.walking_distances import WalkingDistances
 
 REACH_M = 20.0
 """A landmark is tried on stations no farther off than this."""
@@ -136,3 +155,158 @@ def choose_walls(
         if not moved:
             break
     return chosen
+
+
+MOST_WALKS = 12
+"""Gains are looked for on so many walks, spread evenly over all."""
+
+
+@dataclass(frozen=True)
+class FurtherPlace:
+    """One more landmark: the ``place``, and by how much the mean error to expect falls with it and those before it."""
+
+    place: int
+    gain_m: float
+
+
+def further_landmarks(
+    paths: Sequence[FloatArray],
+    sheets: PassedLandmarks,
+    places: SheetPlaces,
+    stations: Stations,
+    free: BoolArray,
+    count: int,
+    survey_sigma_m: float,
+) -> list[FurtherPlace]:
+    """Propose ``count`` more landmarks at ``free`` (p,) places, the best first; each gain is solved for anew."""
+    found: list[FurtherPlace] = []
+    errors = [_errors_m(path, sheets, survey_sigma_m) for path in paths]
+    promised = _first_order_gains(paths, sheets, survey_sigma_m)
+    feet = stations.point[places.station]
+    value = np.array([promised.get(cell, 0.0) for cell in map(tuple, np.floor(feet / CELL_M).astype(int).tolist())])
+    beside = cdist(places.position, sheets.position).min(axis=1, initial=np.inf) < BESIDE_M
+    value = np.where(free & ~beside, value, 0.0)
+    for _ in range(count):
+        if not len(value) or value.max() <= 0:
+            break
+        best = int(np.argmax(value))
+        sheets = sheets.with_one(places.position[best], feet[best], float(places.pass_m[best]))
+        after = [
+            _errors_m(path, sheets, survey_sigma_m) if passes_near(path, feet[best]) else error
+            for path, error in zip(paths, errors, strict=True)
+        ]
+        found.append(FurtherPlace(best, _mean(errors) - _mean(after)))
+        errors = after
+        value[np.linalg.norm(feet - feet[best], axis=1) < APART_M] = 0.0
+    return found
+
+
+def _errors_m(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float) -> FloatArray:
+    """Mean lengths (n,) of the errors to expect along a walk; empty where it cannot be mapped."""
+    expected = expected_along(path, sheets, survey_sigma_m)
+    return np.zeros(0) if expected is None else expected_error_m(expected.covariance)
+
+
+def _mean(errors: Sequence[FloatArray]) -> float:
+    """Mean of all errors, (n,) each, metres."""
+    return float(np.concatenate([*errors, np.zeros(0)]).mean())
+
+
+def _first_order_gains(
+    paths: Sequence[FloatArray], sheets: PassedLandmarks, survey_sigma_m: float
+) -> dict[tuple[int, int], float]:
+    """By how much the mean expected error on walks, (n, 2) each, falls with a landmark in each cell, to first order."""
+    total = GainMap()
+    for number in sorted(set(np.linspace(0, len(paths) - 1, min(MOST_WALKS, len(paths))).astype(int).tolist())):
+        path = paths[number]
+        smoothed = smoothed_walk(path, sheets, survey_sigma_m)
+        if smoothed is None:
+            continue
+        positions = positions_each_metre(smoothed)
+        here = gains(smoothed, positions, np.zeros(len(positions.at), dtype=np.int64))
+        total.add(session_gains(here, 1.0, np.zeros(len(path), dtype=np.int64), np.ones(len(path))))
+    return total.mean_gain_m(0) if total.frames else {}
+
+
+MAP_CELL_M = 0.25
+"""Side of a cell of the map, metres; of a floor with more than :data:`MAX_CELLS` of them, larger."""
+CLASS_M = 5.0
+"""Width of a class of distances to the nearest landmark."""
+
+
+@dataclass(frozen=True)
+class SigmaMap:
+    """``sigma_m`` (rows, columns) per axis, NaN where nobody walks."""
+
+    grid: CellGrid
+    sigma_m: FloatArray
+
+
+@dataclass(frozen=True)
+class DistanceClass:
+    """Labels whose nearest landmark is ``low_m`` to ``high_m`` of walking away: root mean square sigma per axis,
+    metres, mean length of the error to expect, share of the corridor.
+    """
+
+    low_m: float
+    high_m: float
+    sigma_m: float
+    error_m: float
+    share: float
+
+
+def sigma_map(space: WalkableSpace, expected: Sequence[ExpectedLabels]) -> SigmaMap:
+    """Gather the variances of all walks in cells. What lies beside the walks takes its neighbours' values, not through
+    walls: the inner end of a deep room has the value of the place from which one goes there.
+    """
+    left, right, low, high = space.area.grid.extent_m
+    cell_m = max(MAP_CELL_M, float(np.sqrt((right - left) * (high - low) / MAX_CELLS)))
+    grid = CellGrid((left, low), cell_m, int(np.ceil((high - low) / cell_m)), int(np.ceil((right - left) / cell_m)))
+    total, count = np.zeros(grid.shape), np.zeros(grid.shape)
+    for one in expected:
+        rows, columns = grid.cells_of(one.path).clip(0, np.array(grid.shape) - 1).T
+        np.add.at(total, (rows, columns), one.variance_m2)
+        np.add.at(count, (rows, columns), 1.0)
+    cells = np.argwhere(np.ones(grid.shape, dtype=np.bool_))
+    walkable = (space.clearance_at(grid.centres_m(cells)) > cell_m / 2).reshape(grid.shape)
+    variance = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return SigmaMap(grid, np.sqrt(_filled(variance, walkable)))
+
+
+def _filled(values: FloatArray, allowed: BoolArray) -> FloatArray:
+    """Give ``allowed`` (rows, columns) cells without a value, ring after ring, the mean of their neighbours that have
+    one.
+    """
+    while True:
+        known = np.isfinite(values)
+        weight = uniform_filter(known.astype(np.float64), 3, mode="constant")
+        reached = allowed & ~known & (weight > 1e-6)
+        if not reached.any():
+            return values
+        sums = uniform_filter(np.where(known, values, 0.0), 3, mode="constant")
+        values = np.where(reached, sums / np.maximum(weight, 1e-9), values)
+
+
+def distance_classes(
+    space: WalkableSpace, landmarks: FloatArray, expected: Sequence[ExpectedLabels]
+) -> list[DistanceClass]:
+    """What is expected by the walking distance to the nearest of the landmarks (m, 2), in classes of 5 m."""
+    if not expected:
+        return []
+    path = np.vstack([one.path for one in expected])
+    variance = np.concatenate([one.variance_m2 for one in expected])
+    error = np.concatenate([expected_error_m(one.covariance) for one in expected])
+    away = WalkingDistances(space).to_nearest(path, landmarks)
+    known = np.isfinite(away)
+    number = np.floor(away[known] / CLASS_M).astype(np.int64)
+    variance, error = variance[known], error[known]
+    return [
+        DistanceClass(
+            low_m=float(k * CLASS_M),
+            high_m=float((k + 1) * CLASS_M),
+            sigma_m=float(np.sqrt(variance[number == k].mean())),
+            error_m=float(error[number == k].mean()),
+            share=float((number == k).mean()),
+        )
+        for k in np.unique(number).tolist()
+    ]

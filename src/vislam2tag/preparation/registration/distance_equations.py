@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.registration.least_squares import Adjusted, adjust
 from vislam2tag.preparation.registration.names import PlaceByPoint
-from vislam2tag.preparation.registration.tape_file import TapeDistance, Target
+from vislam2tag.preparation.registration.tape_and_clicks import TapeDistance, Target
 
 BEYOND_M = 0.5
 """The foot of a distance may lie so far beyond a wall's ends."""

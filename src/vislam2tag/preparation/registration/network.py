@@ -1,10 +1,10 @@
-"""Stations and points in the plane, adjusted together: every shot of every station, every known point.
+"""Stations and points, adjusted together: every shot of every station, every known point; heights likewise.
 
 Each station's frame lies in the building by a turn and a shift (Helmert transformation of scale 1; one scale common to
 all stations where that is asked for). A shot says ``place = centre + m e^(i turn) (shot - mean shot)`` with equal
-standard deviation in all directions, so its error may be taken in the building as well as in the station's frame.
-Known points are measurements of themselves. Angles, shifts and places are estimated at once, so points that several
-stations shot tie the stations together.
+standard deviation in all directions, so its error may be taken in the building as well as in the station's frame. Known
+points are measurements of themselves. Angles, shifts and places are estimated at once, so points that several stations
+shot tie the stations together. In height each station's frame lies above the building's by one number.
 """
 
 from __future__ import annotations
@@ -14,12 +14,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.preparation.registration.least_squares import Adjusted, SingularError, adjust
+from vislam2tag.preparation.registration.least_squares import (
+    Adjusted,
+    SingularError,
+    adjust,
+    explanations,
+    listed,
+    suspicious,
+)
 from vislam2tag.preparation.registration.names import point_label
+from vislam2tag.preparation.registration.record import RegistrationSettings
 
 ROUNDS = 15
 SMALL_M = 1e-7
@@ -243,3 +252,86 @@ class _State:
             scale=DistanceScale(self.scale, float(np.sqrt(variance))) if free_scale else None,
             _first_point=first,
         )
+
+
+KNOWN_HEIGHT = ""
+"""The station of a known height: it has no shift."""
+
+
+@dataclass(frozen=True)
+class MeasuredHeight:
+    """One measured height, metres: in a station's frame, or known (station :data:`KNOWN_HEIGHT`)."""
+
+    point: str
+    station: str
+    height_m: float
+    sigma_m: float
+    source: str = ""
+
+    @property
+    def label(self) -> str:
+        """How messages call it."""
+        what = f"height of {point_label(self.point)} from {self.station}"
+        what = what if self.station else f"known height of {point_label(self.point)}"
+        return f"{what} ({self.source})" if self.source else what
+
+
+@dataclass(frozen=True)
+class HeightFit:
+    """Heights of points in the building with their standard deviation, metres, by point; what was left out."""
+
+    heights: dict[str, tuple[float, float]]
+    errors: tuple[str, ...]
+    untied: tuple[str, ...]
+    """Stations whose height nothing tells."""
+    sigma0: float | None
+
+
+def adjust_heights(measured: Sequence[MeasuredHeight], settings: RegistrationSettings) -> HeightFit:
+    """Adjust all heights that are tied to a known one; leave out, and name, what contradicts the others."""
+    good, untied = _tied_to_known(measured)
+    errors: list[str] = []
+    while good:
+        points, values, adjusted = _solve(good, settings.prior_freedom)
+        groups = [np.array((i,)) for i in range(len(good))]
+        suspects = [i for i, _ in suspicious(adjusted, groups, adjusted.noise_level, settings.false_alarm)]
+        if not suspects:
+            sigma = np.sqrt(np.diag(adjusted.cofactor)[: len(points)] * adjusted.variance_factor)
+            heights = {name: (float(values[i]), float(sigma[i])) for i, name in enumerate(points)}
+            return HeightFit(heights, tuple(errors), untied, adjusted.sigma0)
+        sigmas = np.array([one.sigma_m for one in good])
+        found = explanations(adjusted, groups, sigmas, adjusted.noise_level, suspects, ())
+        wrong = sorted(i for one in found for i in one.measurements)
+        names = listed([good[i].label for i in wrong])
+        errors.append(
+            f"{names} {'is off' if len(wrong) == 1 else 'contradict each other (nothing tells which is off)'}"
+        )
+        good, further = _tied_to_known([one for i, one in enumerate(good) if i not in wrong])
+        untied += further
+    return HeightFit({}, tuple(errors), untied, None)
+
+
+def _tied_to_known(measured: Sequence[MeasuredHeight]) -> tuple[list[MeasuredHeight], tuple[str, ...]]:
+    """What is tied to a known height, and the stations that are not."""
+    graph = nx.Graph()
+    graph.add_node(("station", KNOWN_HEIGHT))
+    graph.add_edges_from((("station", one.station), ("point", one.point)) for one in measured)
+    tied = nx.node_connected_component(graph, ("station", KNOWN_HEIGHT))
+    kept = [one for one in measured if ("station", one.station) in tied]
+    stations = dict.fromkeys(one.station for one in measured)
+    return kept, tuple(name for name in stations if ("station", name) not in tied)
+
+
+def _solve(good: Sequence[MeasuredHeight], prior_freedom: float) -> tuple[list[str], FloatArray, Adjusted]:
+    """Heights of the points (k,) by least squares: measured = height + the station's shift."""
+    points = list(dict.fromkeys(one.point for one in good))
+    stations = list(dict.fromkeys(one.station for one in good if one.station != KNOWN_HEIGHT))
+    rows = np.arange(len(good))
+    design = np.zeros((len(good), len(points) + len(stations)))
+    design[rows, [points.index(one.point) for one in good]] = 1.0
+    for row, one in enumerate(good):
+        if one.station != KNOWN_HEIGHT:
+            design[row, len(points) + stations.index(one.station)] = 1.0
+    sigma = np.array([one.sigma_m for one in good])
+    values, adjusted = adjust(design / sigma[:, None], np.array([one.height_m for one in good]) / sigma, prior_freedom)
+    return points, values, adjusted

@@ -13,18 +13,20 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.preparation.registration.consensus import rough_frames
-from vislam2tag.preparation.registration.gross_errors import (
+from vislam2tag.preparation.registration.least_squares import (
     Explanation,
+    NoiseLevel,
+    SingularError,
     ValueChange,
     explanations,
     listed,
     mistyped,
+    suspicious,
     whitened,
 )
-from vislam2tag.preparation.registration.least_squares import NoiseLevel, SingularError, suspicious
 from vislam2tag.preparation.registration.names import point_label
 from vislam2tag.preparation.registration.network import KnownPoint, Measurement, PlaneFit, Shot, adjust_plane
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
 
 
 def network_changes(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:

@@ -19,10 +19,18 @@ from vislam2tag.preparation.registration.distance_equations import (
     misclosure,
     starting_places,
 )
-from vislam2tag.preparation.registration.gross_errors import ValueChange, explanations, listed, mistyped
-from vislam2tag.preparation.registration.least_squares import Adjusted, NoiseLevel, SingularError, suspicious
-from vislam2tag.preparation.registration.settings import RegistrationSettings
-from vislam2tag.preparation.registration.tape_file import TapeDistance, Target
+from vislam2tag.preparation.registration.least_squares import (
+    Adjusted,
+    NoiseLevel,
+    SingularError,
+    ValueChange,
+    explanations,
+    listed,
+    mistyped,
+    suspicious,
+)
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.tape_and_clicks import TapeDistance, Target
 
 AGREES_SIGMAS = 4.0
 """At the start a distance that misses by less is taken for good."""

@@ -1,4 +1,4 @@
-"""One page of the PDF: the image, and around it what people need to hang and survey it."""
+"""One page of the PDF: the image, an AprilTag beside it, and around it what people need to hang and survey it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import cv2
 import matplotlib
+import numpy as np
+import polars as pl
 import segno
 from PIL import Image
 from reportlab import rl_config
@@ -17,13 +20,96 @@ from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.preparation.sheets.features import GreyImage
-from vislam2tag.preparation.sheets.page_layout import SCALE_BAR_M, Box, PageLayout
-from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
-from vislam2tag.preparation.sheets.tags import tag_box, tag_modules
-from vislam2tag.site.sheet_size import QUIET_M
+from vislam2tag.preparation.sheets.sheet_requests import QUIET_M, SHEET_SIZES, SheetRequest, SheetSize
+from vislam2tag.site.names import landmark_id
+
+SCALE_BAR_M = 0.100
+"""Length of the scale bar, on every size of paper: what a ruler shows."""
+MARK_GAP_M = 0.0015
+"""White between the image and a centre mark."""
+MARK_M = 0.0045
+"""Length of a centre mark: it ends 4 mm from the paper's edge, which printers reach."""
+_HEAD_UNITS = 22
+_TOLERANCE_M = 1e-6
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle: lower left corner, width and height, metres."""
+
+    left_m: float
+    low_m: float
+    width_m: float
+    height_m: float
+
+    @property
+    def centre_m(self) -> tuple[float, float]:
+        """Its middle."""
+        return self.left_m + self.width_m / 2, self.low_m + self.height_m / 2
+
+
+@dataclass(frozen=True)
+class PageLayout:
+    """A sheet's paper and the image on it; text grows with the paper, by ``unit_m`` (1 mm on A4)."""
+
+    paper: SheetSize
+    image: Box
+    unit_m: float
+    head_m: float
+    """Height above the lower edge at which the space above the image starts."""
+    foot_m: float
+    """Height above the lower edge at which the space below the image ends."""
+
+    @property
+    def marks_m(self) -> tuple[tuple[float, float, float, float], ...]:
+        """Lines (x, y, x, y) outside the image that point at its centre: left, right, below, above."""
+        x, y = self.image.centre_m
+        near, far = MARK_GAP_M, MARK_GAP_M + MARK_M
+        left, right = self.image.left_m, self.image.left_m + self.image.width_m
+        low, high = self.image.low_m, self.image.low_m + self.image.height_m
+        return (
+            (left - far, y, left - near, y),
+            (right + near, y, right + far, y),
+            (x, low - far, x, low - near),
+            (x, high + near, x, high + far),
+        )
+
+
+def largest_width_m(paper: SheetSize, aspect: float) -> float:
+    """Width of the largest image of this height over width that the paper holds, in whole millimetres (down)."""
+    return int(1000 * paper.image_m / max(1.0, aspect) + _TOLERANCE_M) / 1000
+
+
+def page_layout(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> PageLayout:
+    """Lay out a sheet: the image's centre is in the middle of the largest square that the paper holds.
+
+    ``aspect`` is the image's height over its width. Raises UsageError where the image is larger than that.
+    """
+    if width_m > largest_width_m(paper, aspect) + _TOLERANCE_M:
+        raise UsageError(_too_wide(paper, width_m, aspect, landmark))
+    unit = paper.width_m / 210
+    side = paper.image_m
+    top = paper.height_m - _HEAD_UNITS * unit
+    middle = (paper.width_m / 2, top - side / 2)
+    image = Box(middle[0] - width_m / 2, middle[1] - width_m * aspect / 2, width_m, width_m * aspect)
+    return PageLayout(paper, image, unit, top, top - side)
+
+
+def _too_wide(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> str:
+    most = largest_width_m(paper, aspect)
+    enough = [name for name, size in SHEET_SIZES.items() if largest_width_m(size, aspect) >= width_m]
+    advice = f"choose {' or '.join(enough[:2])}" if enough else "no size of paper holds it: make it smaller"
+    return (
+        f"landmark {landmark}: an image {width_m:g} m wide does not fit {paper.name} with {QUIET_M * 1000:.0f} mm of "
+        f"white around (at most {most:g} m); {advice}"
+    )
+
 
 PLAIN, BOLD = "DejaVuSans", "DejaVuSans-Bold"
 MISSING = "\N{REPLACEMENT CHARACTER}"
@@ -207,3 +293,84 @@ def write_pdf(
         progress(landmark, len(sheets))
     canvas.save()
     folder.write(name, content.getvalue())
+
+
+TAG_FAMILY, TAG_COUNT = "apriltag-36h11", 587
+"""Its numbers differ in 11 modules at least, and are 0 to 586."""
+TAG_FILE = "tags.csv"
+"""Beside the images: ``id,family,number,side_m,right_m,up_m``."""
+_SIDE_UNITS, _GAP_UNITS = 56, 8
+_MODULES = 8
+_SCHEMA = {
+    "id": pl.String,
+    "family": pl.String,
+    "number": pl.Int64,
+    **dict.fromkeys(("side_m", "right_m", "up_m"), pl.Float64),
+}
+
+
+@dataclass(frozen=True)
+class SheetTag:
+    """A tag on a sheet: its number, the side of its black square, and its centre from that of the picture, metres to
+    the right and up as one looks at the sheet.
+    """
+
+    number: int
+    side_m: float
+    right_m: float
+    up_m: float
+
+
+def tag_number(landmark: str) -> int:
+    """The number of a landmark's tag, which is its id; raises UsageError where the family has no such number."""
+    if not landmark.isascii() or not landmark.isdecimal() or int(landmark) >= TAG_COUNT:
+        raise UsageError(
+            f"landmark {landmark}: a tag of {TAG_FAMILY} has a number from 0 to {TAG_COUNT - 1}, which must be the id: "
+            "give the landmark such an id, or print without --tag"
+        )
+    return int(landmark)
+
+
+def tag_box(layout: PageLayout) -> Box:
+    """Where a sheet's tag stands: below the picture, at the right, its side a whole number of millimetres."""
+    top = layout.foot_m - _GAP_UNITS * layout.unit_m
+    side = int(1000 * min(_SIDE_UNITS * layout.unit_m, top - QUIET_M)) / 1000
+    return Box(layout.paper.width_m - QUIET_M - side, top - side, side, side)
+
+
+def sheet_tag(number: int, layout: PageLayout) -> SheetTag:
+    """The tag of a sheet, as it is printed."""
+    box = tag_box(layout)
+    (x, y), (image_x, image_y) = box.centre_m, layout.image.centre_m
+    return SheetTag(number, box.width_m, round(x - image_x, 6), round(y - image_y, 6))
+
+
+def tag_modules(number: int) -> list[bytes]:
+    """Rows of a tag's modules from above, black is 1, with its black edge."""
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+    drawn = np.asarray(cv2.aruco.generateImageMarker(dictionary, number, _MODULES, borderBits=1))
+    return [bytes(row) for row in (drawn < 128).astype(np.uint8)]
+
+
+def tag_rows(tags: dict[str, SheetTag]) -> str:
+    """The content of :data:`TAG_FILE`."""
+    rows = (
+        (landmark, TAG_FAMILY, str(tag.number), *(f"{value:g}" for value in (tag.side_m, tag.right_m, tag.up_m)))
+        for landmark, tag in tags.items()
+    )
+    return csv_rows((tuple(_SCHEMA), *rows))
+
+
+def read_tags(images: Path) -> dict[str, SheetTag]:
+    """Read the tags of a folder of images by landmark; none where the sheets were printed without.
+
+    Raises SurveyError where the file is not understood.
+    """
+    path = images / TAG_FILE
+    if not path.is_file():
+        return {}
+    try:
+        rows = read_csv(path, schema=_SCHEMA).drop_nulls()
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise SurveyError(f"{path}: expected {','.join(_SCHEMA)} as `vislam2tag sheets` writes it ({error})") from error
+    return {landmark_id(row[0]): SheetTag(*row[2:]) for row in rows.iter_rows()}

@@ -18,8 +18,7 @@ from vislam2tag.self_check.gain_map import Cell, GainMap
 from vislam2tag.self_check.landmark_gain import CELL_M
 from vislam2tag.self_check.record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.site.model import Floor, Survey
-from vislam2tag.site.walkable.walked.walked_record import WalkedFloor
-from vislam2tag.site.walkable.walked.walked_space import WalkedSpace
+from vislam2tag.site.walkable.walked import WalkedFloor, WalkedSpace
 
 FAULTS = {
     Fault.OFFSET: "the walks put it elsewhere, all at one place: measure it again",

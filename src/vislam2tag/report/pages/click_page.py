@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from vislam2tag.preparation.registration.clicks import HEADER
+from vislam2tag.preparation.registration.tape_and_clicks import HEADER
 from vislam2tag.report.page import data_uri, embedded, write_page
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import floor_plan

@@ -17,14 +17,12 @@ from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmark
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 from vislam2tag.site.discover import read_site, site_files
-from vislam2tag.site.floor_file import FLOOR_FILE
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.site_file import SITE_FILE, has_site_file
-from vislam2tag.site.walkable.correction import floor_mask
+from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, has_site_file
 from vislam2tag.site.walkable.graph import corridor_graph
-from vislam2tag.site.walkable.settings import WalkableSettings
-from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.site.walkable.plan_cells import floor_mask
+from vislam2tag.site.walkable.space import WalkableSettings, walkable_space
 
 
 def site_floors(

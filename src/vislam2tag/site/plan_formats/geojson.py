@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,20 +13,102 @@ import numpy as np
 from shapely.geometry import MultiPolygon, Polygon
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, bounds_of, file_bytes
-from vislam2tag.site.plans.geojson_features import (
-    Feature,
-    Rings,
-    features_of,
-    geometries_of,
-    polyline,
-    properties_of,
-    rings,
-    segments,
-)
-from vislam2tag.site.plans.model import PlanPolygon, Use
-from vislam2tag.site.plans.registry import register
-from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, bounds_of, file_bytes, register
+from vislam2tag.site.plans.source import PlanPolygon, PlanSource, Use
+
+Rings = tuple[FloatArray, tuple[FloatArray, ...]]
+"""Outline and holes of a polygon, not closed."""
+Feature = Mapping[str, Any]
+_LEAST_CORNERS = 3
+
+
+def features_of(data: bytes) -> tuple[list[Feature], Mapping[str, Any]]:
+    """Parse a feature collection: its features and the whole object.
+
+    Raises OSError, whose text completes a sentence about the file.
+    """
+    try:
+        whole = json.loads(data.decode("utf-8-sig"))
+    except ValueError as error:
+        raise OSError(f"is no JSON ({error})") from error
+    if not isinstance(whole, dict):
+        raise OSError("is no GeoJSON: expected a FeatureCollection")
+    features = whole.get("features")
+    if not isinstance(features, list) or not all(isinstance(each, dict) for each in features):
+        raise OSError("is no GeoJSON: expected a FeatureCollection with its features")
+    return features, whole
+
+
+def properties_of(feature: Feature) -> Mapping[str, Any]:
+    """Return a feature's properties; none where it has none."""
+    properties = feature.get("properties")
+    return properties if isinstance(properties, dict) else {}
+
+
+def geometries_of(feature: Feature) -> Iterator[tuple[str, Any]]:
+    """Yield kind (``Point``, ``LineString``, ``Polygon``) and coordinates of each part of a feature's geometry."""
+    yield from _parts(feature.get("geometry"))
+
+
+def _parts(geometry: object) -> Iterator[tuple[str, Any]]:
+    if not isinstance(geometry, dict):
+        return
+    kind, coordinates = str(geometry.get("type")), geometry.get("coordinates")
+    if kind == "GeometryCollection":
+        for part in geometry.get("geometries") or ():
+            yield from _parts(part)
+    elif kind.startswith("Multi") and isinstance(coordinates, list):
+        yield from ((kind.removeprefix("Multi"), part) for part in coordinates)
+    else:
+        yield kind, coordinates
+
+
+def rings(coordinates: object) -> Rings:
+    """Outline and holes of a polygon's coordinates.
+
+    Raises OSError, whose text completes a sentence about the file, where they are none.
+    """
+    if not isinstance(coordinates, list) or not coordinates:
+        raise OSError("has a polygon without coordinates")
+    outline, *holes = (_ring(ring) for ring in coordinates)
+    return outline, tuple(holes)
+
+
+def polyline(coordinates: object) -> FloatArray:
+    """Points (k, 2), k >= 2, of a line's coordinates; raises OSError as :func:`rings` does."""
+    points = _points(coordinates)
+    if len(points) < 2:
+        raise OSError("has a line of fewer than two points")
+    return points
+
+
+def segments(points: FloatArray) -> FloatArray:
+    """Segments (k - 1, 2, 2) of a polyline (k, 2)."""
+    return np.stack((points[:-1], points[1:]), axis=1)
+
+
+def _ring(coordinates: object) -> FloatArray:
+    """Corners (k, 2), k >= 3, of a ring, the first one once."""
+    points = _points(coordinates)
+    if len(points) > 1 and (points[0] == points[-1]).all():
+        points = points[:-1]
+    if len(points) < _LEAST_CORNERS:
+        raise OSError("has a polygon with fewer than three corners")
+    return points
+
+
+def _points(coordinates: object) -> FloatArray:
+    """Points (k, 2) of a list of positions; raises OSError where they are no finite numbers."""
+    if not isinstance(coordinates, Sequence):
+        raise OSError("has a geometry whose coordinates are no list")
+    try:
+        points = np.array([position[:2] for position in coordinates], dtype=np.float64).reshape(len(coordinates), 2)
+    except (TypeError, ValueError, IndexError, KeyError) as error:
+        raise OSError("has coordinates that are no numbers") from error
+    if not np.isfinite(points).all():
+        raise OSError("has coordinates that are not finite")
+    return points
+
 
 WGS84 = 4326
 WALL = "wall"

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vislam2tag.site.plans.drawing import PlanDrawing, bounds_of, file_bytes
-from vislam2tag.site.plans.geojson_features import (
+from vislam2tag.site.plan_formats.geojson import (
     Feature,
     features_of,
     geometries_of,
@@ -19,9 +18,8 @@ from vislam2tag.site.plans.geojson_features import (
     properties_of,
     rings,
 )
-from vislam2tag.site.plans.model import PlanPolygon, Use
-from vislam2tag.site.plans.registry import register
-from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.plans.drawing import PlanDrawing, bounds_of, file_bytes, register
+from vislam2tag.site.plans.source import PlanPolygon, PlanSource, Use
 
 _WGS84 = 4326
 _LEVELS, _UNITS, _OPENINGS, _FIXTURES = (f"{name}.geojson" for name in ("level", "unit", "opening", "fixture"))

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 from PIL import Image
 
-from vislam2tag.site.plans.drawing import PlanDrawing, file_bytes
+from vislam2tag.site.plans.drawing import PlanDrawing, file_bytes, register
 from vislam2tag.site.plans.images import on_paper
-from vislam2tag.site.plans.model import PlanText
-from vislam2tag.site.plans.registry import register
-from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.plans.source import PlanSource, PlanText
 
 if TYPE_CHECKING:
     import pypdfium2

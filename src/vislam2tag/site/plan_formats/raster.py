@@ -8,9 +8,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from vislam2tag.site.plans.drawing import PlanDrawing, file_bytes
+from vislam2tag.site.plans.drawing import PlanDrawing, file_bytes, register
 from vislam2tag.site.plans.images import load_plan, on_paper
-from vislam2tag.site.plans.registry import register
 from vislam2tag.site.plans.source import PlanSource
 
 IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")

@@ -20,15 +20,20 @@ from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.core.similarity import Affine2
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import Floor
-from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, mapped, mapped_texts
 from vislam2tag.site.plan_formats.raster import IMAGES
-from vislam2tag.site.plans.images import GREATEST_PX, PIXEL_M, drawn_plan, load_plan, turned_bounds, upright
-from vislam2tag.site.plans.model import FloorPlan, PlanPolygon, Use
-from vislam2tag.site.plans.placing import placed
+from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, mapped, mapped_texts, placed, read_drawing
+from vislam2tag.site.plans.images import (
+    GREATEST_PX,
+    PIXEL_M,
+    building_on_sheet,
+    drawn_plan,
+    is_sheet,
+    load_plan,
+    turned_bounds,
+    upright,
+)
 from vislam2tag.site.plans.reader_process import read_guarded
-from vislam2tag.site.plans.registry import read_drawing
-from vislam2tag.site.plans.sheet_frame import building_on_sheet, is_sheet
-from vislam2tag.site.plans.source import Extent, PlanSource
+from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Use
 
 _LEAST_M = 0.01
 _TRIED_PX = 64

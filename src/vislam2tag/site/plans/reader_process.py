@@ -24,7 +24,7 @@ from typing import Any, BinaryIO, ParamSpec, TypeVar, cast
 from PIL import Image
 
 from vislam2tag.common.errors import first_line
-from vislam2tag.site.plans.registry import FORMATS
+from vislam2tag.site.plans.drawing import FORMATS
 
 CPU_S = 20
 """Processor time that reading one plan may take, seconds."""

@@ -11,7 +11,7 @@ from skimage.morphology import skeletonize
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.site.walkable.tracing import traced
+from vislam2tag.site.walkable.skeleton import traced
 
 _RADII = 8
 """So many radii are tried, evenly by ratio."""

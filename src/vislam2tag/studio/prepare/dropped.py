@@ -12,8 +12,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import scratch_folder
-from vislam2tag.pipeline.site.init import NewFloor, add_floor
-from vislam2tag.pipeline.site.plan_scale import settled_source
+from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
 from vislam2tag.site.names import portable_name
 from vislam2tag.site.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
 from vislam2tag.site.plans.source import PlanSource

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
 from vislam2tag.preparation.registration.names import NameRules
-from vislam2tag.preparation.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.studio.prepare.dropped import DroppedFiles
 from vislam2tag.studio.prepare.messages import RegisterRequest, RegistrationView
 

@@ -10,13 +10,19 @@ import pytest
 from tests.cli.three_plans import HEIGHT_M, WIDTH_M, room_names, walls
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths, points_along
-from vislam2tag.site.plans.model import FloorPlan, PlanText
-from vislam2tag.site.room_names import RoomName, names_on_plan
+from vislam2tag.site.floors import RoomName, names_on_plan
+from vislam2tag.site.plans.source import FloorPlan, PlanText
 from vislam2tag.site.walkable.graph import corridor_graph
 from vislam2tag.site.walkable.space import walkable_space
-from vislam2tag.site.walkable.walked.areas import Areas, areas_of
-from vislam2tag.site.walkable.walked.walked_record import walked_floor
-from vislam2tag.site.walkable.walked.walked_space import FillingWalk, WalkedSpace, filling_walk, walked_space
+from vislam2tag.site.walkable.walked import (
+    Areas,
+    FillingWalk,
+    WalkedSpace,
+    areas_of,
+    filling_walk,
+    walked_floor,
+    walked_space,
+)
 
 CORRIDOR = np.column_stack((np.arange(1.0, 39.5, 1.0), np.full(39, 8.0)))
 """A walk along the corridor from end to end, a point a metre."""
@@ -109,7 +115,7 @@ def test_the_filling_walk_is_about_as_short_as_rooms_allow(walked: WalkedSpace) 
 
 
 def test_of_too_many_stops_those_count_that_fill_most(walked: WalkedSpace, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vislam2tag.site.walkable.walked.walked_space.MOST_STOPS", 3)
+    monkeypatch.setattr("vislam2tag.site.walkable.walked.MOST_STOPS", 3)
     walk = filling_walk(walked)
     assert walk is not None
     assert len(walk.stops_m) == 3

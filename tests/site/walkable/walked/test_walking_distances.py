@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.site.walkable.hand_made import rectangles
-from vislam2tag.site.walkable.walked.walking_distances import WalkingDistances
+from vislam2tag.site.walkable.walking_distances import WalkingDistances
 
 EMPTY = WalkingDistances(rectangles(16, 16, (1, 1, 15, 15)))
 BEND = WalkingDistances(rectangles(20, 20, (1, 1, 3, 19), (1, 17, 19, 19)))

@@ -30,8 +30,8 @@ from vislam2tag.pipeline.labels.joining.odd_references import odd_faults, refere
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey, true_keys
+from vislam2tag.site.corrections.edits import with_entries
 from vislam2tag.site.corrections.file import Corrections, read_corrections
-from vislam2tag.site.corrections.lines import with_entries
 from vislam2tag.site.discover import session_folders
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.model import SessionKey, SessionRef, Survey
@@ -121,7 +121,7 @@ def _walkable_floors(survey: Survey) -> dict[int, Inside]:
     for floor in survey.site.floors:
         if floor.plan is not None:
             with suppress(SurveyError, MissingExtraError):
-                from vislam2tag.site.walkable.correction import floor_mask  # a package of an extra
+                from vislam2tag.site.walkable.plan_cells import floor_mask  # a package of an extra
 
                 found[floor.number] = walkable_space(floor_plan(floor), mask=floor_mask(floor)).inside
     return found

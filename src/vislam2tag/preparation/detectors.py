@@ -1,23 +1,32 @@
-"""What shows a landmark in a picture: a printed sheet of ours, or a square tag of a known family."""
+"""Landmarks in a picture: a printed sheet of ours, or a square tag of a known family; pictures of a session in grey."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import cv2
 import numpy as np
 
-from vislam2tag.common.errors import UsageError
-from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
-from vislam2tag.preparation.sheets.features import GreyImage, features_of, orb, resized
-from vislam2tag.preparation.sheets.images import own_files, read_grey
-from vislam2tag.preparation.sheets.quality import reference_features
-from vislam2tag.preparation.sheets.recognition import ENOUGH_INLIERS, FRAME_FEATURES, Recogniser
+from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.preparation.sheets.features import (
+    ENOUGH_INLIERS,
+    FRAME_FEATURES,
+    GreyImage,
+    Recogniser,
+    features_of,
+    orb,
+    resized,
+)
+from vislam2tag.preparation.sheets.images import own_files, read_grey, reference_features
+from vislam2tag.preparation.sheets.page import TAG_FAMILY, SheetTag
 from vislam2tag.preparation.sheets.sheet_folder import image_widths
-from vislam2tag.preparation.sheets.tags import TAG_FAMILY, SheetTag
+from vislam2tag.sessions.apps.pictures import Pictures
 from vislam2tag.site.names import landmark_id
 
 TAG_FAMILIES = {
@@ -169,3 +178,53 @@ def _inside(points: AnyArray, corners: FloatArray) -> BoolArray:
         between = (y1 > y) != (y2 > y)
         inside ^= between & (x < x1 + (x2 - x1) * (y - y1) / (y2 - y1 if y1 != y2 else 1.0))
     return inside
+
+
+Picture: TypeAlias = Callable[[], GreyImage | None]
+"""Makes a picture's grey levels (height, width); None where it is damaged."""
+
+
+def in_order(pictures: Pictures) -> Iterator[tuple[int, Picture]]:
+    """Yield the number of each picture and the picture; of a video that is cut off those before.
+
+    Raises SessionError where the video cannot be opened.
+    """
+    if pictures.video is not None and pictures.frame is not None:
+        yield from _of_video(pictures.video, pictures.frame)
+    else:
+        for number, path in enumerate(pictures.files):
+            yield number, partial(_of_file, path)
+
+
+def _of_file(path: Path) -> GreyImage | None:
+    grey = cv2.imdecode(np.frombuffer(read_bytes(path), np.uint8), cv2.IMREAD_GRAYSCALE)
+    return None if grey is None else np.asarray(grey, np.uint8)
+
+
+def _of_video(path: Path, frame: IntArray) -> Iterator[tuple[int, Picture]]:
+    """As :func:`in_order`; picture number i is the video's frame number ``frame[i]``."""
+    try:
+        plain(path)
+    except OSError as error:
+        raise SessionError(f"{path}: {error.strerror}") from error
+    # A phone stores how it was held as a turn for the player; poses and lens are those of the picture as it was taken.
+    video = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+    try:
+        if not video.isOpened():
+            raise SessionError(f"{path}: it is no video, or was cut off before its end: it cannot be opened")
+        at = -1
+        for number, wanted in enumerate(frame.tolist()):
+            while at < wanted:
+                at += 1
+                if not video.grab():
+                    return
+            sound, picture = video.retrieve()
+            grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8) if sound else None
+            yield number, partial(_kept, grey)
+    finally:
+        video.release()
+
+
+def _kept(grey: GreyImage | None) -> GreyImage | None:
+    return grey

@@ -1,24 +1,26 @@
-"""Floors of a site that a ``site.toml`` describes."""
+"""Floors of a site that a ``site.toml`` describes; masks and room names in the floors' folders."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+
+from shapely.geometry import Polygon
 
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.site.floor_file import FLOOR_FILE
 from vislam2tag.site.georeference import Georeference, georeference_of
 from vislam2tag.site.landmark_file import read_control_points
 from vislam2tag.site.model import Floor
-from vislam2tag.site.plans.drawing import Bounds
+from vislam2tag.site.plans.drawing import Bounds, extent_sides_m
 from vislam2tag.site.plans.load import plan_extent
-from vislam2tag.site.plans.placing import extent_sides_m
-from vislam2tag.site.plans.source import PlanSource
-from vislam2tag.site.room_names import rooms_of
-from vislam2tag.site.site_file import SITE_FILE, FloorPart, read_site_file
-from vislam2tag.site.site_table import is_file
+from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, PlanSource, Use
+from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, FloorPart, read_site_file
+from vislam2tag.site.site_table import finite_or_none, is_file, read_site_table, unreadable_file
+from vislam2tag.site.table_columns import ROOMS
 
 MASK_FILE = "floorplan.mask.png"
 """In a floor's folder: green can be walked, red cannot."""
@@ -99,3 +101,75 @@ def _extent(
 
 def _about(file: str, kind: FindingKind, message: str, severity: Severity) -> Finding:
     return Finding(kind=kind, file=file, count=1, message=message, severity=severity)
+
+
+ROOMS_FILE = "rooms.csv"
+"""In a floor's folder: name, x and y of rooms, metres in the BCS."""
+_SIZE = re.compile(r"\W*[\d.,\s]+(m|cm|mm|m²|m2|qm|ft|sq\.? ?ft)\W*", re.IGNORECASE)
+"""A dimension or an area, which is no room's name."""
+_NUMBER = re.compile(r"\d")
+_LONGEST = 40
+"""Characters; what is longer explains something."""
+
+
+@dataclass(frozen=True)
+class RoomName:
+    """A name and where it stands, BCS metres."""
+
+    name: str
+    place_m: tuple[float, float]
+
+
+def rooms_of(folder: Path) -> Path | None:
+    """The table of rooms that a floor's folder has."""
+    path = folder / ROOMS_FILE
+    with suppress(PermissionError):  # a locked folder is reported where its sessions are looked for
+        return path if is_file(path) else None
+    return None
+
+
+def read_room_names(root: Path, path: Path | None) -> tuple[list[RoomName], list[Finding]]:
+    """Read a floor's table of rooms: name, x, y; nothing where there is none, findings where it is wrong."""
+    if path is None:
+        return [], []
+    name = path.relative_to(root).as_posix()
+    try:
+        table = read_site_table(root, path, columns=ROOMS)
+    except OSError as error:
+        return [], [unreadable_file(name, error, "rooms keep the names that the plan has")]
+    if (problem := table.missing_columns(ROOMS)) is not None:
+        return [], [Finding(kind="malformed_header", file=name, count=1, message=problem, lines=table.header_lines)]
+    found, wrong = [], []
+    for line, fields in table.rows:
+        try:
+            x, y = (finite_or_none(table.cell(fields, axis)) for axis in ("x", "y"))
+        except ValueError:
+            x = y = None
+        if fields[0] and x is not None and y is not None:
+            found.append(RoomName(fields[0], (x, y)))
+        else:
+            wrong.append(line)
+    message = "these rows have no name, or no x and y in metres; they are left out: correct them"
+    malformed = [Finding.at_lines("malformed_lines", name, wrong, message)] if wrong else []
+    return found, [*table.findings, *malformed]
+
+
+def names_on_plan(plan: FloorPlan) -> list[RoomName]:
+    """Names of rooms on a plan: of its polygons, then texts, those with a number first, as rooms have."""
+    polygons = [
+        RoomName(each.name, _inner_point(each)) for each in plan.polygons if each.name and each.use is Use.WALKABLE
+    ]
+    texts = [
+        RoomName(text, one.place_m) for one in plan.texts if (text := " ".join(one.text.split())) and _is_name(text)
+    ]
+    return polygons + sorted(texts, key=lambda one: _NUMBER.search(one.name) is None)
+
+
+def _inner_point(polygon: PlanPolygon) -> tuple[float, float]:
+    point = Polygon(polygon.outline, polygon.holes).representative_point()
+    return float(point.x), float(point.y)
+
+
+def _is_name(text: str) -> bool:
+    """Whether a text may be a room's name: no dimension with its unit, no sentence."""
+    return len(text) <= _LONGEST and not _SIZE.fullmatch(text)
