@@ -1,12 +1,20 @@
-"""Rows of a survey's site files, as people save them."""
+"""Rows of a survey's site files, as people save them.
+
+Tables as spreadsheets write them say the same as ours, and what was guessed is told.
+"""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
 
+import numpy as np
+import openpyxl
 import pytest
 
+from tests.site.site import write_survey
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.site.model import Survey
 from vislam2tag.site.site_table import LineCounts, finite_or_none, is_file, number_or_none, read_site_table
 
 
@@ -64,3 +72,119 @@ def test_a_file_is_there_or_not_or_cannot_be_known(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(Path, "stat", refused)
     with pytest.raises(PermissionError):
         is_file(tmp_path / "file")
+
+
+PLAIN = "id,x,y,z,sigma_m\n10,1.5,2.5,1.25,0.04\n7,30,4,,\n"
+TABLES: dict[str, tuple[str | bytes, str | None]] = {
+    "semicolons and decimal commas": (
+        "id;x;y;z;sigma_m\n10;1,5;2,5;1,25;0,04\n7;30;4;;\n",
+        "fields are separated by ;",
+    ),
+    "tabs": (PLAIN.replace(",", "\t"), "fields are separated by tabs"),
+    "byte order mark and quotes": (
+        b'\xef\xbb\xbf"id","x","y","z","sigma_m"\r\n"10","1,5","2,5","1,25","0,04"\r\n"7","30","4","",""\r\n',
+        "numbers have a decimal comma",
+    ),
+    "Excel's first line": ("sep=;\nid;x;y;z;sigma_m\n10;1.5;2.5;1.25;.04\n7;30;4\n", "fields are separated by ;"),
+    "UTF-16": (PLAIN.replace("id,", "Höhe über,").encode("utf-16"), None),
+    "Windows": ("id,x,y,Höhe,sigma\n10,1.5,2.5,1.25,0.04\n7,30,4,,\n".encode("cp1252"), "Höhe was taken for z; sigma"),
+    "German names, id last": (
+        "Rechtswert;Hochwert;Höhe [m];Genauigkeit;Marke\n1,5;2,5;1,25;0,04;10\n30;4;;;7\n",
+        "Rechtswert was taken for x; Hochwert was taken for y; Höhe [m] was taken for z; Genauigkeit was taken for "
+        "sigma_m; Marke was taken for id",
+    ),
+    "a description first": (
+        "Beschreibung;Hochwert;Rechtswert;Höhe;Genauigkeit;Nummer\nTür;2,5;1,5;1,25;0,04;10\nTür;4;30;;;7\n",
+        "Nummer was taken for id",
+    ),
+    "English names": (
+        "Northing,Easting,Marker ID,Elevation,accuracy\n2.5,1.5,10,1.25,0.04\n4,30,7,,\n",
+        "Northing was taken for y",
+    ),
+    "centimetres": (
+        "id,x [cm],y (cm),z_cm,sigma_cm\n10,150,250,125,4\n7,3000,400,,\n",
+        "x [cm] was taken for x (a unit is 0.01 m)",
+    ),
+    "feet": (
+        "name,x_ft,Y [ft],height (feet),sigma_m\n10,4.9212598425,8.2020997375,4.1010498688,0.04\n"
+        "7,98.4251968504,13.1233595801,,\n",
+        "x_ft was taken for x (a unit is 0.3048 m); Y [ft] was taken for y",
+    ),
+}
+
+
+def check(survey: Survey, told: str | None, file: str = "floor_1/marker_dict.csv") -> None:
+    here = survey.site.landmarks.on_floor(1)
+    assert here.ids == ("10", "7")
+    np.testing.assert_allclose(here.position_bcs, [[1.5, 2.5], [30.0, 4.0]], rtol=1e-9)
+    np.testing.assert_allclose(here.z_m, [1.25, np.nan], rtol=1e-9)
+    np.testing.assert_allclose(here.covariance_bcs[:, 0, 0], [0.04**2, 0.02**2], rtol=1e-9)
+    found = [finding for finding in survey.findings if finding.kind == "assumed_columns"]
+    assert [(finding.file, finding.count) for finding in found] == ([] if told is None else [(file, 2)])
+    assert told is None or told in found[0].message
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_landmarks_as_people_have_them(tmp_path: Path, name: str) -> None:
+    text, told = TABLES[name]
+    check(open_survey(write_survey(tmp_path, {"floor_1/marker_dict.csv": text})), told)
+
+
+def test_landmarks_in_a_spreadsheet(tmp_path: Path) -> None:
+    root = write_survey(tmp_path, {"floor_1/marker_dict.csv": None, "floor_1/refmarker.csv": None})
+    book = openpyxl.Workbook()
+    assert book.active is not None
+    for row in (("Marker", "x [m]", "y", "z", "sigma_m"), (10, 1.5, 2.5, 1.25, 0.04), (None,), (7.0, 30, 4)):
+        book.active.append(row)
+    book.create_sheet("notes").append(("nothing",))
+    book.save(root / "floor_1" / "marker_dict.xlsx")
+    points = openpyxl.Workbook()
+    assert points.active is not None
+    points.active.append((1, 2))
+    points.active.append((3.5, 4))
+    points.save(root / "floor_1" / "refmarker.xlsx")
+    survey = open_survey(root)
+    check(survey, "of 2 sheets the first, Sheet, was read", "floor_1/marker_dict.xlsx")
+    assert survey.site.landmarks.on_floor(1).source[1] == "floor_1/marker_dict.xlsx:4"
+    np.testing.assert_array_equal(survey.site.floor(1).control_points.position_bcs, [[1.0, 2.0], [3.5, 4.0]])
+
+
+def test_a_spreadsheet_that_is_none_is_a_finding(tmp_path: Path) -> None:
+    changes: dict[str, str | bytes | None] = {
+        "floor_1/marker_dict.csv": None,
+        "floor_1/marker_dict.xlsx": b"PK\x03\x04",
+    }
+    survey = open_survey(write_survey(tmp_path, changes))
+    (found,) = survey.findings
+    assert (found.kind, found.file) == ("unreadable_file", "floor_1/marker_dict.xlsx")
+    assert "no XLSX file that can be read" in found.message
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("1;2\n3,5;4\n", "fields are separated by ;; numbers have a decimal comma"),
+        ("Punkt;Hochwert;Rechtswert\nA;2;1\nB;4;3,5\n", "Hochwert was taken for y; Rechtswert was taken for x"),
+        ("x [ft],y [ft]\n3.280839895,6.56167979\n11.482939633,13.123359580\n", "(a unit is 0.3048 m)"),
+    ],
+)
+def test_control_points_as_people_have_them(tmp_path: Path, text: str, told: str) -> None:
+    survey = open_survey(write_survey(tmp_path, {"floor_1/refmarker.csv": text}))
+    np.testing.assert_allclose(survey.site.floor(1).control_points.position_bcs, [[1.0, 2.0], [3.5, 4.0]], rtol=1e-9)
+    (found,) = survey.findings
+    assert (found.kind, found.file) == ("assumed_columns", "floor_1/refmarker.csv")
+    assert told in found.message
+
+
+def test_extents_as_people_have_them(tmp_path: Path) -> None:
+    text = "Floor;Width [ft];Height [ft];Name\n1;196,8503937;106,6272966;Ground\n4;131,2335958;65,6167979;Top\n"
+    survey = open_survey(write_survey(tmp_path, {"floor_dimensions.csv": text}))
+    assert [floor.name for floor in survey.site.floors] == ["Ground", "Top"]
+    assert [floor.width_m for floor in survey.site.floors] == pytest.approx([60, 40])
+
+
+def test_marks_of_both_kinds_are_not_guessed_at(tmp_path: Path) -> None:
+    text = "id;x;y\n10;1,5;2.5\n7;30;4\n"
+    survey = open_survey(write_survey(tmp_path, {"floor_1/marker_dict.csv": text}))
+    assert survey.site.landmarks.on_floor(1).ids == ("7",)
+    assert ("malformed_lines", (2,)) in [(finding.kind, finding.lines) for finding in survey.findings]

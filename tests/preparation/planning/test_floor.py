@@ -1,21 +1,31 @@
-"""A whole plan of one floor."""
+"""A whole plan of one floor.
+
+Plans changed by hand: what is expected is what solving everything anew gives.
+
+Which sheet is recognised from where.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from math import radians, tan
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.preparation.planning.floors import graph_of, nothing_given, ring
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.preparation.planning.changed_plan import ChangedPlan
 from vislam2tag.preparation.planning.corridors import typical_walks
 from vislam2tag.preparation.planning.demands import broken_spacing
 from vislam2tag.preparation.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.preparation.planning.prediction import expected_on_walks, mean_error_m
 from vislam2tag.preparation.planning.records import COLUMNS, floor_summary, landmarks_text, new_ids
-from vislam2tag.preparation.planning.refine import further_landmarks
-from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.preparation.planning.refine import further_landmarks, sigma_map
+from vislam2tag.preparation.planning.settings import CameraSettings, PlanSettings
+from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES
 
 SETTINGS = PlanSettings(further=1)
 
@@ -141,3 +151,85 @@ def test_the_summary_says_what_the_plan_is(design: FloorDesign) -> None:
     assert lines[0] == ",".join(COLUMNS)
     assert len(lines) == 7
     assert lines[1].startswith("5,2,")
+
+
+@pytest.fixture(scope="module")
+def changed() -> ChangedPlan:
+    space, graph = ring()
+    return ChangedPlan(plan_floor(space, graph, SETTINGS, nothing_given()), graph, SETTINGS)
+
+
+def test_the_plan_as_it_is_is_expected_as_it_was(changed: ChangedPlan) -> None:
+    found, design = changed.expectation(changed.design.place), changed.design
+    assert np.array_equal(found.sigma.sigma_m, design.sigma.sigma_m, equal_nan=True)
+    assert found.longest_m == design.longest_m
+    again = changed.designed(design.place)
+    assert np.array_equal(again.line_deviations_m, design.line_deviations_m)
+    assert again.classes == design.classes
+    assert np.array_equal(again.tour.visit, design.tour.visit)
+
+
+def test_a_moved_landmark_is_expected_as_if_all_walks_were_solved_anew(changed: ChangedPlan) -> None:
+    design = changed.design
+    changed.expectation(design.place)
+    others = design.place[1:]
+    aside = design.places.position[design.place[0]] + (3.0, 0.5)
+    place = np.array([changed.nearest_place(aside, others), *others])
+    assert place[0] != design.place[0]
+    assert np.linalg.norm(design.places.position[place[0]] - aside) < 2.0
+    found = changed.expectation(place)
+    whole = expected_on_walks(typical_walks(ring()[1]), changed.designed(place).landmarks, SETTINGS.survey_sigma_m)
+    assert np.array_equal(found.sigma.sigma_m, sigma_map(design.space, whole).sigma_m, equal_nan=True)
+    assert not np.array_equal(found.sigma.sigma_m, design.sigma.sigma_m, equal_nan=True)
+
+
+def test_no_two_landmarks_hang_at_one_station(changed: ChangedPlan) -> None:
+    design = changed.design
+    taken = design.places.position[design.place[1]]
+    nearest = changed.nearest_place(taken, design.place[1:])
+    assert design.places.station[nearest] not in design.places.station[design.place[1:]]
+
+
+def test_one_landmark_less_leaves_a_longer_way_and_one_more_a_smaller_error(changed: ChangedPlan) -> None:
+    design = changed.design
+    assert changed.expectation(design.place[1:]).longest_m > design.longest_m
+    assert changed.further(design.place, 1) == [design.further[0].place]
+
+
+CAMERA = CameraSettings()
+ALL = tuple(SHEET_SIZES)
+
+
+def test_the_camera_sees_what_the_command_says_it_does_by_default() -> None:
+    assert CAMERA.field_of_view_rad == tuple(round(radians(angle), 4) for angle in (67, 53))
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_from_its_distance_a_sheet_fills_a_quarter_of_the_picture(name: str) -> None:
+    distance = CAMERA.fill_distance_m(SHEET_SIZES[name])
+    width, height = (2 * distance * tan(angle / 2) for angle in CAMERA.field_of_view_rad)
+    assert SHEET_SIZES[name].image_m ** 2 / (width * height) == pytest.approx(0.25)
+
+
+@given(st.floats(0.1, 6.0))
+def test_the_smallest_sheet_that_is_recognised_without_a_detour_is_taken(line_m: float) -> None:
+    found = CAMERA.sheet_for(line_m, ALL, 3.6)
+    easy_m = max(line_m - CAMERA.aside_m, CAMERA.nearest_m)
+    large_enough = [name for name in ALL if CAMERA.fill_distance_m(SHEET_SIZES[name]) >= easy_m]
+    if large_enough:
+        assert found is not None
+        assert found[0].name == large_enough[0]
+        assert found[1] == easy_m
+    elif found is not None:
+        assert found[0].name == "A0"
+        assert line_m - found[1] <= 3.6
+
+
+def test_walls_too_far_off_and_sheets_too_small_to_be_neared_are_no_place() -> None:
+    assert CAMERA.sheet_for(8.0, ("A4", "A3"), 3.6) is None
+    assert CAMERA.model_copy(update={"nearest_m": 0.5}).sheet_for(1.0, ("A4",), 3.6) is None
+
+
+def test_a_wider_lens_asks_for_larger_sheets() -> None:
+    wide = CAMERA.model_copy(update={"field_of_view_rad": (1.9, 1.5)})
+    assert wide.fill_distance_m(SHEET_SIZES["A4"]) < CAMERA.fill_distance_m(SHEET_SIZES["A4"])

@@ -1,16 +1,28 @@
-"""Generated images and users' own: what is made, what is refused and by which name."""
+"""Generated images and users' own: what is made, what is refused and by which name.
+
+The quality function refuses what a tracker could not follow, and says why.
+
+Generated pictures: the same for the same seed and id, others otherwise.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
+import segno
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from PIL import Image
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import (
+    SIDE_PX,
+    ImageQuality,
     Lookalike,
     confused,
     dead_leaves_picture,
@@ -18,6 +30,8 @@ from vislam2tag.preparation.sheets.images import (
     lookalikes,
     own_files,
     own_images,
+    quality_of,
+    reference_features,
 )
 
 PLAIN: GreyImage = np.full((400, 400), 200, np.uint8)
@@ -117,3 +131,94 @@ def test_copies_are_confused_and_named_once() -> None:
     assert confused(found) == ("2 and 9",)
     assert confused(tuple(lookalikes(images))) == ()
     assert confused((Lookalike("b", "a", 20), Lookalike("a", "b", 30), Lookalike("c", "a", 19))) == ("a and b",)
+
+
+SIDE = 640
+
+
+def measured(image: GreyImage) -> ImageQuality:
+    return quality_of(image, reference_features(image))
+
+
+def half_empty() -> GreyImage:
+    image = dead_leaves_picture(0, "9")
+    image[: 2 * SIDE // 3] = 200
+    return image
+
+
+def qr_code() -> GreyImage:
+    buffer = io.BytesIO()
+    segno.make("Main building/1/7").save(buffer, kind="png", scale=16)
+    return np.array(Image.open(buffer).convert("L"))
+
+
+BAD: dict[str, tuple[GreyImage, str]] = {
+    "black": (np.zeros((SIDE, SIDE), np.uint8), "contrast 0, 30 is needed; 0 features, 500 are needed"),
+    "ramp": (np.tile(np.linspace(0, 255, SIDE).astype(np.uint8), (SIDE, 1)), "0 features, 500 are needed"),
+    "small": (np.ascontiguousarray(dead_leaves_picture(0, "1")[:299]), "its shorter side has 299 px, 300 are needed"),
+    "pale": ((dead_leaves_picture(0, "1") // 8 + 200).astype(np.uint8), "contrast 9, 30 is needed"),
+    "half empty": (half_empty(), "of its area, 75 % are needed"),
+    "chessboard": (
+        np.kron(np.indices((16, 16)).sum(0) % 2 * 255, np.ones((40, 40))).astype(np.uint8),
+        "% of its features repeat",
+    ),
+    "wallpaper": (
+        np.tile(dead_leaves_picture(0, "7")[:160, :160], (4, 4)),
+        "% of its features repeat, at most 25 % may",
+    ),
+    "QR code": (qr_code(), "it holds a QR code or barcode"),
+    "noise": (np.random.default_rng(0).integers(0, 256, (SIDE, SIDE)).astype(np.uint8), "seen from 40 degrees"),
+}
+
+
+@pytest.mark.parametrize("name", list(BAD))
+def test_unfit_images_are_refused_with_the_figure(name: str) -> None:
+    image, reason = BAD[name]
+    assert reason in "; ".join(measured(image).faults)
+
+
+@pytest.mark.parametrize("landmark", ["1", "lobby", "Küche 3"])
+def test_generated_pictures_are_fit_by_a_margin(landmark: str) -> None:
+    quality = measured(dead_leaves_picture(0, landmark))
+    assert quality.faults == ()
+    assert quality.shorter_side_px == SIDE
+    assert quality.contrast > 60
+    assert quality.features > 1500
+    assert quality.spread > 0.9
+    assert quality.repeats < 0.1
+    assert not quality.holds_code
+    assert quality.inliers >= 25
+
+
+def test_shape_and_size_do_not_matter_for_a_good_image() -> None:
+    tall = np.vstack((dead_leaves_picture(0, "1"), dead_leaves_picture(0, "2")))
+    assert measured(tall).faults == ()
+    assert measured(np.ascontiguousarray(dead_leaves_picture(0, "3")[::2, ::2])).faults == ()
+
+
+def test_the_picture_is_the_one_that_was_printed_before() -> None:
+    """Sheets hang for years: the picture of a seed and id must never change."""
+    digest = hashlib.sha256(dead_leaves_picture(0, "7").tobytes()).hexdigest()
+    assert digest == "3d75f8fa17b6f7ce199446f72c0897b10118e575d0e5f10e03590620777f2285"
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(), landmark=st.text(max_size=20), attempt=st.integers(0, 20))
+def test_a_picture_follows_from_seed_id_and_attempt(seed: int, landmark: str, attempt: int) -> None:
+    image = dead_leaves_picture(seed, landmark, attempt)
+    assert image.shape == (SIDE_PX, SIDE_PX)
+    np.testing.assert_array_equal(image, dead_leaves_picture(seed, landmark, attempt))
+    for other in (dead_leaves_picture(seed + 1, landmark, attempt), dead_leaves_picture(seed, landmark + "x", attempt)):
+        assert np.mean(other == image) < 0.2
+    assert np.mean(dead_leaves_picture(seed, landmark, attempt + 1) == image) < 0.2
+
+
+def test_it_has_the_statistics_of_photographs() -> None:
+    """All tones in every corner of it, and power that falls with the square of the frequency."""
+    image = dead_leaves_picture(0, "lobby").astype(float)
+    for part in (image[:160, :160], image[-160:, -160:], image[240:400, 240:400]):
+        assert part.std() > 50
+    power = np.abs(np.fft.fft2(image - image.mean())) ** 2
+    frequency = np.hypot(*np.meshgrid(*[np.fft.fftfreq(SIDE_PX) * SIDE_PX] * 2))
+    low, high = (power[(frequency > edge) & (frequency < 2 * edge)].mean() for edge in (20, 80))
+    assert -3.5 < np.log(high / low) / np.log(4) < -1.5

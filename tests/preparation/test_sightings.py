@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 
 from tests.cli.command import vislam2tag
-from tests.preparation.sightings.rendered_walk import HEIGHT_M, Walk, posters_round_the_room, write_stray_scanner
+from tests.preparation.rendered_walk import HEIGHT_M, Walk, posters_round_the_room, write_stray_scanner
 from vislam2tag.preparation.detectors import Seen
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import read_grey

@@ -12,14 +12,7 @@ import segno
 from tests.preparation.sheets.printed import printed
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.preparation.detectors import (
-    Detector,
-    QrDetector,
-    Seen,
-    SheetDetector,
-    SheetTagDetector,
-    TagDetector,
-)
+from vislam2tag.preparation.detectors import Detector, QrDetector, Seen, SheetDetector, SheetTagDetector, TagDetector
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import dead_leaves_picture
 from vislam2tag.preparation.sheets.page import (
