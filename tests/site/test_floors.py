@@ -14,7 +14,7 @@ from tests.site.plans import drawn_floor
 from tests.site.plans.hostile import drawings
 from tests.site.site import write_survey
 from vislam2tag.site.discover import read_site, site_files
-from vislam2tag.site.floors import RoomName, names_on_plan, read_room_names, rooms_of
+from vislam2tag.site.floors import ROOMS_FILE, RoomName, file_in, names_on_plan, read_room_names
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.svg import svg_texts
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, PlanText, Use
@@ -108,7 +108,7 @@ def test_a_hostile_plan_is_a_finding(tmp_path: Path, what: str) -> None:
 def written(root: Path, text: str) -> tuple[Path, Path | None]:
     (root / "floor_2").mkdir()
     (root / "floor_2" / "rooms.csv").write_text(text)
-    return root, rooms_of(root / "floor_2")
+    return root, file_in(root / "floor_2", ROOMS_FILE)
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_a_table_of_the_survey_names_rooms(tmp_path: Path, text: str) -> None:
     names, findings = read_room_names(*written(tmp_path, text))
     assert names == [RoomName("2.114", (3.5, 4.0)), RoomName("Lab", (1.0, 2.0))]
     assert "malformed_lines" not in {finding.kind for finding in findings}
-    assert rooms_of(tmp_path / "floor_3") is None
+    assert file_in(tmp_path / "floor_3", ROOMS_FILE) is None
     assert read_room_names(tmp_path, None) == ([], [])
 
 

@@ -9,14 +9,14 @@ from contextlib import suppress
 from pathlib import Path
 from zipfile import is_zipfile
 
+import numpy as np
+
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import restore
-from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.tracks import Landmarks
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
-from vislam2tag.site.floors import described_floors, mask_of, rooms_of
+from vislam2tag.site.floors import MASK_FILE, ROOMS_FILE, described_floors, file_in
 from vislam2tag.site.ilc20_site import SITE_FILES as ILC20_FILES
 from vislam2tag.site.ilc20_site import ilc20_floors, ilc20_sessions, is_ilc20_site
 from vislam2tag.site.landmark_file import (
@@ -26,12 +26,12 @@ from vislam2tag.site.landmark_file import (
     read_site_landmarks,
     with_shared_errors,
 )
-from vislam2tag.site.landmark_states import SurveyedLandmark
+from vislam2tag.site.landmark_states import names_shown
 from vislam2tag.site.links import shared_site
 from vislam2tag.site.model import Floor, SessionKey, Site, SurveySettings
 from vislam2tag.site.plans.load import check_image
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, FloorRow, has_site_file, read_floor_file, read_site_file
-from vislam2tag.site.site_table import is_file
+from vislam2tag.site.site_table import is_file, site_finding
 
 PLAN_NAMES = ("floorplan.jpg", "floorplan.png", "floorplan.jpeg")
 _SITE_FILES = (
@@ -66,29 +66,22 @@ def read_site(
 def _read_site(root: Path, default_sigma_m: float, landmark_file: Path | None) -> tuple[Site, tuple[Finding, ...]]:
     restore(root)  # what `site write` makes is replaced whole
     if is_ilc20_site(root):
-        return _ilc20_site(root, landmark_file, default_sigma_m)
-    described = has_site_file(root)
-    folders, findings = _numbered_folders(root) if described else floor_folders(root)
-    floors, floor_findings = described_floors(root, folders) if described else _published_floors(root, folders)
-    findings += floor_findings
-    folders = {floor.number: folders.get(floor.number, root / f"floor_{floor.number}") for floor in floors}
-    landmarks, landmark_findings = read_site_landmarks(root, folders, default_sigma_m, landmark_file)
-    return Site(tuple(floors), _with_shared(landmarks, landmark_file)), (*findings, *landmark_findings)
-
-
-def _with_shared(rows: list[SurveyedLandmark], landmark_file: Path | None) -> Landmarks:
-    """Landmarks as arrays, with what the file beside a completed one says of the errors that they share."""
+        floors, findings = ilc20_floors(root)
+        rows, problems = [], list[Finding]()
+        if landmark_file is not None:
+            numbers = {floor.number for floor in floors}
+            rows, problems = read_completed_file(landmark_file, numbers, default_sigma_m)
+    else:
+        described = has_site_file(root)
+        folders, findings = _numbered_folders(root) if described else floor_folders(root)
+        floors, floor_findings = described_floors(root, folders) if described else _published_floors(root, folders)
+        findings += floor_findings
+        folders = {floor.number: folders.get(floor.number, root / f"floor_{floor.number}") for floor in floors}
+        rows, problems = read_site_landmarks(root, folders, default_sigma_m, landmark_file)
     landmarks = landmarks_from(rows)
-    return landmarks if landmark_file is None else with_shared_errors(landmarks, landmark_file)
-
-
-def _ilc20_site(root: Path, landmark_file: Path | None, sigma_m: float) -> tuple[Site, tuple[Finding, ...]]:
-    """A site of the competition; it has landmarks only where a file gives them."""
-    floors, findings = ilc20_floors(root)
-    if landmark_file is None:
-        return Site(tuple(floors), landmarks_from([])), tuple(findings)
-    landmarks, landmark_findings = read_completed_file(landmark_file, {floor.number for floor in floors}, sigma_m)
-    return Site(tuple(floors), _with_shared(landmarks, landmark_file)), (*findings, *landmark_findings)
+    if landmark_file is not None:
+        landmarks = with_shared_errors(landmarks, landmark_file)
+    return Site(tuple(floors), landmarks), (*findings, *problems)
 
 
 def _published_floors(root: Path, folders: dict[int, Path]) -> tuple[list[Floor], list[Finding]]:
@@ -143,7 +136,7 @@ def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
             folders[int(match.group(1))] = folder
         elif match:
             message = f"floor {int(match.group(1))} has two folders; this one is left out: rename it"
-            findings.append(Finding(kind="duplicate_floor", file=folder.name, count=1, message=message))
+            findings.append(site_finding("duplicate_floor", folder.name, message))
     findings += walks_in_no_floor([folder for folder in _listed(root) if not _FLOOR_FOLDER.fullmatch(folder.name)])
     return dict(sorted(folders.items())), findings
 
@@ -190,7 +183,7 @@ def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Fin
         except OSError as error:
             message = f"cannot be looked into ({error.strerror}): nothing in it is processed; check its permissions"
             name = folder.relative_to(root).as_posix()
-            findings.append(_about_floor("unreadable_folder", name, message, Severity.ERROR))
+            findings.append(site_finding("unreadable_folder", name, message, Severity.ERROR))
             return []
 
     for number, floor_folder in floor_folders(root)[0].items():
@@ -218,8 +211,8 @@ def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple
         elevation_m=row.elevation_m if row else None,
         plan=plan,
         control_points=control_points,
-        mask=mask_of(folder),
-        rooms=rooms_of(folder),
+        mask=file_in(folder, MASK_FILE),
+        rooms=file_in(folder, ROOMS_FILE),
     )
     return floor, findings + plan_findings
 
@@ -230,34 +223,27 @@ def _without_size(folders: dict[int, Path], rows: Container[int], floor_findings
         return []
     message = "floor {} has no usable row; its extent is taken from the data"
     return [
-        _about_floor("floor_without_size", FLOOR_FILE, message.format(number), Severity.WARNING)
+        site_finding("floor_without_size", FLOOR_FILE, message.format(number))
         for number in folders
         if number not in rows
     ]
 
 
 def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
+    """The image that a floor's folder has as its plan, checked."""
     try:
         plan = next((folder / name for name in PLAN_NAMES if is_file(folder / name)), None)
-    except OSError:  # the folder's own finding tells
+    except OSError:  # the folder's own finding reports it
         return None, []
-    return plan, _plan_findings(folder, plan)
-
-
-def _plan_findings(folder: Path, plan: Path | None) -> list[Finding]:
     if plan is None:
         message = f"no plan ({' or '.join(PLAN_NAMES[:2])}); a metric grid is drawn instead"
-        return [_about_floor("missing_plan", f"{folder.name}/{PLAN_NAMES[0]}", message, Severity.INFO)]
+        return None, [site_finding("missing_plan", f"{folder.name}/{PLAN_NAMES[0]}", message, Severity.INFO)]
     try:
         check_image(plan)
     except OSError as error:
         message = f"the plan {error}; a metric grid is drawn instead: replace it"
-        return [_about_floor("unreadable_plan", f"{folder.name}/{plan.name}", message, Severity.WARNING)]
-    return []
-
-
-def _about_floor(kind: FindingKind, file: str, message: str, severity: Severity) -> Finding:
-    return Finding(kind=kind, file=file, count=1, message=message, severity=severity)
+        return plan, [site_finding("unreadable_plan", f"{folder.name}/{plan.name}", message)]
+    return plan, []
 
 
 BESIDE_M = 5.0
@@ -266,7 +252,6 @@ POSES = ("poses.csv", "CameraPose.csv")
 """Names of the file that tells walks apart."""
 LEAST_BYTES = 10_000
 """Poses of a walk of some seconds have more; less may be alike by chance."""
-_SHOWN = 5
 
 
 def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
@@ -281,46 +266,33 @@ def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
         extent_m = floor.extent_m
         if extent_m is None or floor.number in corrected:
             continue
-        off = [
-            name
-            for name, (x, y), surveyed in zip(here.ids, here.position_bcs.tolist(), here.surveyed, strict=True)
-            if surveyed and _beside_m(x, y, extent_m) > BESIDE_M
-        ]
+        left, right, low, high = extent_m
+        x, y = here.position_bcs.T
+        beside_m = np.maximum.reduce((left - x, x - right, low - y, y - high))
+        off = [here.ids[i] for i in np.flatnonzero(here.surveyed & (beside_m > BESIDE_M)).tolist()]
         if off:
             found.append(_off_plan(floor, off, len(here.ids), extent_m))
     return found
 
 
-def _beside_m(x: float, y: float, extent_m: tuple[float, float, float, float]) -> float:
-    left, right, low, high = extent_m
-    return max(left - x, x - right, low - y, y - high)
-
-
 def _off_plan(floor: Floor, off: Sequence[str], count: int, extent_m: tuple[float, float, float, float]) -> Finding:
     left, right, low, high = extent_m
-    names = ", ".join(off[:_SHOWN]) + (", ..." if len(off) > _SHOWN else "")
     message = (
-        f"{len(off)} of {count} landmarks of floor {floor.number} ({names}) lie more than {BESIDE_M:g} m off its plan, "
-        f"which has x from {left:g} to {right:g} and y from {low:g} to {high:g} m: are they in metres, from the plan's "
-        "origin, x before y? vislam2tag diagnose tells units and mirrored tables from the walks"
+        f"{len(off)} of {count} landmarks of floor {floor.number} ({names_shown(off)}) lie more than {BESIDE_M:g} m "
+        f"off its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} m: are they in metres, from "
+        "the plan's origin, x before y? vislam2tag diagnose tells units and mirrored tables from the walks"
     )
-    return Finding(kind="landmarks_off_plan", file="", count=len(off), message=message, severity=Severity.WARNING)
+    return Finding(kind="landmarks_off_plan", file="", count=len(off), message=message)
 
 
 def walks_in_no_floor(folders: Sequence[Path]) -> list[Finding]:
     """Find folders with walks (DEVICE/SESSION) whose names are no floors', and which nothing reads."""
-    return [
-        Finding(
-            kind="unrecognised_folder",
-            file=folder.name,
-            count=1,
-            message="it holds walks, but only folders named floor_1, floor_2, ... are floors: it is left out; rename "
-            "it, or, if it is another building, make that a survey of its own",
-            severity=Severity.WARNING,
-        )
-        for folder in folders
-        if any(next(folder.glob(f"*/*/{name}"), None) for name in POSES)
-    ]
+    message = (
+        "it holds walks, but only folders named floor_1, floor_2, ... are floors: it is left out; rename "
+        "it, or, if it is another building, make that a survey of its own"
+    )
+    with_walks = [folder for folder in folders if any(next(folder.glob(f"*/*/{name}"), None) for name in POSES)]
+    return [site_finding("unrecognised_folder", folder.name, message) for folder in with_walks]
 
 
 def walks_twice(root: Path, sessions: Sequence[tuple[SessionKey, Path]]) -> list[Finding]:
@@ -345,5 +317,5 @@ def walks_twice(root: Path, sessions: Sequence[tuple[SessionKey, Path]]) -> list
                     "one of the two, or leave it out by [[exclude_session]] in corrections.toml"
                 )
                 name = path.parent.relative_to(root).as_posix()
-                found.append(Finding(kind="walk_twice", file=name, count=1, message=message, severity=Severity.WARNING))
+                found.append(site_finding("walk_twice", name, message))
     return found

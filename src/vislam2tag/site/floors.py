@@ -10,7 +10,6 @@ from pathlib import Path
 
 from shapely.geometry import Polygon
 
-from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.site.georeference import Georeference, georeference_of
 from vislam2tag.site.landmark_file import read_control_points
@@ -19,7 +18,7 @@ from vislam2tag.site.plans.drawing import Bounds, extent_sides_m
 from vislam2tag.site.plans.load import plan_extent
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, PlanSource, Use
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, FloorPart, read_site_file
-from vislam2tag.site.site_table import finite_or_none, is_file, read_site_table, unreadable_file
+from vislam2tag.site.site_table import finite_or_none, is_file, read_site_table, site_finding, unreadable_file
 from vislam2tag.site.table_columns import ROOMS
 
 MASK_FILE = "floorplan.mask.png"
@@ -35,14 +34,14 @@ def described_floors(root: Path, folders: Mapping[int, Path]) -> tuple[list[Floo
     site = read_site_file(root)
     earth = None if site.georeference is None else site.georeference.georeference()
     described = {part.number: part for part in site.floors}
-    findings = [_about(FLOOR_FILE, "second_file", f"{SITE_FILE} is read instead; remove one of the two", Severity.INFO)]
-    if not (root / FLOOR_FILE).is_file():
-        findings = []
-    floors = []
+    floors, findings = [], list[Finding]()
+    if (root / FLOOR_FILE).is_file():
+        message = f"{SITE_FILE} is read instead; remove one of the two"
+        findings.append(site_finding("second_file", FLOOR_FILE, message, Severity.INFO))
     for number in sorted({*described, *folders}):
         if number not in described:
             message = f"floor {number} is not in {SITE_FILE}: it has no plan; add it there"
-            findings.append(_about(folders[number].name, "floor_without_size", message, Severity.WARNING))
+            findings.append(site_finding("floor_without_size", folders[number].name, message))
         part = described.get(number, FloorPart(number=number))
         floor, problems = _floor(root, folders.get(number, root / f"floor_{number}"), part, earth)
         floors.append(floor)
@@ -66,19 +65,18 @@ def _floor(root: Path, folder: Path, part: FloorPart, earth: Georeference | None
         control_points=control_points,
         lower_left_m=(left, low),
         source=part.plan,
-        mask=mask_of(folder),
-        rooms=rooms_of(folder),
+        mask=file_in(folder, MASK_FILE),
+        rooms=file_in(folder, ROOMS_FILE),
         georeference=georeference,
         site_T_bcs=site_T_bcs,
     )
     return floor, [*findings, *problems]
 
 
-def mask_of(folder: Path) -> Path | None:
-    """The corrections of where a floor can be walked that its folder has."""
-    mask = folder / MASK_FILE
-    with suppress(PermissionError):  # a locked folder is told of where its sessions are looked for
-        return mask if is_file(mask) else None
+def file_in(folder: Path, name: str) -> Path | None:
+    """A file of a floor's folder; None if it has none or is locked (reported where its sessions are listed)."""
+    with suppress(PermissionError):
+        return folder / name if is_file(folder / name) else None
     return None
 
 
@@ -91,16 +89,12 @@ def _extent(
         found = plan_extent(root / source.file, source, georeference)
     except OSError as error:
         message = f"the plan {error}; a metric grid is drawn instead"
-        return None, [_about(source.file, "unreadable_plan", message, Severity.WARNING)]
+        return None, [site_finding("unreadable_plan", source.file, message)]
     if source.extent is not None:  # exactly as given, not as it comes out of the calculation
         left, low = source.extent.lower_left_m
         width_m, height_m = extent_sides_m(source.extent, found)
         found = left, left + width_m, low, low + height_m
     return found, []
-
-
-def _about(file: str, kind: FindingKind, message: str, severity: Severity) -> Finding:
-    return Finding(kind=kind, file=file, count=1, message=message, severity=severity)
 
 
 ROOMS_FILE = "rooms.csv"
@@ -118,14 +112,6 @@ class RoomName:
 
     name: str
     place_m: tuple[float, float]
-
-
-def rooms_of(folder: Path) -> Path | None:
-    """The table of rooms that a floor's folder has."""
-    path = folder / ROOMS_FILE
-    with suppress(PermissionError):  # a locked folder is reported where its sessions are looked for
-        return path if is_file(path) else None
-    return None
 
 
 def read_room_names(root: Path, path: Path | None) -> tuple[list[RoomName], list[Finding]]:

@@ -21,9 +21,10 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.names import landmark_id
+from vislam2tag.site.plans.drawing import affine
 from vislam2tag.site.plans.source import GREATEST_M
-from vislam2tag.site.site_table import SiteTable, finite_or_none, read_site_table
-from vislam2tag.site.table_columns import CONTROL_POINTS, LANDMARKS, TableColumns
+from vislam2tag.site.site_table import finite_or_none, readable_table
+from vislam2tag.site.table_columns import CONTROL_POINTS, LANDMARKS
 
 CHANGE_FILE = "rebase.toml"
 _HEAD = (
@@ -200,18 +201,12 @@ def in_frame_of(landmarks: Landmarks, site: Site, own: int) -> Landmarks:
         rows = np.flatnonzero(landmarks.floor == number)
         surveyed = rows[landmarks.surveyed[rows]]
         position[surveyed] = own_T_other @ position[surveyed]
-        turn = _matrix(own_T_other)
+        turn = affine(own_T_other).matrix
         covariance[surveyed] = turn @ covariance[surveyed] @ turn.T
         heading[rows] += own_T_other.rotation_rad
     return replace(
         landmarks, position_bcs=position, covariance_bcs=covariance, heading_rad=heading, joint_covariance=None
     )
-
-
-def _matrix(similarity: Similarity2) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """The linear part (2, 2) of a similarity."""
-    a = similarity.a
-    return np.array([[a.real, -a.imag], [a.imag, a.real]])
 
 
 def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameChange], folder: int | None) -> str:
@@ -220,7 +215,7 @@ def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameCh
     ``folder`` is the floor that the file lies under; None: its column ``floor`` tells. Raises SurveyError where a row
     cannot be read, or lies on a floor without a change.
     """
-    table = _table(root, path, LANDMARKS)
+    table = readable_table(root, path, columns=LANDMARKS)
     if (problem := table.missing_columns(LANDMARKS)) is not None:
         raise SurveyError(f"{path}: {problem}")
     rows: list[Sequence[str]] = [table.header]
@@ -237,19 +232,12 @@ def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameCh
 def changed_points_text(root: Path, path: Path, change: FrameChange) -> str:
     """A control point file in the new frame; raises SurveyError where a row cannot be read."""
     rows = []
-    for line, fields in _table(root, path, CONTROL_POINTS).rows:
+    for line, fields in readable_table(root, path, has_header=False, columns=CONTROL_POINTS).rows:
         x, y = _numbers(fields[:2], f"{path}:{line}")
         if x is None or y is None:
             raise SurveyError(f"{path}:{line}: expected x,y in metres; correct it")
         rows.append([*_moved(x, y, change), *fields[2:]])
     return csv_rows(rows)
-
-
-def _table(root: Path, path: Path, columns: TableColumns) -> SiteTable:
-    try:
-        return read_site_table(root, path, has_header=columns is LANDMARKS, columns=columns)
-    except OSError as error:
-        raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
 
 
 def _change(changes: Mapping[int, FrameChange], floor: str | int | None, place: str) -> FrameChange:

@@ -13,6 +13,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.site.model import ControlPoints, Floor, SessionKey
 from vislam2tag.site.names import floor_number
 from vislam2tag.site.plans.source import Extent, PlanSource
+from vislam2tag.site.site_table import site_finding
 
 TRACES, INFO, PLAN, OUTLINES = "path_data_files", "floor_info.json", "floor_image.png", "geojson_map.json"
 SITE_FILES = (f"*/{INFO}", f"*/{PLAN}", f"*/{OUTLINES}")
@@ -41,9 +42,7 @@ def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
                 "taken from the data"
             )
             name = f"{folder.name}/{INFO}"
-            findings.append(
-                Finding(kind="floor_without_size", file=name, count=1, message=message, severity=Severity.WARNING)
-            )
+            findings.append(site_finding("floor_without_size", name, message))
         plan, source = _plan(folder, width_m, height_m)
         floors.append(
             Floor(
@@ -96,7 +95,7 @@ def _unnumbered(root: Path) -> list[Finding]:
     """Folders with traces whose floor has no number."""
     message = "the floor's name tells no number: its traces are left out; call the folder F1, F2, ... or B1, ..."
     return [
-        Finding(kind="unknown_floor", file=traces.parent.name, count=1, message=message, severity=Severity.ERROR)
+        site_finding("unknown_floor", traces.parent.name, message, Severity.ERROR)
         for traces in sorted(root.glob(f"*/{TRACES}"))
         if floor_number(traces.parent.name) is None
     ]

@@ -37,6 +37,8 @@ from vislam2tag.site.site_table import (
     is_file,
     number_or_none,
     read_site_table,
+    readable_table,
+    site_finding,
     unreadable_file,
 )
 from vislam2tag.site.table_columns import CONTROL_POINTS, LANDMARKS
@@ -95,20 +97,6 @@ def read_landmark_file(
     return landmarks, [*findings, *planned_twice(table.file, landmarks)]
 
 
-def read_landmark_files(
-    root: Path, folders: Mapping[int, Path], default_sigma_m: float
-) -> tuple[list[SurveyedLandmark], list[Finding]]:
-    """Read the landmarks of all floor folders, by floor number; what cannot be used is a finding."""
-    landmarks: list[SurveyedLandmark] = []
-    findings: list[Finding] = []
-    taken: set[tuple[int, str]] = set()
-    for number, folder in folders.items():
-        found, problems = read_landmark_file(root, folder, number, default_sigma_m, taken)
-        landmarks += found
-        findings += problems
-    return landmarks, findings
-
-
 def read_site_landmarks(
     root: Path, folders: Mapping[int, Path], default_sigma_m: float, landmark_file: Path | None
 ) -> tuple[list[SurveyedLandmark], list[Finding]]:
@@ -117,8 +105,15 @@ def read_site_landmarks(
     Rows of such a file that repeat planned positions of the survey are planned. Raises SurveyError as
     :func:`read_completed_file`.
     """
+    landmarks: list[SurveyedLandmark] = []
+    findings: list[Finding] = []
     if landmark_file is None:
-        return read_landmark_files(root, folders, default_sigma_m)
+        taken: set[tuple[int, str]] = set()
+        for number, folder in folders.items():
+            found, problems = read_landmark_file(root, folder, number, default_sigma_m, taken)
+            landmarks += found
+            findings += problems
+        return landmarks, findings
     landmarks, findings = read_completed_file(landmark_file, folders, default_sigma_m)
     states: dict[tuple[int, str], StateRow] = {}
     for floor, folder in folders.items():
@@ -138,10 +133,7 @@ def read_completed_file(
     Its columns are those of :func:`read_landmark_file`; ``floor`` may be absent only where there is one floor. Raises
     SurveyError where the file cannot be opened, lacks a column, or has no usable row of any of these floors.
     """
-    try:
-        table = read_site_table(path.parent, path, columns=LANDMARKS)
-    except OSError as error:
-        raise SurveyError(f"{path}: cannot be opened ({error.strerror}); expected a landmark file") from error
+    table = readable_table(path.parent, path, "; expected a landmark file", columns=LANDMARKS)
     if (problem := table.missing_columns(LANDMARKS)) is not None:
         raise SurveyError(f"{':'.join(map(str, (path, *table.header_lines)))}: {problem}")
     if len(floors) > 1 and "floor" not in table.header[1:]:
@@ -213,16 +205,10 @@ def _landmark_of(
         z_m=z,
         sigma_m=default_sigma_m if sigma is None else sigma,
         heading_rad=math.nan if heading is None else heading,
-        heading_sigma_rad=_heading_sigma(heading, heading_sigma),
+        heading_sigma_rad=math.nan if heading is None else heading_sigma or USUAL_HEADING_SIGMA_RAD,
         source=table.place(line),
         sigma_given=sigma is not None,
     )
-
-
-def _heading_sigma(heading: float | None, sigma: float | None) -> float:
-    if heading is None:
-        return math.nan
-    return USUAL_HEADING_SIGMA_RAD if sigma is None else sigma
 
 
 def _coordinate(text: str) -> float:
@@ -274,13 +260,8 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     except FileNotFoundError:
         return none, []
     except OSError as error:
-        return none, [
-            unreadable_file(path.relative_to(root).as_posix(), error, "the floor's control points are unknown")
-        ]
-    return _control_points_of(table)
-
-
-def _control_points_of(table: SiteTable) -> tuple[ControlPoints, list[Finding]]:
+        name = path.relative_to(root).as_posix()
+        return none, [unreadable_file(name, error, "the floor's control points are unknown")]
     counts = LineCounts.of(table.file)
     points: list[tuple[float, float]] = []
     source: list[str] = []
@@ -296,8 +277,7 @@ def _control_points_of(table: SiteTable) -> tuple[ControlPoints, list[Finding]]:
             source.append(table.place(line))
     if len(points) > MAX_CONTROL_POINTS:
         message = f"{len(points):,} control points, and a floor may have {MAX_CONTROL_POINTS:,}; none is used"
-        problem = Finding(kind="unreadable_file", file=table.file, count=1, message=message)
-        return ControlPoints((), np.empty((0, 2))), [*table.findings, problem]
+        return none, [*table.findings, site_finding("unreadable_file", table.file, message)]
     positions = np.array(points, dtype=np.float64).reshape(len(points), 2)
     ids = tuple(str(i) for i in range(len(points)))
     message = (

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from vislam2tag.common.errors import first_line
+from vislam2tag.common.errors import SurveyError, first_line
 from vislam2tag.common.extras import MissingExtraError, import_extra
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
@@ -75,6 +75,16 @@ class SiteTable:
             f"as a spreadsheet has (docs/reference/formats.md); it lacks {' and '.join(missing)} and is: "
             f"{','.join(self.header)[:_SHOWN] or 'empty'}"
         )
+
+
+def readable_table(
+    root: Path, path: Path, expected: str = "", *, has_header: bool = True, columns: TableColumns | None = None
+) -> SiteTable:
+    """Read a site file as :func:`read_site_table`; raises SurveyError with what was ``expected`` if it cannot."""
+    try:
+        return read_site_table(root, path, has_header=has_header, columns=columns)
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be opened ({error.strerror}){expected}") from error
 
 
 def read_site_table(
@@ -203,10 +213,15 @@ def _cell_text(value: object) -> str:
     return "" if value is None else str(value).strip()
 
 
+def site_finding(kind: FindingKind, file: str, message: str, severity: Severity = Severity.WARNING) -> Finding:
+    """One problem of one file of a site."""
+    return Finding(kind=kind, file=file, count=1, message=message, severity=severity)
+
+
 def unreadable_file(file: str, error: OSError, consequence: str) -> Finding:
     """Report a site file that is there but cannot be opened."""
     message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
-    return Finding(kind="unreadable_file", file=file, count=1, message=message, severity=Severity.ERROR)
+    return site_finding("unreadable_file", file, message, Severity.ERROR)
 
 
 def _fields(line: str, separator: str) -> tuple[str, ...]:

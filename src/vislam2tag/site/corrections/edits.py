@@ -75,12 +75,7 @@ class EntryLines:
 
 def corrections_of(text: str) -> Corrections:
     """What a text says; raises SurveyError, naming the entry, where it cannot be used."""
-    try:
-        return Corrections.model_validate(toml_values(text.encode()))
-    except ValidationError as error:
-        raise SurveyError(f"{CORRECTIONS_FILE}: {first_problem(error)}") from error
-    except ValueError as error:
-        raise SurveyError(f"{CORRECTIONS_FILE}: not a TOML file: {error}; correct it") from error
+    return _parsed(CORRECTIONS_FILE, text.encode(), "not a TOML file: {}; correct it")
 
 
 def entries_of(text: str) -> tuple[EntryLines, ...]:
@@ -232,7 +227,8 @@ def with_entries(root: Path, lines: str) -> Corrections:
 
     Raises SurveyError where the file as it is, or with them, cannot be used.
     """
-    return _parsed(root / CORRECTIONS_FILE, _content(root) + _block(lines))
+    no_toml = "entries cannot be added to it: {}; write each entry below its name in double brackets"
+    return _parsed(root / CORRECTIONS_FILE, _content(root) + _block(lines), no_toml)
 
 
 def add_entries(root: Path, lines: str) -> None:
@@ -316,15 +312,14 @@ def _content(root: Path) -> bytes:
         raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
 
 
-def _parsed(path: Path, content: bytes) -> Corrections:
+def _parsed(name: object, content: bytes, no_toml: str) -> Corrections:
+    """The corrections in a file's content; ``no_toml`` says, with ``{}`` for the reason, that it is not TOML."""
     try:
         return Corrections.model_validate(toml_values(content))
     except ValidationError as error:
-        raise SurveyError(f"{path}: {first_problem(error)}") from error
+        raise SurveyError(f"{name}: {first_problem(error)}") from error
     except ValueError as error:
-        raise SurveyError(
-            f"{path}: entries cannot be added to it: {error}; write each entry below its name in double brackets"
-        ) from error
+        raise SurveyError(f"{name}: {no_toml.format(error)}") from error
 
 
 def _write(root: Path, content: bytes) -> None:

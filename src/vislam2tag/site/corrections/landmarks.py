@@ -23,6 +23,7 @@ from vislam2tag.site.corrections.file import (
     TurnLandmarks,
 )
 from vislam2tag.site.model import Floor, SessionKey, Site, SurveySettings
+from vislam2tag.site.site_table import site_finding
 
 
 def corrected_landmarks(
@@ -167,7 +168,7 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], sit
 
 def _unused(table: str, number: int, problem: str) -> Finding:
     message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
-    return Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message)
+    return site_finding("unused_correction", CORRECTIONS_FILE, message)
 
 
 def _visited_floor(entry: Correction, keys: Sequence[SessionKey], known: set[tuple[int, str]]) -> set[int]:

@@ -208,18 +208,6 @@ _NO_PAPER = (
 )
 
 
-@dataclass(frozen=True)
-class _Plane:
-    """Projects the coordinates of a file that lies on earth onto the plane that touches the earth at ``frame``."""
-
-    to_wgs84: Transformer
-    frame: Georeference
-
-    def __call__(self, points: FloatArray) -> FloatArray:
-        """Project points (..., 2)."""
-        return from_wgs84(_degrees(self.to_wgs84, points), self.frame).reshape(points.shape)
-
-
 def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference | None) -> tuple[PlanDrawing, Affine2]:
     """Return a drawing (its ``area``) on a plane, and the map ``bcs_T_plan`` from that plane to the BCS.
 
@@ -236,7 +224,12 @@ def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference 
     if epsg is None:
         return drawing, _scaled(drawing, source, points, drawing.unit_m)
     to_wgs84 = _transformer(epsg)
-    plane = _Plane(to_wgs84, georeference or _middle(drawing.bounds, to_wgs84))
+    frame = georeference or _middle(drawing.bounds, to_wgs84)
+
+    def plane(points: FloatArray) -> FloatArray:
+        """Project points (..., 2) onto the plane that touches the earth at the frame."""
+        return from_wgs84(_degrees(to_wgs84, points), frame).reshape(points.shape)
+
     projected = mapped(drawing, plane)
     return projected, _scaled(projected, source, plane(points), None if georeference is None else 1.0)
 
