@@ -279,8 +279,8 @@ def _off_plan(floor: Floor, off: Sequence[str], count: int, extent_m: tuple[floa
     left, right, low, high = extent_m
     message = (
         f"{len(off)} of {count} landmarks of floor {floor.number} ({names_shown(off)}) lie more than {BESIDE_M:g} m "
-        f"off its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} m: are they in metres, from "
-        "the plan's origin, x before y? vislam2tag diagnose tells units and mirrored tables from the walks"
+        f"off its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} m: are they in metres, "
+        "from the plan's origin, x before y? vislam2tag diagnose tells units and mirrored tables from the walks"
     )
     return Finding(kind="landmarks_off_plan", file="", count=len(off), message=message)
 
