@@ -140,13 +140,13 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.site.plan import PlanRequest as PlanRequest
     from vislam2tag.pipeline.site.plan import write_plans as _write_plans
     from vislam2tag.pipeline.site.rebase import rebase as _rebase
+    from vislam2tag.pipeline.site.rebase import write_published as _write_published
     from vislam2tag.pipeline.site.register import FloorFiles as FloorFiles
     from vislam2tag.pipeline.site.register import register as register
     from vislam2tag.pipeline.site.show import SiteSummary as SiteSummary
     from vislam2tag.pipeline.site.show import WalkableFloor as WalkableFloor
     from vislam2tag.pipeline.site.show import summarise_site as _summarise_site
     from vislam2tag.pipeline.site.show import write_walkable as _write_walkable
-    from vislam2tag.pipeline.site.write import write_published as _write_published
     from vislam2tag.pipeline.survey_run import SurveyRun as SurveyRun
     from vislam2tag.pipeline.survey_run import run_survey as _run_survey
     from vislam2tag.pipeline.survey_run import run_survey as run_survey
@@ -296,10 +296,9 @@ _NAMES = {
     "pipeline.run.workers": "Executor",
     "pipeline.site.init": "NewFloor site_init=add_floor",
     "pipeline.site.plan": "PlanRequest plan=write_plans",
-    "pipeline.site.rebase": "site_rebase=rebase",
+    "pipeline.site.rebase": "site_rebase=rebase site_write=write_published",
     "pipeline.site.register": "FloorFiles register",
     "pipeline.site.show": "SiteSummary WalkableFloor site_show=summarise_site site_walkable=write_walkable",
-    "pipeline.site.write": "site_write=write_published",
     "pipeline.survey_run": "SurveyRun run=run_survey run_survey",
     "preparation.planning.records": "PlanSummary",
     "preparation.planning.settings": "CameraSettings PlanSettings",

@@ -12,7 +12,6 @@ import segno
 from tests.preparation.sheets.printed import printed
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.preparation.detectors import Detector, QrDetector, Seen, SheetDetector, SheetTagDetector, TagDetector
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import dead_leaves_picture
 from vislam2tag.preparation.sheets.page import (
@@ -25,7 +24,16 @@ from vislam2tag.preparation.sheets.page import (
     write_pdf,
 )
 from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest
-from vislam2tag.preparation.sighting_search import placed, surest
+from vislam2tag.preparation.sightings import (
+    Detector,
+    QrDetector,
+    Seen,
+    SheetDetector,
+    SheetTagDetector,
+    TagDetector,
+    placed,
+    surest,
+)
 
 SIZE_PX = (1280, 960)
 LENS_PX = np.array((1000.0, 1000.0, 640.0, 480.0))

@@ -1,5 +1,5 @@
 """Preparation of a survey before it is walked.
 
 ``planning`` finds places for landmarks, ``sheets`` prints them, ``registration`` turns surveyors' measurements into
-positions; ``detectors`` and ``sighting_search`` find printed landmarks in a session's pictures.
+positions; ``sightings`` finds printed landmarks in a session's pictures.
 """

@@ -16,9 +16,16 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
-from vislam2tag.site.floors import MASK_FILE, ROOMS_FILE, described_floors, file_in
-from vislam2tag.site.ilc20_site import SITE_FILES as ILC20_FILES
-from vislam2tag.site.ilc20_site import ilc20_floors, ilc20_sessions, is_ilc20_site
+from vislam2tag.site.floors import (
+    MASK_FILE,
+    ROOMS_FILE,
+    described_floors,
+    file_in,
+    ilc20_floors,
+    ilc20_sessions,
+    is_ilc20_site,
+)
+from vislam2tag.site.floors import SITE_FILES as ILC20_FILES
 from vislam2tag.site.landmark_file import (
     landmarks_from,
     read_completed_file,
@@ -26,7 +33,7 @@ from vislam2tag.site.landmark_file import (
     read_site_landmarks,
     with_shared_errors,
 )
-from vislam2tag.site.landmark_states import names_shown
+from vislam2tag.site.landmark_states import SurveyedLandmark, names_shown
 from vislam2tag.site.links import shared_site
 from vislam2tag.site.model import Floor, SessionKey, Site, SurveySettings
 from vislam2tag.site.plans.load import check_image
@@ -67,7 +74,7 @@ def _read_site(root: Path, default_sigma_m: float, landmark_file: Path | None) -
     restore(root)  # what `site write` makes is replaced whole
     if is_ilc20_site(root):
         floors, findings = ilc20_floors(root)
-        rows, problems = [], list[Finding]()
+        rows, problems = list[SurveyedLandmark](), list[Finding]()
         if landmark_file is not None:
             numbers = {floor.number for floor in floors}
             rows, problems = read_completed_file(landmark_file, numbers, default_sigma_m)

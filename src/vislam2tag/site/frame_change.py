@@ -23,8 +23,7 @@ from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.names import landmark_id
 from vislam2tag.site.plans.drawing import affine
 from vislam2tag.site.plans.source import GREATEST_M
-from vislam2tag.site.site_table import finite_or_none, readable_table
-from vislam2tag.site.table_columns import CONTROL_POINTS, LANDMARKS
+from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, finite_or_none, readable_table
 
 CHANGE_FILE = "rebase.toml"
 _HEAD = (

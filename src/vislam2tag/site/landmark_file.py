@@ -30,6 +30,8 @@ from vislam2tag.site.landmark_states import (
 from vislam2tag.site.model import ControlPoints
 from vislam2tag.site.names import landmark_id
 from vislam2tag.site.site_table import (
+    CONTROL_POINTS,
+    LANDMARKS,
     XLSX,
     LineCounts,
     SiteTable,
@@ -41,7 +43,6 @@ from vislam2tag.site.site_table import (
     site_finding,
     unreadable_file,
 )
-from vislam2tag.site.table_columns import CONTROL_POINTS, LANDMARKS
 
 LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"

@@ -21,8 +21,7 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.site.georeference import Georeference, georeference_in_grid
 from vislam2tag.site.names import landmark_id
 from vislam2tag.site.plans.source import GREATEST_M, PlanSource
-from vislam2tag.site.site_table import LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
-from vislam2tag.site.table_columns import FLOORS
+from vislam2tag.site.site_table import FLOORS, LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
 
 SITE_FILE = "site.toml"
 _HEAD = "# The building: its floors, their plans and frames. What each entry means: docs/how-to/site.md\n"

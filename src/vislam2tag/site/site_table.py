@@ -8,7 +8,7 @@ import io
 import math
 import re
 import stat
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -18,7 +18,144 @@ from vislam2tag.common.extras import MissingExtraError, import_extra
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.site.table_columns import TableColumns, has_decimal_comma, number_text, understood
+from vislam2tag.site.corrections.file import UNITS_M
+
+_UNITS_M = {"m": 1.0, "metre": 1.0, "meter": 1.0, **UNITS_M, "feet": UNITS_M["ft"]}
+_UNIT = re.compile(rf"^(.+?)(?:[\s_]*[\[(]\s*|[\s_]+)({'|'.join(_UNITS_M)})s?\s*[\])]?$")
+_NO_LETTER = re.compile(r"[^a-zäöü]")
+_COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+")
+_POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+")
+
+
+@dataclass(frozen=True)
+class TableColumns:
+    """The columns that a table may have, each with other names for it: lower case, letters only."""
+
+    names: Mapping[str, str]
+    texts: frozenset[str]
+    """Those that hold no lengths: neither units nor decimal marks are changed there."""
+    first: tuple[str, ...]
+    """Columns that come first in this order, wherever the file has them."""
+    needed: tuple[str, ...]
+
+    def of(self, name: str) -> str | None:
+        """The column that a name without unit stands for."""
+        if name in self.names:
+            return name
+        plain = _NO_LETTER.sub("", name)
+        return next((column for column, others in self.names.items() if plain in (column, *others.split())), None)
+
+
+_EAST = "e east easting ost ostwert rechts rechtswert rw xcoord xcoordinate xpos xposition posx"
+_NORTH = "n north northing nord nordwert hoch hochwert hw ycoord ycoordinate ypos yposition posy"
+_FLOOR = "level storey story etage stockwerk geschoss stock ebene floornumber"
+LANDMARKS = TableColumns(
+    {
+        "id": "name marker markerid landmark landmarkid no nr number nummer punkt punktnr point pointid marke",
+        "x": _EAST,
+        "y": _NORTH,
+        "z": "h height elevation altitude hoehe höhe zcoord zcoordinate zpos posz",
+        "floor": _FLOOR,
+        "sigma_m": "sigma sd std accuracy genauigkeit",
+        "heading_rad": "",
+        "heading_sigma_rad": "",
+        "sheet": "",
+        "width_m": "",
+    },
+    texts=frozenset({"id", "floor", "heading_rad", "heading_sigma_rad", "sheet"}),
+    first=("id",),
+    needed=("x", "y"),
+)
+CONTROL_POINTS = TableColumns(
+    {"x": _EAST, "y": _NORTH, "id": LANDMARKS.names["id"]}, frozenset({"id"}), first=("x", "y"), needed=("x", "y")
+)
+ROOMS = TableColumns(
+    {"id": "name room raum raumnummer zimmer label bezeichnung number no nr nummer", "x": _EAST, "y": _NORTH},
+    frozenset({"id"}),
+    first=("id",),
+    needed=("x", "y"),
+)
+FLOORS = TableColumns(
+    {
+        "id": f"floor number no nr nummer {_FLOOR}",
+        "width": "breite x",
+        "height": "depth length länge laenge tiefe y",
+        "elevation": "z höhe hoehe altitude",
+        "name": "label bezeichnung",
+    },
+    texts=frozenset({"id", "name"}),
+    first=(),
+    needed=("id", "width", "height"),
+)
+
+
+@dataclass(frozen=True)
+class _Header:
+    """What a table's columns are, in our order."""
+
+    names: tuple[str, ...]
+    order: tuple[int, ...]
+    """Where each stands in the file."""
+    factors: tuple[float | None, ...]
+    """Metres a unit of each; None for columns without numbers."""
+    guesses: tuple[str, ...]
+    """What was taken for what, in words."""
+
+
+def _understood(header: Sequence[str], columns: TableColumns) -> _Header:
+    """Say what a header's fields are; one that is no column keeps its own name, in lower case."""
+    found: list[tuple[str, float]] = []
+    guesses: list[str] = []
+    for written in header:
+        name, factor = _column(written, columns)
+        if name is not None and name not in (taken for taken, _ in found):
+            found.append((name, factor))
+            if name != written.lower():
+                unit = "" if factor == 1.0 else f" (a unit is {factor:g} m)"
+                guesses.append(f"{written} was taken for {name}{unit}")
+        else:
+            found.append((written.lower(), 1.0))
+    own = _column(header[0], columns)[0] if header else None
+    if columns.first[:1] == ("id",) and found and (own == "id" or (own is None and "id" not in dict(found))):
+        guesses = [guess for guess in guesses if not guess.startswith(f"{header[0]} was taken")]
+        order = list(range(len(found)))  # the first column is the id, whatever its name, where none is called so
+    else:
+        names = [name for name, _ in found]
+        ahead = [names.index(name) for name in columns.first if name in names]
+        order = [*ahead, *(i for i in range(len(found)) if i not in ahead)]
+    ours = [found[i] for i in order]
+    numeric = [name in columns.names and name not in columns.texts for name, _ in ours]
+    return _Header(
+        names=tuple(name for name, _ in ours),
+        order=tuple(order),
+        factors=tuple(factor if number else None for (_, factor), number in zip(ours, numeric, strict=True)),
+        guesses=tuple(guesses),
+    )
+
+
+def _column(written: str, columns: TableColumns) -> tuple[str | None, float]:
+    """The column that a field of a header names, and metres a unit."""
+    text = written.strip().lower()
+    if text in columns.names:
+        return text, 1.0
+    with_unit = _UNIT.match(text)
+    name = columns.of(with_unit.group(1)) if with_unit else None
+    if with_unit and name is not None and name not in columns.texts:
+        return name, _UNITS_M[with_unit.group(2)]
+    return columns.of(text), 1.0
+
+
+def _number_text(text: str, factor: float, *, decimal_comma: bool) -> str:
+    """A number's text in metres with a decimal point; other text as it is."""
+    if decimal_comma and _COMMA_NUMBER.fullmatch(text):
+        text = text.replace(",", ".")
+    if factor == 1.0 or not text:
+        return text
+    try:
+        return repr(float(text) * factor)
+    except ValueError:
+        return text
+
 
 XLSX = ".xlsx"
 NOT_UTF8 = "is not UTF-8 and was read as Windows-1252: check names with special letters"
@@ -108,44 +245,25 @@ def _in_our_columns(
     name: str, lines: list[Line], guesses: list[str], columns: TableColumns, has_header: bool
 ) -> SiteTable:
     head_line, first = lines[0]
-    known = understood(first, columns)
-    if not has_header and not set(columns.needed) <= set(known.header):
-        known = understood(columns.needed, columns)
-        known = replace(known, header=(), guesses=())
-        rows = lines
-    else:
-        rows = lines[1:]
-    guesses = [*known.guesses, *guesses]
+    known, rows = _understood(first, columns), lines[1:]
+    if not has_header and not set(columns.needed) <= set(known.names):
+        known, rows = replace(_understood(columns.needed, columns), names=(), guesses=()), lines
     ordered = [(line, _reordered(fields, known.order)) for line, fields in rows]
-    comma = has_decimal_comma([fields for _, fields in ordered], known.numeric)
-    if comma:
-        guesses.append("numbers have a decimal comma")
-    made = tuple(
-        (
-            line,
-            tuple(
-                number_text(text, known.factors.get(place, 1.0), decimal_comma=comma)
-                if place in known.numeric
-                else text
-                for place, text in enumerate(fields)
-            ),
-        )
-        for line, fields in ordered
-    )
-    findings = []
+    numbers = [text for _, fields in ordered for text, factor in zip(fields, known.factors, strict=False) if factor]
+    comma = any(map(_COMMA_NUMBER.fullmatch, numbers)) and not any(map(_POINT_NUMBER.fullmatch, numbers))
+
+    def in_metres(place: int, text: str) -> str:
+        factor = known.factors[place] if place < len(known.factors) else None
+        return text if factor is None else _number_text(text, factor, decimal_comma=comma)
+
+    made = tuple((line, tuple(in_metres(*cell) for cell in enumerate(fields))) for line, fields in ordered)
+    guesses = [*known.guesses, *guesses, *(["numbers have a decimal comma"] if comma else [])]
+    findings: tuple[Finding, ...] = ()
     if guesses:
         message = f"{'; '.join(guesses)}: correct the file where it is otherwise"
-        findings = [
-            Finding(
-                kind="assumed_columns",
-                file=name,
-                count=max(1, len(made)),
-                message=message,
-                severity=Severity.INFO,
-                lines=(head_line,),
-            )
-        ]
-    return SiteTable(name, known.header, made, tuple(findings), head_line if known.header else None)
+        guessed = Finding.at_lines("assumed_columns", name, [head_line], message, Severity.INFO)
+        findings = (guessed.model_copy(update={"count": max(1, len(made))}),)
+    return SiteTable(name, known.names, made, findings, head_line if known.names else None)
 
 
 def _reordered(fields: tuple[str, ...], order: Sequence[int]) -> tuple[str, ...]:

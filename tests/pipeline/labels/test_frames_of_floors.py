@@ -16,7 +16,7 @@ from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.joining.landmark_survey import reduce_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.init import describe_published
-from vislam2tag.pipeline.site.write import write_changed_site
+from vislam2tag.pipeline.site.rebase import write_changed_site
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.choices import Climb, SiteColumn

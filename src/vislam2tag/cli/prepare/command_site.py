@@ -113,7 +113,7 @@ def _write(
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
-    from vislam2tag.pipeline.site.write import write_published
+    from vislam2tag.pipeline.site.rebase import write_published
 
     changes, findings = write_published(site, out, follow_links=follow_links)
     if json:

@@ -16,6 +16,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.site.discover import read_site
+from vislam2tag.site.floors import INFO_FILE, OUTLINES
 from vislam2tag.site.links import survey_output, write_in_survey
 from vislam2tag.site.model import ControlPoints, Floor
 from vislam2tag.site.names import floor_number
@@ -32,9 +33,6 @@ from vislam2tag.site.site_file import (
     site_file_text,
 )
 
-INFO, MAP = "floor_info.json", "geojson_map.json"
-"""A floor of the Indoor Location Competition 2.0: its extent in metres, and its map."""
-
 
 @dataclass(frozen=True)
 class NewFloor:
@@ -49,22 +47,22 @@ def competition_floor(folder: Path, number: int | None) -> NewFloor:
 
     ``number`` is the floor's; None: as the folder's name says. Raises SurveyError where its files cannot be used.
     """
-    path = folder / INFO
+    path = folder / INFO_FILE
     try:
         extent = read_json(path)["map_info"]
-        source = PlanSource(file=MAP, extent=Extent(width_m=extent["width"], height_m=extent["height"]))
+        source = PlanSource(file=OUTLINES, extent=Extent(width_m=extent["width"], height_m=extent["height"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SurveyError(f'{path}: expected {{"map_info": {{"width": ..., "height": ...}}}} in metres') from error
     name = folder.resolve().name
     number = floor_number(name) if number is None else number
     if number is None:
         raise UsageError(f"--floor: {name} is no floor's name such as F4 or B1; give its number")
-    return NewFloor(folder / MAP, FloorPart(number=number, name=name, plan=source))
+    return NewFloor(folder / OUTLINES, FloorPart(number=number, name=name, plan=source))
 
 
 def is_competition_floor(path: Path) -> bool:
     """Whether a path is such a folder."""
-    return (path / INFO).is_file()
+    return (path / INFO_FILE).is_file()
 
 
 def add_floor(

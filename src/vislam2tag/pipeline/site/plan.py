@@ -39,8 +39,7 @@ from vislam2tag.site.landmark_states import write_states
 from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.site_table import read_site_table
-from vislam2tag.site.table_columns import LANDMARKS
+from vislam2tag.site.site_table import LANDMARKS, read_site_table
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.plan_cells import floor_mask
 from vislam2tag.site.walkable.space import WalkableSettings, walkable_space

@@ -17,8 +17,7 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.landmark_file import LANDMARK_FILE
 from vislam2tag.site.names import landmark_id
 from vislam2tag.site.site_file import has_site_file, read_site_file
-from vislam2tag.site.site_table import SiteTable, finite_or_none, read_site_table
-from vislam2tag.site.table_columns import LANDMARKS
+from vislam2tag.site.site_table import LANDMARKS, SiteTable, finite_or_none, read_site_table
 
 
 class SheetSettings(FiniteRecord):

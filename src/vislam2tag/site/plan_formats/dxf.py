@@ -13,7 +13,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.plan_formats.geojson import segments
-from vislam2tag.site.plans.drawing import PlanDrawing, bounds_of, file_bytes, refuse_too_many, register
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, file_bytes, refuse_too_many, register
 from vislam2tag.site.plans.source import PlanSource, PlanText
 
 _WALL = re.compile(r"wall|wand|mauer|mur|pared|partition|column|st(ue|ü)tze|window|fenster|glaz|facade|fassade", re.I)
@@ -34,38 +34,31 @@ _Line = tuple[str, bool, FloatArray]
 """Layer, whether it belongs to a door's block, and points (k, 2)."""
 
 
-class DxfFormat:
-    """CAD drawings; coordinates are the file's, whose header tells what a unit is."""
+def read_dxf(path: Path, source: PlanSource) -> PlanDrawing:
+    """Read the model space.
 
-    name = "dxf"
-    suffixes: tuple[str, ...] = (".dxf",)
+    CAD drawings; coordinates are the file's, whose header tells what a unit is.
+    """
+    from ezdxf import recover, units  # of an extra
+    from ezdxf.enums import InsertUnits
+    from ezdxf.lldxf.const import DXFError
 
-    def recognises(self, path: Path) -> bool:
-        """The suffix tells."""
-        return path.is_file()
-
-    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read the model space."""
-        from ezdxf import recover, units  # of an extra
-        from ezdxf.enums import InsertUnits
-        from ezdxf.lldxf.const import DXFError
-
-        try:
-            document, _ = recover.read(io.BytesIO(file_bytes(path)))
-            code = int(document.header.get("$INSUNITS", 0))
-            unit_m = float(units.conversion_factor(InsertUnits(code), InsertUnits.Meters)) if code else None
-        except (DXFError, ValueError, KeyError) as error:
-            raise OSError("cannot be read as DXF") from error
-        hidden = {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
-        shown, points_count = [], 0
-        for line in _lines(document.modelspace(), _SAG / (unit_m or 1.0)):
-            refuse_too_many(points_count := points_count + len(line[2]))
-            if line[0].lower() not in hidden:
-                shown.append(line)
-        walls, doors = _sorted(shown, source.layers)
-        points = np.concatenate([walls.reshape(-1, 2), doors.reshape(-1, 2)])
-        texts = tuple(text for layer, text in _texts(document.modelspace()) if layer.lower() not in hidden)
-        return PlanDrawing(bounds_of(points), walls=walls, doors=doors, texts=texts, unit_m=unit_m)
+    try:
+        document, _ = recover.read(io.BytesIO(file_bytes(path)))
+        code = int(document.header.get("$INSUNITS", 0))
+        unit_m = float(units.conversion_factor(InsertUnits(code), InsertUnits.Meters)) if code else None
+    except (DXFError, ValueError, KeyError) as error:
+        raise OSError("cannot be read as DXF") from error
+    hidden = {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
+    shown, points_count = [], 0
+    for line in _lines(document.modelspace(), _SAG / (unit_m or 1.0)):
+        refuse_too_many(points_count := points_count + len(line[2]))
+        if line[0].lower() not in hidden:
+            shown.append(line)
+    walls, doors = _sorted(shown, source.layers)
+    points = np.concatenate([walls.reshape(-1, 2), doors.reshape(-1, 2)])
+    texts = tuple(text for layer, text in _texts(document.modelspace()) if layer.lower() not in hidden)
+    return PlanDrawing(bounds_of(points), walls=walls, doors=doors, texts=texts, unit_m=unit_m)
 
 
 def _lines(
@@ -128,4 +121,4 @@ def _segments(lines: list[FloatArray]) -> FloatArray:
     return kept
 
 
-register(DxfFormat())
+register(PlanFormat("dxf", (".dxf",), read_dxf))

@@ -13,7 +13,7 @@ import numpy as np
 from shapely.geometry import MultiPolygon, Polygon
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, bounds_of, file_bytes, register
+from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, PlanFormat, bounds_of, file_bytes, register
 from vislam2tag.site.plans.source import PlanPolygon, PlanSource, Use
 
 Rings = tuple[FloatArray, tuple[FloatArray, ...]]
@@ -139,35 +139,27 @@ class _FoundGeometry:
     passages: list[FloatArray] = field(default_factory=list)
 
 
-class GeoJsonFormat:
-    """Features of one floor. The property ``use`` (walkable, obstacle, opening, outline, wall) or OpenStreetMap's
+def read_geojson(path: Path, source: PlanSource) -> PlanDrawing:
+    """Read all features.
+
+    Features of one floor. The property ``use`` (walkable, obstacle, opening, outline, wall) or OpenStreetMap's
     ``indoor`` says what a polygon or line is.
     """
-
-    name = "geojson"
-    suffixes: tuple[str, ...] = (".geojson", ".json")
-
-    def recognises(self, path: Path) -> bool:
-        """The suffix tells."""
-        return path.is_file()
-
-    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read all features."""
-        features, whole = features_of(file_bytes(path))
-        parts = _FoundGeometry()
-        for feature in features:
-            _add(parts, feature)
-        polygons = (*parts.polygons, *_with_use(parts.unsaid, parts.polygons, source))
-        lines = [*parts.walls, *parts.passages]
-        bounds = bounds_of(np.concatenate([*(each.outline for each in polygons), *lines, np.empty((0, 2))]))
-        walls = [segments(line) for line in parts.walls]
-        return PlanDrawing(
-            bounds=bounds,
-            polygons=polygons,
-            walls=np.concatenate([*walls, np.empty((0, 2, 2))]),
-            passages=tuple(parts.passages),
-            epsg=_epsg(whole, bounds),
-        )
+    features, whole = features_of(file_bytes(path))
+    parts = _FoundGeometry()
+    for feature in features:
+        _add(parts, feature)
+    polygons = (*parts.polygons, *_with_use(parts.unsaid, parts.polygons, source))
+    lines = [*parts.walls, *parts.passages]
+    bounds = bounds_of(np.concatenate([*(each.outline for each in polygons), *lines, np.empty((0, 2))]))
+    walls = [segments(line) for line in parts.walls]
+    return PlanDrawing(
+        bounds=bounds,
+        polygons=polygons,
+        walls=np.concatenate([*walls, np.empty((0, 2, 2))]),
+        passages=tuple(parts.passages),
+        epsg=_epsg(whole, bounds),
+    )
 
 
 def _add(parts: _FoundGeometry, feature: Feature) -> None:
@@ -239,4 +231,4 @@ def _epsg(whole: Mapping[str, Any], bounds: Bounds) -> int | None:
     return WGS84 if degrees and max(right - left, high - low) <= _GREATEST_SPAN_DEG else None
 
 
-register(GeoJsonFormat())
+register(PlanFormat("geojson", (".geojson", ".json"), read_geojson))

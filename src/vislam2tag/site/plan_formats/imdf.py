@@ -18,7 +18,7 @@ from vislam2tag.site.plan_formats.geojson import (
     properties_of,
     rings,
 )
-from vislam2tag.site.plans.drawing import PlanDrawing, bounds_of, file_bytes, register
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, file_bytes, register
 from vislam2tag.site.plans.source import PlanPolygon, PlanSource, Use
 
 _WGS84 = 4326
@@ -29,41 +29,39 @@ _NOT_WALKED = {"column", "nonpublic", "opentobelow", "structure"}
 """Categories of units that nobody walks in."""
 
 
-class ImdfFormat:
-    """An IMDF archive: outline, units, fixtures and openings of one level, in longitude and latitude."""
+def is_archive(path: Path) -> bool:
+    """An archive holds its levels."""
+    try:
+        return _member(path, _LEVELS) is not None
+    except OSError:
+        return path.suffix.lower() == ".imdf"
 
-    name = "imdf"
-    suffixes: tuple[str, ...] = ("", ".zip", ".imdf")
 
-    def recognises(self, path: Path) -> bool:
-        """An archive holds its levels."""
-        try:
-            return _member(path, _LEVELS) is not None
-        except OSError:
-            return path.suffix.lower() == ".imdf"
+def read_imdf(path: Path, source: PlanSource) -> PlanDrawing:
+    """Read the level that the source names, the first where that is empty, or the only one.
 
-    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read the level that the source names, the first where that is empty, or the only one."""
-        levels = _features(path, _LEVELS)
-        level = _level(levels, source.level)
-        own = str(level.get("id"))
-        polygons = _polygons([level], {})
-        polygons += _polygons(_of_level(path, _UNITS, own), {"walkable": Use.WALKABLE, "closed": Use.OBSTACLE})
-        polygons += _polygons(_of_level(path, _FIXTURES, own), {"walkable": Use.OBSTACLE, "closed": Use.OBSTACLE})
-        passages = tuple(
-            polyline(coordinates)
-            for opening in _of_level(path, _OPENINGS, own)
-            for kind, coordinates in geometries_of(opening)
-            if kind == "LineString"
-        )
-        points = np.concatenate([np.empty((0, 2)), *(each.outline for each in polygons), *passages])
-        return PlanDrawing(
-            bounds_of(points),
-            polygons=tuple(polygons),
-            passages=passages,
-            levels=tuple(_names(each)[-1] for each in levels),
-            epsg=_WGS84,
-        )
+    An IMDF archive: outline, units, fixtures and openings of one level, in longitude and latitude.
+    """
+    levels = _features(path, _LEVELS)
+    level = _level(levels, source.level)
+    own = str(level.get("id"))
+    polygons = _polygons([level], {})
+    polygons += _polygons(_of_level(path, _UNITS, own), {"walkable": Use.WALKABLE, "closed": Use.OBSTACLE})
+    polygons += _polygons(_of_level(path, _FIXTURES, own), {"walkable": Use.OBSTACLE, "closed": Use.OBSTACLE})
+    passages = tuple(
+        polyline(coordinates)
+        for opening in _of_level(path, _OPENINGS, own)
+        for kind, coordinates in geometries_of(opening)
+        if kind == "LineString"
+    )
+    points = np.concatenate([np.empty((0, 2)), *(each.outline for each in polygons), *passages])
+    return PlanDrawing(
+        bounds_of(points),
+        polygons=tuple(polygons),
+        passages=passages,
+        levels=tuple(_names(each)[-1] for each in levels),
+        epsg=_WGS84,
+    )
 
 
 def _polygons(features: Sequence[Feature], uses: Mapping[str, Use]) -> list[PlanPolygon]:
@@ -140,4 +138,4 @@ def _member(path: Path, name: str) -> bytes | None:
     return data
 
 
-register(ImdfFormat())
+register(PlanFormat("imdf", ("", ".zip", ".imdf"), read_imdf, is_archive))

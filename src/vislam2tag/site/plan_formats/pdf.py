@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from PIL import Image
 
-from vislam2tag.site.plans.drawing import PlanDrawing, file_bytes, register
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, file_bytes, register
 from vislam2tag.site.plans.images import on_paper
 from vislam2tag.site.plans.source import PlanSource, PlanText
 
@@ -19,42 +19,35 @@ _MOST_TEXTS = 5000
 """Lines of text that are looked at."""
 
 
-class PdfFormat:
-    """A page; coordinates are points (1/72 inch) from its lower left corner upwards, as it is shown."""
+def read_pdf(path: Path, source: PlanSource) -> PlanDrawing:
+    """Read the page's size; it is drawn when it is asked for.
 
-    name = "pdf"
-    suffixes: tuple[str, ...] = (".pdf",)
+    A page; coordinates are points (1/72 inch) from its lower left corner upwards, as it is shown.
+    """
+    import pypdfium2  # of an extra
 
-    def recognises(self, path: Path) -> bool:
-        """The suffix tells."""
-        return path.is_file()
+    data = file_bytes(path)
+    document = _opened(data)
+    try:
+        pages = len(document)
+        if source.page > pages:
+            raise OSError(f"has no page {source.page}: it has {pages}; correct page")
+        width, height = document.get_page_size(source.page - 1)
+        texts = _texts(document[source.page - 1])
+    finally:
+        document.close()
 
-    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read the page's size; it is drawn when it is asked for."""
-        import pypdfium2  # of an extra
-
-        data = file_bytes(path)
-        document = _opened(data)
+    def picture(side_px: int) -> Image.Image:
+        page_of = _opened(data)
         try:
-            pages = len(document)
-            if source.page > pages:
-                raise OSError(f"has no page {source.page}: it has {pages}; correct page")
-            width, height = document.get_page_size(source.page - 1)
-            texts = _texts(document[source.page - 1])
+            bitmap = page_of[source.page - 1].render(scale=side_px / max(width, height))
+            return on_paper(bitmap.to_pil(), side_px)
+        except pypdfium2.PdfiumError as error:
+            raise OSError("cannot be drawn: its page is damaged") from error
         finally:
-            document.close()
+            page_of.close()
 
-        def picture(side_px: int) -> Image.Image:
-            page_of = _opened(data)
-            try:
-                bitmap = page_of[source.page - 1].render(scale=side_px / max(width, height))
-                return on_paper(bitmap.to_pil(), side_px)
-            except pypdfium2.PdfiumError as error:
-                raise OSError("cannot be drawn: its page is damaged") from error
-            finally:
-                page_of.close()
-
-        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, texts=texts, paper_m=_POINT_M)
+    return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, texts=texts, paper_m=_POINT_M)
 
 
 def _texts(page: pypdfium2.PdfPage) -> tuple[PlanText, ...]:
@@ -79,4 +72,4 @@ def _opened(data: bytes) -> pypdfium2.PdfDocument:
         raise OSError("cannot be read as PDF (damaged, or locked by a password)") from error
 
 
-register(PdfFormat())
+register(PlanFormat("pdf", (".pdf",), read_pdf))

@@ -8,41 +8,34 @@ from pathlib import Path
 
 from PIL import Image
 
-from vislam2tag.site.plans.drawing import PlanDrawing, file_bytes, register
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, file_bytes, register
 from vislam2tag.site.plans.images import load_plan, on_paper
 from vislam2tag.site.plans.source import PlanSource
 
 IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
 
 
-class RasterFormat:
-    """Images; coordinates are pixels from the upper left corner of the image downwards."""
+def read_image(path: Path, source: PlanSource) -> PlanDrawing:
+    """Read the size; pixels are decoded when they are asked for.
 
-    name = "raster"
-    suffixes: tuple[str, ...] = IMAGES
+    Images; coordinates are pixels from the upper left corner of the image downwards.
+    """
+    del source
+    data = file_bytes(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # as where the pixels are loaded
+            with Image.open(io.BytesIO(data)) as image:
+                width, height = image.size
+    except Image.DecompressionBombError as error:
+        raise OSError("has too many pixels") from error
+    except (OSError, SyntaxError, ValueError) as error:
+        raise OSError("cannot be read as an image") from error
 
-    def recognises(self, path: Path) -> bool:
-        """The suffix tells."""
-        return path.is_file()
+    def picture(side_px: int) -> Image.Image:
+        return on_paper(load_plan(path, side_px), side_px)
 
-    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read the size; pixels are decoded when they are asked for."""
-        del source
-        data = file_bytes(path)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # as where the pixels are loaded
-                with Image.open(io.BytesIO(data)) as image:
-                    width, height = image.size
-        except Image.DecompressionBombError as error:
-            raise OSError("has too many pixels") from error
-        except (OSError, SyntaxError, ValueError) as error:
-            raise OSError("cannot be read as an image") from error
-
-        def picture(side_px: int) -> Image.Image:
-            return on_paper(load_plan(path, side_px), side_px)
-
-        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, downwards=True, pixels=True)
+    return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, downwards=True, pixels=True)
 
 
-register(RasterFormat())
+register(PlanFormat("raster", IMAGES, read_image))

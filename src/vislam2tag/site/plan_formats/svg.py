@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.site.plans.drawing import PlanDrawing, file_bytes, register
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, file_bytes, register
 from vislam2tag.site.plans.images import on_paper
 from vislam2tag.site.plans.source import PlanSource, PlanText
 
@@ -27,51 +27,41 @@ _LONGEST_PAPER_M = 5.0
 _ASPECT_TOLERANCE = 0.01
 
 
-class SvgFormat:
-    """Vector drawings; coordinates are those of the ``viewBox`` (without one, CSS pixels) from its upper left corner
-    downwards.
+def read_svg(path: Path, source: PlanSource) -> PlanDrawing:
+    """Read the size; the drawing is made when it is asked for.
 
-    Text is not drawn, since what it would look like depends on the machine's fonts, but read.
+    Vector drawings; coordinates are those of the ``viewBox`` (without one, CSS pixels) from its upper left corner
+    downwards. Text is not drawn, since what it would look like depends on the machine's fonts, but read.
     """
+    import resvg_py  # of an extra
 
-    name = "svg"
-    suffixes: tuple[str, ...] = (".svg",)
+    del source
+    text = file_bytes(path).decode("utf-8-sig", errors="replace")
+    width, height, paper_m = _size(text)
+    in_true_size = paper_m is not None and max(width, height) * paper_m > _LONGEST_PAPER_M
 
-    def recognises(self, path: Path) -> bool:
-        """The suffix tells."""
-        return path.is_file()
+    def picture(side_px: int) -> Image.Image:
+        zoom = side_px / max(width, height)
+        try:
+            data = resvg_py.svg_to_bytes(
+                svg_string=text,
+                width=max(1, round(width * zoom)),
+                height=max(1, round(height * zoom)),
+                skip_system_fonts=True,
+                dpi=96,
+            )
+        except ValueError as error:
+            raise OSError("cannot be read as SVG") from error
+        return on_paper(Image.open(io.BytesIO(data)), side_px)
 
-    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read the size; the drawing is made when it is asked for."""
-        import resvg_py  # of an extra
-
-        del source
-        text = file_bytes(path).decode("utf-8-sig", errors="replace")
-        width, height, paper_m = _size(text)
-        in_true_size = paper_m is not None and max(width, height) * paper_m > _LONGEST_PAPER_M
-
-        def picture(side_px: int) -> Image.Image:
-            zoom = side_px / max(width, height)
-            try:
-                data = resvg_py.svg_to_bytes(
-                    svg_string=text,
-                    width=max(1, round(width * zoom)),
-                    height=max(1, round(height * zoom)),
-                    skip_system_fonts=True,
-                    dpi=96,
-                )
-            except ValueError as error:
-                raise OSError("cannot be read as SVG") from error
-            return on_paper(Image.open(io.BytesIO(data)), side_px)
-
-        return PlanDrawing(
-            (0.0, width, 0.0, height),
-            picture,
-            downwards=True,
-            unit_m=paper_m if in_true_size else None,
-            paper_m=None if in_true_size else paper_m,
-            texts=svg_texts(text, height),
-        )
+    return PlanDrawing(
+        (0.0, width, 0.0, height),
+        picture,
+        downwards=True,
+        unit_m=paper_m if in_true_size else None,
+        paper_m=None if in_true_size else paper_m,
+        texts=svg_texts(text, height),
+    )
 
 
 def _size(text: str) -> tuple[float, float, float | None]:
@@ -103,7 +93,7 @@ def _length(text: str) -> tuple[float, str]:
         return 0.0, ""
 
 
-register(SvgFormat())
+register(PlanFormat("svg", (".svg",), read_svg))
 
 
 _TRANSFORM = re.compile(r"(matrix|translate|scale|rotate)\s*\(([^)]*)\)")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
@@ -150,20 +150,17 @@ def file_bytes(path: Path) -> bytes:
         raise OSError(f"cannot be opened ({error.strerror})") from error
 
 
-class PlanFormat(Protocol):
+@dataclass(frozen=True)
+class PlanFormat:
     """Reads the plans of one format."""
 
     name: str
     suffixes: tuple[str, ...]
     """Of its files, lower case, with the dot; empty for folders."""
-
-    def recognises(self, path: Path) -> bool:
-        """Tell from a path with one of the suffixes whether it is of this format; may look inside."""
-        ...
-
-    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
-        """Read a plan; raises OSError, whose text completes a sentence about the file."""
-        ...
+    read: Callable[[Path, PlanSource], PlanDrawing]
+    """Read a plan; raises OSError, whose text completes a sentence about the file."""
+    recognises: Callable[[Path], bool] = Path.is_file
+    """Whether a path with one of the suffixes is of this format; may look inside."""
 
 
 FORMATS: Registry[PlanFormat] = Registry(plugins.PLAN_FORMATS)
