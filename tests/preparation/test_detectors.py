@@ -26,13 +26,13 @@ from vislam2tag.preparation.sheets.page import (
 from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest
 from vislam2tag.preparation.sightings import (
     Detector,
-    QrDetector,
     Seen,
-    SheetDetector,
-    SheetTagDetector,
-    TagDetector,
     placed,
+    qr_detector,
+    sheet_detector,
+    sheet_tag_detector,
     surest,
+    tag_detector,
 )
 
 SIZE_PX = (1280, 960)
@@ -65,7 +65,7 @@ def seen_at(
 
 def found_in(picture: GreyImage, *detectors: Detector) -> tuple[dict[str, FloatArray], int]:
     """Where each landmark was found, right, down and ahead of the camera, metres, and how many are doubtful."""
-    sure, doubtful = surest([detector.find(picture) for detector in detectors], LENS_PX)
+    sure, doubtful = surest([detect(picture) for detect in detectors], LENS_PX)
     return {name: pose.position_m * (1, -1, -1) for name, pose in sure.items()}, doubtful
 
 
@@ -73,7 +73,7 @@ def found_in(picture: GreyImage, *detectors: Detector) -> tuple[dict[str, FloatA
 def test_oblique_tags_are_placed_within_their_sigma(turned_deg: float) -> None:
     place = (0.3, -0.2, 2.5)
     picture = seen_at(tag(7), 0.25, place, turned_deg)
-    (seen,) = TagDetector("apriltag-36h11", SIDE_M).find(picture)
+    (seen,) = tag_detector("apriltag-36h11", SIDE_M)(picture)
     pose = placed(seen, LENS_PX)
     assert pose is not None
     error = np.linalg.norm(pose.position_m * (1, -1, -1) - place)
@@ -105,7 +105,7 @@ def moved_while_exposed(picture: GreyImage, pixels: int) -> GreyImage:
 
 def test_glare_hides_a_tag_and_moves_none() -> None:
     picture = seen_at(tag(7), 0.25, (-0.4, 0, 2.0), 20.0, seen_at(tag(9), 0.25, (0.5, 0, 2.0), -20.0))
-    detector = TagDetector("apriltag-36h11", SIDE_M)
+    detector = tag_detector("apriltag-36h11", SIDE_M)
     clear, _ = found_in(picture, detector)
     assert clear.keys() == {"7", "9"}
     left, _ = found_in(in_glare(picture, 440, 480, 60), detector)
@@ -118,17 +118,17 @@ SHEET_PICTURES = {name: dead_leaves_picture(0, name) for name in ("3", "4", "5")
 
 
 @pytest.fixture(scope="module")
-def sheets(tmp_path_factory: pytest.TempPathFactory) -> SheetDetector:
+def sheets(tmp_path_factory: pytest.TempPathFactory) -> Detector:
     folder = tmp_path_factory.mktemp("images")
     for name, picture in SHEET_PICTURES.items():
         cv2.imwrite(str(folder / f"{name}.png"), picture)
     rows = "".join(f"{name},{name}.png,{SHEET_M}\n" for name in SHEET_PICTURES)
     (folder / "manifest.csv").write_text(f"id,file,width_m\n{rows}", encoding="utf-8")
-    return SheetDetector(folder)
+    return sheet_detector(folder)
 
 
 @pytest.mark.parametrize(("turned_deg", "blur_px"), [(0.0, 1), (45.0, 1), (-50.0, 1), (20.0, 13)])
-def test_a_sheet_is_placed_obliquely_and_in_motion(turned_deg: float, blur_px: int, sheets: SheetDetector) -> None:
+def test_a_sheet_is_placed_obliquely_and_in_motion(turned_deg: float, blur_px: int, sheets: Detector) -> None:
     place = (0.0, -0.1, 1.2)
     picture = moved_while_exposed(seen_at(SHEET_PICTURES["4"], SHEET_M, place, turned_deg), blur_px)
     found, doubtful = found_in(picture, sheets)
@@ -137,14 +137,12 @@ def test_a_sheet_is_placed_obliquely_and_in_motion(turned_deg: float, blur_px: i
 
 
 @pytest.mark.parametrize(("turned_deg", "blur_px"), [(0.0, 60), (65.0, 1)])
-def test_a_sheet_too_blurred_or_oblique_to_know_is_not_found(
-    turned_deg: float, blur_px: int, sheets: SheetDetector
-) -> None:
+def test_a_sheet_too_blurred_or_oblique_to_know_is_not_found(turned_deg: float, blur_px: int, sheets: Detector) -> None:
     picture = moved_while_exposed(seen_at(SHEET_PICTURES["4"], SHEET_M, (0, 0, 1.2), turned_deg), blur_px)
     assert found_in(picture, sheets) == ({}, 0)
 
 
-def test_glare_hides_a_sheet_or_a_part_of_it_and_moves_none(sheets: SheetDetector) -> None:
+def test_glare_hides_a_sheet_or_a_part_of_it_and_moves_none(sheets: Detector) -> None:
     other = seen_at(SHEET_PICTURES["5"], SHEET_M, (0.35, 0, 1.2), -20.0)
     picture = seen_at(SHEET_PICTURES["3"], SHEET_M, (-0.3, 0, 1.2), 20.0, other)
     clear, _ = found_in(picture, sheets)
@@ -156,7 +154,7 @@ def test_glare_hides_a_sheet_or_a_part_of_it_and_moves_none(sheets: SheetDetecto
             np.testing.assert_allclose(place, clear[name], atol=0.03)
 
 
-def test_a_printed_sheet_that_hangs_twice_in_one_picture_is_doubtful(sheets: SheetDetector) -> None:
+def test_a_printed_sheet_that_hangs_twice_in_one_picture_is_doubtful(sheets: Detector) -> None:
     other = seen_at(SHEET_PICTURES["3"], SHEET_M, (0.35, 0, 1.2), 0.0)
     picture = seen_at(SHEET_PICTURES["3"], SHEET_M, (-0.3, 0, 1.2), 0.0, other)
     assert found_in(picture, sheets) == ({}, 2)
@@ -164,7 +162,7 @@ def test_a_printed_sheet_that_hangs_twice_in_one_picture_is_doubtful(sheets: She
 
 def test_a_tag_that_hangs_twice_in_one_picture_is_doubtful() -> None:
     picture = seen_at(tag(7), 0.25, (-0.5, 0, 2.0), 0.0, seen_at(tag(7), 0.25, (0.5, 0, 2.0), 0.0))
-    assert found_in(picture, TagDetector("apriltag-36h11", SIDE_M)) == ({}, 2)
+    assert found_in(picture, tag_detector("apriltag-36h11", SIDE_M)) == ({}, 2)
 
 
 def test_qr_codes_name_their_landmark() -> None:
@@ -172,10 +170,10 @@ def test_qr_codes_name_their_landmark() -> None:
     code = np.pad(np.kron(1 - rows, np.ones((12, 12))) * 255, 48, constant_values=255).astype(np.uint8)
     side_m = 0.3
     picture = seen_at(code, side_m * code.shape[0] / (12 * rows.shape[0]), (0.1, 0.1, 1.2), 25.0)
-    place, doubtful = found_in(picture, QrDetector(side_m))
+    place, doubtful = found_in(picture, qr_detector(side_m))
     assert (set(place), doubtful) == ({"lobby"}, 0)
     np.testing.assert_allclose(place["lobby"], (0.1, 0.1, 1.2), atol=0.05)
-    assert not QrDetector(side_m).find(np.full((480, 640), 90, np.uint8))
+    assert not qr_detector(side_m)(np.full((480, 640), 90, np.uint8))
 
 
 def test_a_printed_tag_tells_where_the_picture_beside_it_is(tmp_path: Path) -> None:
@@ -185,8 +183,8 @@ def test_a_printed_tag_tells_where_the_picture_beside_it_is(tmp_path: Path) -> N
     write_pdf(Folder.at(tmp_path), "sheets.pdf", [sheet], {"12": dead_leaves_picture(0, "12")})
     (tmp_path / "tags.csv").write_text(tag_rows({"12": sheet_tag(12, layout)}), encoding="utf-8")
     page = printed(tmp_path / "sheets.pdf", dpi=101.6).shown  # 4 px a millimetre
-    detector = SheetTagDetector(read_tags(tmp_path))
-    (seen,) = detector.find(page)
+    detector = sheet_tag_detector(read_tags(tmp_path))
+    (seen,) = detector(page)
     centre = seen.corners_px.mean(axis=0) / 4000 - np.array(seen.centre_m) * (1, -1)
     x, y = layout.image.centre_m
     np.testing.assert_allclose(centre, (x, size.height_m - y), atol=0.0005)

@@ -102,7 +102,7 @@ class Bright:
     def __init__(self) -> None:
         self.shown: list[int] = []
 
-    def find(self, picture: GreyImage) -> list[Seen]:
+    def __call__(self, picture: GreyImage) -> list[Seen]:
         self.shown.append(int(picture[0, 0]))
         corners = np.array(((100, 100), (140, 100), (140, 140), (100, 140)), np.float64)
         return [Seen("7", corners, 0.5, (0.2, 0.2))] if picture[0, 0] >= 200 else []

@@ -48,7 +48,7 @@ def test_what_is_no_finite_number(text: str) -> None:
 
 
 def test_lines_of_a_kind_are_one_finding_in_the_order_of_the_messages() -> None:
-    counts = LineCounts.of("a.csv")
+    counts = LineCounts("a.csv")
     counts.add("malformed_lines", 2)
     counts.add("duplicate_floor", 5)
     counts.add("malformed_lines", 7)

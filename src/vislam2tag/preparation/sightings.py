@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -75,106 +75,95 @@ class Seen:
     """Middle of the corners from that of the landmark, to the right and up as one looks at it."""
 
 
-class Detector(Protocol):
-    """Finds landmarks in a picture."""
-
-    def find(self, picture: GreyImage) -> Sequence[Seen]:
-        """List the landmarks in a picture (height, width)."""
-        ...
+Detector: TypeAlias = Callable[[GreyImage], Sequence[Seen]]
+"""Lists the landmarks in a picture (height, width)."""
 
 
-class TagDetector:
-    """Finds the tags of one family, whose black squares are ``side_m`` wide."""
+def tag_detector(family: str, side_m: float) -> Detector:
+    """Make a detector of the tags of one family, whose black squares are ``side_m`` wide."""
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(TAG_FAMILIES[family]), parameters)
 
-    def __init__(self, family: str, side_m: float) -> None:
-        parameters = cv2.aruco.DetectorParameters()
-        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-        dictionary = cv2.aruco.getPredefinedDictionary(TAG_FAMILIES[family])
-        self._detector = cv2.aruco.ArucoDetector(dictionary, parameters)
-        self._side_m = side_m
-
-    def find(self, picture: GreyImage) -> Sequence[Seen]:
-        """List the tags in a picture."""
-        corners, numbers, _ = self._detector.detectMarkers(picture)
-        size = (self._side_m, self._side_m)
+    def find(picture: GreyImage) -> list[Seen]:
+        corners, numbers, _ = detector.detectMarkers(picture)
         found = zip(np.ravel(numbers if corners else ()).tolist(), corners, strict=True)  # no corners: numbers is None
+        size = (side_m, side_m)
         return [Seen(str(number), np.asarray(four[0], np.float64), TAG_CORNER_PX, size) for number, four in found]
 
+    return find
 
-class SheetTagDetector(TagDetector):
-    """Finds the AprilTags that ``sheets`` printed beside pictures, by the file that it wrote beside the images."""
 
-    def __init__(self, tags: Mapping[str, SheetTag]) -> None:
-        super().__init__(TAG_FAMILY, 1.0)
-        self._tags = {tag.number: (landmark, tag) for landmark, tag in tags.items()}
+def sheet_tag_detector(tags: Mapping[str, SheetTag]) -> Detector:
+    """Make a detector of the AprilTags that ``sheets`` printed beside pictures, by its file beside the images."""
+    by_number = {str(tag.number): (landmark, tag) for landmark, tag in tags.items()}
+    detect = tag_detector(TAG_FAMILY, 1.0)
 
-    def find(self, picture: GreyImage) -> Sequence[Seen]:
-        """List the sheets whose tags are in a picture."""
+    def find(picture: GreyImage) -> list[Seen]:
         seen = []
-        for found in super().find(picture):
-            landmark, tag = self._tags.get(int(found.landmark), (None, None))
-            if landmark is not None and tag is not None:
+        for found in detect(picture):
+            if found.landmark in by_number:
+                landmark, tag = by_number[found.landmark]
                 size, centre = (tag.side_m, tag.side_m), (tag.right_m, tag.up_m)
                 seen.append(Seen(landmark, found.corners_px, found.sigma_px, size, centre))
         return seen
 
+    return find
 
-class QrDetector:
-    """Finds QR codes of a known side whose text, or what follows its last slash, is the id of a landmark."""
 
-    def __init__(self, side_m: float) -> None:
-        self._detector = cv2.QRCodeDetector()
-        self._side_m = side_m
+def qr_detector(side_m: float) -> Detector:
+    """Make a detector of QR codes of a known side whose text, or what follows its last slash, is a landmark's id."""
+    detector = cv2.QRCodeDetector()
 
-    def find(self, picture: GreyImage) -> Sequence[Seen]:
-        """List the codes in a picture that can be read."""
+    def find(picture: GreyImage) -> list[Seen]:
         try:
-            _, texts, corners, _ = self._detector.detectAndDecodeMulti(picture)
+            _, texts, corners, _ = detector.detectAndDecodeMulti(picture)
         except cv2.error:  # of some pictures without a code
             return []
-        size = (self._side_m, self._side_m)
         return [
-            Seen(landmark_id(text.rpartition("/")[2]), np.asarray(four, np.float64), QR_CORNER_PX, size)
+            Seen(landmark_id(text.rpartition("/")[2]), np.asarray(four, np.float64), QR_CORNER_PX, (side_m, side_m))
             for text, four in zip(texts, () if corners is None else corners, strict=False)
             if text.rpartition("/")[2].strip()
         ]
 
+    return find
 
-class SheetDetector:
-    """Finds the sheets whose images lie in a folder that ``sheets`` wrote."""
 
-    def __init__(self, folder: Path) -> None:
-        widths = image_widths(folder)
-        files = own_files(folder)
-        missing = sorted(set(files) - set(widths))
-        if not files or missing:
-            what = f"the width of {missing[0]}" if missing else "an image"
-            raise UsageError(f"{folder}: {what} is missing; give the folder `images` that `vislam2tag sheets` wrote")
-        pictures = [read_grey(path) for path in files.values()]
-        self._ids = [landmark_id(name) for name in files]
-        self._sizes = [
-            (widths[name], widths[name] * picture.shape[0] / picture.shape[1])
-            for name, picture in zip(files, pictures, strict=True)
-        ]
-        self._recogniser = Recogniser([reference_features(picture) for picture in pictures])
-        self._features = orb(LOOK_FEATURES)
+def sheet_detector(folder: Path) -> Detector:
+    """Make a detector of the sheets whose images are in a folder that ``sheets`` wrote.
 
-    def find(self, picture: GreyImage) -> Sequence[Seen]:
-        """List the sheets that enough features of a picture agree on; one that hangs twice is there twice."""
+    It finds the sheets that enough features of a picture agree on; one that hangs twice is there twice.
+    """
+    widths, files = image_widths(folder), own_files(folder)
+    missing = sorted(set(files) - set(widths))
+    if not files or missing:
+        what = f"the width of {missing[0]}" if missing else "an image"
+        raise UsageError(f"{folder}: {what} is missing; give the folder `images` that `vislam2tag sheets` wrote")
+    pictures = [read_grey(path) for path in files.values()]
+    ids = [landmark_id(name) for name in files]
+    sizes = [
+        (widths[name], widths[name] * picture.shape[0] / picture.shape[1])
+        for name, picture in zip(files, pictures, strict=True)
+    ]
+    recogniser = Recogniser([reference_features(picture) for picture in pictures])
+    features = orb(LOOK_FEATURES)
+
+    def find(picture: GreyImage) -> list[Seen]:
         shrink = min(1.0, LOOK_PX / min(picture.shape))
         small = resized(picture, (round(picture.shape[1] * shrink), round(picture.shape[0] * shrink)))
         scale = picture.shape[1] / small.shape[1]
-        left = features_of(small, self._features)
+        left = features_of(small, features)
         found = []
-        while (best := self._recogniser.best(left)).index >= 0 and best.inliers >= ENOUGH_INLIERS:
-            sheet, size = self._ids[best.index], self._sizes[best.index]
-            found.append(Seen(sheet, best.corners * scale, SHEET_CORNER_PX * scale, size))
+        while (best := recogniser.best(left)).index >= 0 and best.inliers >= ENOUGH_INLIERS:
+            found.append(Seen(ids[best.index], best.corners * scale, SHEET_CORNER_PX * scale, sizes[best.index]))
             middle = best.corners.mean(axis=0)
             outside = ~_inside(left.points, middle + OWN_REACH * (best.corners - middle))
             if outside.all():
                 break
             left = left.only(outside)
         return found
+
+    return find
 
 
 def _inside(points: AnyArray, corners: FloatArray) -> BoolArray:
@@ -281,7 +270,7 @@ def search(pictures: Pictures, detectors: Sequence[Detector], progress: Progress
             recent.popleft()
         if number in quick and (grey := picture()) is not None:
             looked += 1
-            if any(detector.find(grey) for detector in detectors):
+            if any(detect(grey) for detect in detectors):
                 close_until_ns = now_ns + close_ns
         while recent and now_ns <= close_until_ns:
             seen, unsure = _closely(pictures, *recent.popleft(), detectors)
@@ -298,7 +287,7 @@ def _closely(
     grey = picture()
     if grey is None:
         return [], 0
-    sure, unsure = surest([detector.find(grey) for detector in detectors], pictures.lens_px[number])
+    sure, unsure = surest([detect(grey) for detect in detectors], pictures.lens_px[number])
     time_ns = int(pictures.time_ns[number])
     return [PictureSighting(name, time_ns, pose) for name, pose in sure.items()], unsure
 

@@ -166,7 +166,7 @@ def landmarks_in(
 
     Rows that cannot be used, or are in ``taken`` (floor, id), are findings; the others' pairs are added to it.
     """
-    counts = LineCounts.of(table.file)
+    counts = LineCounts(table.file)
     found: list[SurveyedLandmark] = []
     for line, fields in table.rows:
         try:
@@ -263,7 +263,7 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     except OSError as error:
         name = path.relative_to(root).as_posix()
         return none, [unreadable_file(name, error, "the floor's control points are unknown")]
-    counts = LineCounts.of(table.file)
+    counts = LineCounts(table.file)
     points: list[tuple[float, float]] = []
     source: list[str] = []
     for line, fields in table.rows:

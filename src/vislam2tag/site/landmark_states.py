@@ -93,7 +93,7 @@ def read_states(root: Path, folder: Path) -> tuple[dict[str, StateRow], list[Fin
     except OSError as error:
         consequence = "planned positions count as measured"
         return {}, [unreadable_file(path.relative_to(root).as_posix(), error, consequence)]
-    counts = LineCounts.of(table.file)
+    counts = LineCounts(table.file)
     found: dict[str, StateRow] = {}
     for line, fields in table.rows:
         row = _state_row(table, fields)

@@ -174,7 +174,7 @@ def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
         return {}, [unreadable_file(FLOOR_FILE, error, _CONSEQUENCE)]
     if (problem := table.missing_columns(FLOORS)) is not None:
         return {}, [_unusable("malformed_header", problem, table.header_lines)]
-    counts = LineCounts.of(FLOOR_FILE)
+    counts = LineCounts(FLOOR_FILE)
     floors: dict[int, FloorRow] = {}
     for line, fields in table.rows:
         try:

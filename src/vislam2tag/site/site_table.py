@@ -9,7 +9,7 @@ import math
 import re
 import stat
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -145,18 +145,6 @@ def _column(written: str, columns: TableColumns) -> tuple[str | None, float]:
     return columns.of(text), 1.0
 
 
-def _number_text(text: str, factor: float, *, decimal_comma: bool) -> str:
-    """A number's text in metres with a decimal point; other text as it is."""
-    if decimal_comma and _COMMA_NUMBER.fullmatch(text):
-        text = text.replace(",", ".")
-    if factor == 1.0 or not text:
-        return text
-    try:
-        return repr(float(text) * factor)
-    except ValueError:
-        return text
-
-
 XLSX = ".xlsx"
 NOT_UTF8 = "is not UTF-8 and was read as Windows-1252: check names with special letters"
 Line: TypeAlias = tuple[int, tuple[str, ...]]
@@ -177,8 +165,8 @@ class SiteTable:
     rows: tuple[tuple[int, tuple[str, ...]], ...]
     findings: tuple[Finding, ...] = ()
     """What was guessed of it."""
-    header_line: int | None = None
-    """1-based line of the header; None where there is none."""
+    header_lines: tuple[int, ...] = ()
+    """1-based line of the header, for a finding; empty where there is none."""
 
     def cell(self, fields: tuple[str, ...], column: str) -> str:
         """Return the text of a named column in a row; empty where the row or the file has none."""
@@ -191,18 +179,13 @@ class SiteTable:
         """Name a line of the file, ``floor_1/marker_dict.csv:3``."""
         return f"{self.file}:{line}"
 
-    @property
-    def header_lines(self) -> tuple[int, ...]:
-        """The header's line, for a finding."""
-        return () if self.header_line is None else (self.header_line,)
-
     def missing_columns(self, columns: TableColumns) -> str | None:
         """What to say of a header that lacks a column which is needed; None: nothing lacks."""
         found = self.header[1:] if columns.first[:1] == ("id",) else self.header
         missing = [name for name in columns.needed if name not in found]
         if not missing:
             return None
-        if any(map(_is_number, self.header)):
+        if any(map(is_number, self.header)):
             shown = ",".join(self.header)[:_SHOWN]
             return f"there is no header: '{shown}' looks like data; put id,x,y or the like above it"
         optional = [name for name in columns.names if name not in ("id", *columns.needed)]
@@ -253,8 +236,11 @@ def _in_our_columns(
     comma = any(map(_COMMA_NUMBER.fullmatch, numbers)) and not any(map(_POINT_NUMBER.fullmatch, numbers))
 
     def in_metres(place: int, text: str) -> str:
+        """A number's text in metres with a decimal point; other text as it is."""
         factor = known.factors[place] if place < len(known.factors) else None
-        return text if factor is None else _number_text(text, factor, decimal_comma=comma)
+        if comma and factor is not None and _COMMA_NUMBER.fullmatch(text):
+            text = text.replace(",", ".")
+        return repr(float(text) * factor) if factor not in (None, 1.0) and is_number(text) else text
 
     made = tuple((line, tuple(in_metres(*cell) for cell in enumerate(fields))) for line, fields in ordered)
     guesses = [*known.guesses, *guesses, *(["numbers have a decimal comma"] if comma else [])]
@@ -263,7 +249,7 @@ def _in_our_columns(
         message = f"{'; '.join(guesses)}: correct the file where it is otherwise"
         guessed = Finding.at_lines("assumed_columns", name, [head_line], message, Severity.INFO)
         findings = (guessed.model_copy(update={"count": max(1, len(made))}),)
-    return SiteTable(name, known.names, made, findings, head_line if known.names else None)
+    return SiteTable(name, known.names, made, findings, (head_line,) if known.names else ())
 
 
 def _reordered(fields: tuple[str, ...], order: Sequence[int]) -> tuple[str, ...]:
@@ -350,7 +336,8 @@ def _fields(line: str, separator: str) -> tuple[str, ...]:
         return ("",)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a text is a finite number."""
     try:
         return math.isfinite(float(text))
     except ValueError:
@@ -379,12 +366,7 @@ class LineCounts:
     """Collects the lines of one file that share a problem, and turns them into findings."""
 
     file: str
-    lines: dict[FindingKind, list[int]]
-
-    @classmethod
-    def of(cls, file: str) -> LineCounts:
-        """Start with nothing counted."""
-        return cls(file, {})
+    lines: dict[FindingKind, list[int]] = field(default_factory=dict)
 
     def add(self, kind: FindingKind, line: int) -> None:
         """Count one line."""

@@ -44,27 +44,27 @@ def _detectors(
     from vislam2tag.preparation.sheets.page import read_tags
     from vislam2tag.preparation.sightings import (
         TAG_FAMILIES,
-        QrDetector,
-        SheetDetector,
-        SheetTagDetector,
-        TagDetector,
+        qr_detector,
+        sheet_detector,
+        sheet_tag_detector,
+        tag_detector,
     )
 
     if images is None and family is None and qr_side_m is None:
         raise UsageError(
             "nothing to look for: give --images (a folder of `sheets`), --tags with --tag-side-m, or --qr-side-m"
         )
-    found: list[Detector] = [] if images is None else [SheetDetector(images)]
+    found: list[Detector] = [] if images is None else [sheet_detector(images)]
     if images is not None and (printed := read_tags(images)):
-        found.append(SheetTagDetector(printed))
+        found.append(sheet_tag_detector(printed))
     if qr_side_m is not None:
-        found.append(QrDetector(qr_side_m))
+        found.append(qr_detector(qr_side_m))
     if family is not None:
         if family not in TAG_FAMILIES:
             raise UsageError(f"--tags {family}: not known; one of {', '.join(TAG_FAMILIES)}")
         if side_m is None:
             raise UsageError("--tags needs --tag-side-m, the side of the black square in metres: measure a printed one")
-        found.append(TagDetector(family, side_m))
+        found.append(tag_detector(family, side_m))
     return found
 
 

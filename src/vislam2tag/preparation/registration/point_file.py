@@ -288,7 +288,7 @@ def read_points(path: Path, given: Sequence[PointColumn | None] | None = None) -
     """
     table = read_text_table(path)
     columns, header_rows, findings = point_columns(table, given)
-    counts = LineCounts.of(table.file)
+    counts = LineCounts(table.file)
     rows: list[PointRow] = []
     for line, fields in table.rows[header_rows:]:
         try:

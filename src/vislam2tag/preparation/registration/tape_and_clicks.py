@@ -54,7 +54,7 @@ def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Tap
     """
     table = read_text_table(path)
     found: list[TapeDistance] = []
-    counts = LineCounts.of(table.file)
+    counts = LineCounts(table.file)
     for line, fields in _rows(table, number_at=2):
         try:
             found.append(_distance(table, line, fields, settings))
@@ -76,7 +76,7 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
     """
     table = read_text_table(path)
     found: dict[str, Target] = {}
-    counts = LineCounts.of(table.file)
+    counts = LineCounts(table.file)
     for line, fields in _rows(table, number_at=1):
         try:
             target = _target(table, fields, settings)
@@ -164,7 +164,7 @@ def read_clicks(path: Path, floor: int, settings: RegistrationSettings) -> tuple
     if tuple(field.lower() for field in table.rows[0][1]) != HEADER:
         raise SurveyError(f"{table.place(table.rows[0][0])}: expected the header {','.join(HEADER)}")
     found: dict[str, Click] = {}
-    counts = LineCounts.of(table.file)
+    counts = LineCounts(table.file)
     for line, fields in table.rows[1:]:
         try:
             name, number = landmark_id(fields[0]), int(fields[1])

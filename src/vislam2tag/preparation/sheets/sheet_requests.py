@@ -17,7 +17,7 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.landmark_file import LANDMARK_FILE
 from vislam2tag.site.names import landmark_id
 from vislam2tag.site.site_file import has_site_file, read_site_file
-from vislam2tag.site.site_table import LANDMARKS, SiteTable, finite_or_none, read_site_table
+from vislam2tag.site.site_table import LANDMARKS, SiteTable, finite_or_none, is_number, read_site_table, readable_table
 
 
 class SheetSettings(FiniteRecord):
@@ -197,11 +197,8 @@ def _pair(x_m: float | None, y_m: float | None) -> tuple[float, float] | None:
 
 def _of_file(path: Path) -> list[SheetRequest]:
     """Read a file of landmarks: its first column is the id; floor, x, y, z, sheet and width_m may follow."""
-    try:
-        table = read_site_table(path.parent, path, columns=LANDMARKS)
-    except OSError as error:
-        raise SurveyError(f"{path}: cannot be opened ({error.strerror}); expected a site or a landmark file") from error
-    if not table.header or _is_number(table.header[0]):
+    table = readable_table(path.parent, path, "; expected a site or a landmark file", columns=LANDMARKS)
+    if not table.header or is_number(table.header[0]):
         raise SurveyError(
             f"{path}: the first line must name columns: id,floor,x,y,z,sheet,width_m (all but id optional)"
         )
@@ -212,14 +209,6 @@ def _of_file(path: Path) -> list[SheetRequest]:
         if first is not one:
             raise SurveyError(f"{first.source} and {one.source} are one id, {one.landmark}, on one floor; rename one")
     return list(found.values())
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _request(table: SiteTable, line: int, fields: tuple[str, ...]) -> SheetRequest:
