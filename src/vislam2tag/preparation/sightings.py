@@ -217,9 +217,13 @@ def _of_video(path: Path, frame: IntArray) -> Iterator[tuple[int, Picture]]:
                     return
             sound, picture = video.retrieve()
             grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8) if sound else None
-            yield number, lambda grey=grey: grey
+            yield number, partial(_kept, grey)
     finally:
         video.release()
+
+
+def _kept(grey: GreyImage | None) -> GreyImage | None:
+    return grey
 
 
 QUICK_S = 0.4

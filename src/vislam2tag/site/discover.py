@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from zipfile import is_zipfile
 
 import numpy as np
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.findings import Finding, Severity
@@ -117,6 +117,14 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
     if not folders:
         raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it{_instead(root)}")
     return folders, findings
+
+
+def refuse_unknown_floors(site: Site, numbers: Iterable[int]) -> None:
+    """Raise UsageError for the first number of a floor that a site does not have."""
+    there = [floor.number for floor in site.floors]
+    for number in numbers:
+        if number not in there:
+            raise UsageError(f"--floor {number}: the site has no such floor; there are: {', '.join(map(str, there))}")
 
 
 def _instead(root: Path) -> str:

@@ -33,7 +33,7 @@ from vislam2tag.preparation.planning.records import (
 )
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
-from vislam2tag.site.discover import floor_folders, read_site
+from vislam2tag.site.discover import floor_folders, read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_file import LANDMARK_FILE, table_path
 from vislam2tag.site.landmark_states import write_states
 from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
@@ -98,7 +98,8 @@ def write_plans(
     site_folder, out = Path(site_folder), Path(out)
     site, findings = read_site(site_folder, follow_links=True)
     shown = shared_site(site_folder, site, findings, follow_links=request.follow_links).site
-    floors = _floors(site, request.floors)
+    refuse_unknown_floors(site, request.floors)
+    floors = [floor for floor in site.floors if not request.floors or floor.number in request.floors]
     for floor in () if request.follow_links else floors:
         refuse_outside_plan(site_folder, floor)
     if request.mask is not None and len(request.floors) != 1:
@@ -129,14 +130,6 @@ def write_plans(
     if request.write:
         add_to_site(site_folder, result)
     return result
-
-
-def _floors(site: Site, wanted: Sequence[int]) -> list[Floor]:
-    there = {floor.number: floor for floor in site.floors}
-    for number in wanted:
-        if number not in there:
-            raise UsageError(f"--floor {number}: the site has no such floor; there are: {', '.join(map(str, there))}")
-    return [there[number] for number in sorted(set(wanted) or set(there))]
 
 
 def constraints_of(

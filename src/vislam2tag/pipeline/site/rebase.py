@@ -198,10 +198,10 @@ def rebase(
 
 
 def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, new: Survey) -> None:
-    there = set()
-    for session in labelled.sessions:
-        there |= floors_of_result(session.result())
-    _refuse_missing(there, changes, new.site, new.root)
+    there = {floor for session in labelled.sessions for floor in floors_of_result(session.result())}
+    _refuse_missing_change(there, changes)
+    for number in sorted(there - {floor.number for floor in new.site.floors}):
+        raise SurveyError(f"{new.root}: has no floor {number}, which the labels are on; add it")
     with whole_folder(out, _is_rebased) as folder:
         _write_run(labelled, folder, changes, new.site, new.root)
         refs = [_write_session(labelled, slug, folder, changes.by_floor) for slug in _slugs(labelled)]
@@ -222,13 +222,10 @@ def _slugs(labelled: LabelledSurvey) -> Iterator[str]:
     return (slug for _, slug in sorted(keyed))
 
 
-def _refuse_missing(numbers: Iterable[int], changes: FrameChanges, site: Site, new_site: Path) -> None:
-    there = {floor.number for floor in site.floors}
+def _refuse_missing_change(numbers: Iterable[int], changes: FrameChanges) -> None:
     for number in sorted(numbers):
         if number not in changes.by_floor:
             raise SurveyError(f"there is no change for floor {number}; add it to {CHANGE_FILE}, or to both sites")
-        if number not in there:
-            raise SurveyError(f"{new_site}: has no floor {number}, which the labels are on; add it")
 
 
 def _write_run(labelled: LabelledSurvey, folder: Folder, changes: FrameChanges, site: Site, new_site: Path) -> None:
@@ -302,7 +299,9 @@ def rebase_dataset(
     dataset = open_dataset_to_share(source, follow_links=follow_links)
     site, _ = read_site(new_site, follow_links=follow_links)
     of_site = _building(dataset.info, building)
-    _refuse_missing_change(dataset, of_site, changes.by_floor)
+    own = dataset.fingerprints.filter(pl.col("building").fill_null("") == of_site)
+    numbers = own.select(pl.col("floor").drop_nulls().unique()).collect(engine="streaming")["floor"]
+    _refuse_missing_change(numbers.to_list(), changes)
     with dataset_folder(out, "site rebase", replace) as folder, scratch_folder() as scratch:
         floors, plans = _floors(dataset, of_site, site, scratch)
         several = len({floor.building for floor in dataset.info.floors}) > 1
@@ -321,14 +320,6 @@ def _building(info: DatasetInfo, wanted: str | None) -> str:
     if wanted not in names:
         raise UsageError(f"--building {wanted or ''}: the data set has the buildings {', '.join(names)}; give one")
     return wanted
-
-
-def _refuse_missing_change(dataset: Dataset, building: str, changes: Mapping[int, FrameChange]) -> None:
-    own = dataset.fingerprints.filter(pl.col("building").fill_null("") == building)
-    found = own.select(pl.col("floor").drop_nulls().unique().sort()).collect(engine="streaming")["floor"]
-    for number in found.to_list():
-        if number not in changes:
-            raise SurveyError(f"there is no change for floor {number}; add it to {CHANGE_FILE}, or to both sites")
 
 
 def _floors(

@@ -27,7 +27,7 @@ from vislam2tag.preparation.registration.register import (
 )
 from vislam2tag.preparation.registration.results import control_point_text, landmark_text, measured_states
 from vislam2tag.preparation.registration.tape_and_clicks import read_clicks, read_distances, read_targets
-from vislam2tag.site.discover import read_site
+from vislam2tag.site.discover import read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
 from vislam2tag.site.landmark_states import STATES_FILE, updated_states_text
 from vislam2tag.site.links import write_in_survey
@@ -57,15 +57,13 @@ class FloorFiles:
 def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
     """Read the site and choose its floor, the only one where no number is given; raises UsageError otherwise."""
     site, _ = read_site(root, follow_links=True)
-    there = ", ".join(str(floor.number) for floor in site.floors)
     if number is None:
         if len(site.floors) != 1:
+            there = ", ".join(str(floor.number) for floor in site.floors)
             raise UsageError(f"--floor: the site has several ({there}); say which")
         return site, site.floors[0]
-    try:
-        return site, site.floor(number)
-    except KeyError:
-        raise UsageError(f"--floor {number}: the site has no such floor; there are: {there}") from None
+    refuse_unknown_floors(site, [number])
+    return site, site.floor(number)
 
 
 def register(site: Site, floor: Floor, sources: FloorFiles, settings: RegistrationSettings) -> Registration:

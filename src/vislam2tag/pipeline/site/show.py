@@ -22,7 +22,7 @@ from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
 from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.report.page import data_uri, write_page
-from vislam2tag.site.discover import read_site
+from vislam2tag.site.discover import read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.links import left_out_of, site_name
 from vislam2tag.site.model import Floor, Site
@@ -72,10 +72,7 @@ def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: b
     root = Path(root)
     site, findings = read_site(root, follow_links=follow_links)
     chosen = [floor for floor in site.floors if not floors or floor.number in floors]
-    for number in floors:
-        if number not in {floor.number for floor in chosen}:
-            there = ", ".join(str(floor.number) for floor in site.floors)
-            raise UsageError(f"--floor {number}: the site has no such floor; there are: {there}")
+    refuse_unknown_floors(site, floors)
     summaries, odd = [], []
     for floor in chosen:
         pixel_m, problems = _pixel(root, floor)
@@ -187,11 +184,8 @@ def write_walkable(
 
 
 def _chosen(site: Site, numbers: Sequence[int]) -> list[Floor]:
-    there = {floor.number: floor for floor in site.floors}
-    for number in numbers:
-        if number not in there:
-            raise UsageError(f"--floor {number}: the site has no such floor; there are: {', '.join(map(str, there))}")
-    return [there[number] for number in numbers] or [floor for floor in site.floors if floor.plan is not None]
+    refuse_unknown_floors(site, numbers)
+    return [site.floor(number) for number in numbers] or [floor for floor in site.floors if floor.plan is not None]
 
 
 def _write_floor(found: WalkableFloor, folder: Folder, stem: str) -> None:

@@ -65,23 +65,15 @@ def cover(
     chosen, cut_short = fixed.copy(), False
     while True:
         left_s = time_limit_s - (time.monotonic() - begun)
-        solved = _fewest(used, fixed, allowed, gap, nodes, max(left_s, 1.0))
-        cut_short |= solved.timed_out
-        bound = max(bound, solved.bound)
-        chosen = solved.chosen
+        chosen, proven, timed_out = _fewest(used, fixed, allowed, gap, nodes, max(left_s, 1.0))
+        cut_short |= timed_out
+        bound = max(bound, proven)
         broken = sorted(more_rows(chosen) - unique, key=sorted)
         if not broken:
             break
         used += broken
         unique.update(broken)
     return Cover(chosen, bound, time.monotonic() - begun, cut_short)
-
-
-@dataclass(frozen=True)
-class _Solved:
-    chosen: BoolArray
-    bound: int
-    timed_out: bool
 
 
 def row_matrix(rows: Sequence[StationSet], count: int) -> csr_array:
@@ -94,10 +86,10 @@ def row_matrix(rows: Sequence[StationSet], count: int) -> csr_array:
 
 def _fewest(
     rows: Sequence[StationSet], fixed: BoolArray, allowed: BoolArray, gap: float, nodes: int, time_s: float
-) -> _Solved:
-    """The fewest stations (s,) for some rows, the ``fixed`` (s,) among them."""
+) -> tuple[BoolArray, int, bool]:
+    """The fewest stations (s,) for some rows, the ``fixed`` (s,) among them, a bound, and whether time ran out."""
     if not rows:
-        return _Solved(fixed.copy(), int(fixed.sum()), timed_out=False)
+        return fixed.copy(), int(fixed.sum()), False
     count = len(fixed)
     matrix = row_matrix(rows, count)
     greedy = _greedy(matrix, fixed)
@@ -112,7 +104,7 @@ def _fewest(
     bound = math.ceil(proven - BOUND_TOLERANCE) if proven is not None and math.isfinite(proven) else int(fixed.sum())
     chosen = greedy if result.x is None else np.asarray(result.x) > 0.5
     better = chosen if chosen.sum() <= greedy.sum() else greedy
-    return _Solved(np.asarray(better), bound, timed_out=time_out(result.status, result.message))
+    return np.asarray(better), bound, time_out(result.status, result.message)
 
 
 def time_out(status: int, message: str) -> bool:

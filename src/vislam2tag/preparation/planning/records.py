@@ -16,11 +16,11 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.planning.floor import FloorDesign
 from vislam2tag.preparation.planning.prediction import mean_error_m
-from vislam2tag.preparation.planning.refine import NARROW_M
+from vislam2tag.preparation.planning.refine import NARROW_M, DistanceClass
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES
 from vislam2tag.site.landmark_states import PLANNED_HEADING_SIGMA_RAD, PLANNED_SIGMA_M, LandmarkState, StateRow
-from vislam2tag.site.site_table import finite_or_none, read_site_table
+from vislam2tag.site.site_table import finite_or_none, readable_table
 from vislam2tag.site.walkable.space import WalkableSettings
 
 COLUMNS = ("id", "floor", "x", "y", "z", "heading_rad", "sheet", "width_m")
@@ -63,16 +63,6 @@ class FurtherLandmark(Record):
     gain_m: float
 
 
-class ClassSummary(Record):
-    """What is expected of labels this far from the nearest landmark; ``sigma_m`` per axis, ``error_m`` mean length."""
-
-    from_m: float
-    to_m: float
-    share: float
-    sigma_m: float
-    error_m: float
-
-
 class TourSummary(Record):
     """The tour: ``visits`` are ids in order, ``visit_m`` how far along, ``line_m`` its corners."""
 
@@ -111,7 +101,7 @@ class FloorPlanRecord(Record):
     unmet: tuple[UnmetDemand, ...]
     expected_error_m: float | None
     """Mean length of the labels' errors; None where no walk can be mapped."""
-    expected: tuple[ClassSummary, ...]
+    expected: tuple[DistanceClass, ...]
     further: tuple[FurtherLandmark, ...]
     tour: TourSummary
     findings: tuple[Finding, ...]
@@ -162,24 +152,10 @@ def floor_summary(
         ),
         unmet=tuple(_unmet(gap.kind, gap.start, gap.stop, gap.length_m, settings) for gap in design.gaps),
         expected_error_m=None if math.isnan(error_m) else _metres(error_m, 4),
-        expected=_expected(design),
+        expected=design.classes,
         further=_further(design),
         tour=_tour(design, every, settings.speed_m_s),
         findings=design.space.findings,
-    )
-
-
-def _expected(design: FloorDesign) -> tuple[ClassSummary, ...]:
-    """What is expected of labels by their distance from the nearest landmark."""
-    return tuple(
-        ClassSummary(
-            from_m=one.low_m,
-            to_m=one.high_m,
-            share=round(one.share, 4),
-            sigma_m=_metres(one.sigma_m, 4),
-            error_m=_metres(one.error_m, 4),
-        )
-        for one in design.classes
     )
 
 
@@ -280,12 +256,7 @@ def read_forbidden(path: Path) -> dict[int, FloatArray]:
 
     The file is comma separated with the header ``floor,x0,y0,x1,y1``. Raises SurveyError where it cannot be used.
     """
-    try:
-        table = read_site_table(path.parent, path)
-    except OSError as error:
-        raise SurveyError(
-            f"{path}: cannot be opened ({error.strerror}); expected {','.join(FORBIDDEN_HEADER)}"
-        ) from error
+    table = readable_table(path.parent, path, f"; expected {','.join(FORBIDDEN_HEADER)}")
     if not set(FORBIDDEN_HEADER) <= set(table.header):
         raise SurveyError(f"{path}: the first line must be: {','.join(FORBIDDEN_HEADER)}")
     found: dict[int, list[list[float]]] = {}

@@ -16,6 +16,7 @@ from scipy.ndimage import uniform_filter
 from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 
+from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.limits import MAX_CELLS
@@ -242,17 +243,14 @@ class SigmaMap:
     sigma_m: FloatArray
 
 
-@dataclass(frozen=True)
-class DistanceClass:
-    """Labels whose nearest landmark is ``low_m`` to ``high_m`` of walking away: root mean square sigma per axis,
-    metres, mean length of the error to expect, share of the corridor.
-    """
+class DistanceClass(Record):
+    """What is expected of labels this far from the nearest landmark; ``sigma_m`` per axis, ``error_m`` mean length."""
 
-    low_m: float
-    high_m: float
+    from_m: float
+    to_m: float
+    share: float
     sigma_m: float
     error_m: float
-    share: float
 
 
 def sigma_map(space: WalkableSpace, expected: Sequence[ExpectedLabels]) -> SigmaMap:
@@ -302,11 +300,11 @@ def distance_classes(
     variance, error = variance[known], error[known]
     return [
         DistanceClass(
-            low_m=float(k * CLASS_M),
-            high_m=float((k + 1) * CLASS_M),
-            sigma_m=float(np.sqrt(variance[number == k].mean())),
-            error_m=float(error[number == k].mean()),
-            share=float((number == k).mean()),
+            from_m=k * CLASS_M,
+            to_m=(k + 1) * CLASS_M,
+            share=round(float((number == k).mean()), 4),
+            sigma_m=round(float(np.sqrt(variance[number == k].mean())), 4),
+            error_m=round(float(error[number == k].mean()), 4),
         )
         for k in np.unique(number).tolist()
     ]

@@ -56,27 +56,21 @@ def rough_frames(
     frames = [_Frame((BUILDING,), dict(known), {})]
     frames += [_Frame((name,), dict(points), {name: Similarity2.identity()}) for name, points in stations.items()]
     while len(frames) > 1:
-        _, onto, moved, agreement = max(_joins(frames, tolerance_m), key=lambda one: one[0], default=_no_join())
-        if agreement is None:
+        joins = _joins(frames, tolerance_m)
+        if not joins:
             raise SurveyError(_why_no_join(frames, tolerance_m))
+        agreement, onto, moved = max(joins, key=lambda join: (join[0].agreeing, -join[0].missed))
         _refuse_mirrored(frames[onto], frames[moved], agreement, tolerance_m)
         joined = _joined(frames[onto], frames[moved], agreement.map)
         frames = [joined if i == onto else one for i, one in enumerate(frames) if i != moved]
     return frames[0].maps
 
 
-def _no_join() -> tuple[tuple[int, float], int, int, Agreement | None]:
-    return (0, 0.0), 0, 0, None
-
-
-def _joins(frames: Sequence[_Frame], tolerance_m: float) -> list[tuple[tuple[int, float], int, int, Agreement | None]]:
-    found: list[tuple[tuple[int, float], int, int, Agreement | None]] = []
-    for onto in range(len(frames)):
-        for moved in range(onto + 1, len(frames)):
-            agreement = agree(frames[moved].points, frames[onto].points, tolerance_m)
-            if agreement is not None:
-                found.append(((agreement.agreeing, -agreement.missed), onto, moved, agreement))
-    return found
+def _joins(frames: Sequence[_Frame], tolerance_m: float) -> list[tuple[Agreement, int, int]]:
+    """How pairs of frames agree, each with the numbers of the one that stays and the one that is moved onto it."""
+    pairs = itertools.combinations(range(len(frames)), 2)
+    found = ((agree(frames[moved].points, frames[onto].points, tolerance_m), onto, moved) for onto, moved in pairs)
+    return [(agreement, onto, moved) for agreement, onto, moved in found if agreement is not None]
 
 
 def agree(

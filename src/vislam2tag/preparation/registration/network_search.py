@@ -25,7 +25,7 @@ from vislam2tag.preparation.registration.least_squares import (
     whitened,
 )
 from vislam2tag.preparation.registration.names import point_label
-from vislam2tag.preparation.registration.network import KnownPoint, Measurement, PlaneFit, Shot, adjust_plane
+from vislam2tag.preparation.registration.network import ROUNDS, KnownPoint, Measurement, PlaneFit, Shot, adjust_plane
 from vislam2tag.preparation.registration.record import RegistrationSettings
 
 
@@ -136,12 +136,12 @@ def search_network(
     """
     used = {shot.point for shot in shots}
     known = [one for one in known if one.point in used]
-    frames = _rough_frames(shots, known)
+    network = _RoughNetwork(_rough_frames(shots, known), settings, free_scale)
     good: list[Measurement] = [*shots, *known]
     errors: list[GrossError] = []
     while True:
-        fit = _linearised(good, frames, settings, free_scale, errors)
-        noise = _noise(good, frames, settings, free_scale)
+        fit = network.adjusted(good, errors, rounds=1)
+        noise = network.noise(good)
         suspects = suspicious(fit.adjusted, fit.groups, noise, settings.false_alarm)
         if not suspects:
             break
@@ -154,11 +154,42 @@ def search_network(
         good = [one for i, one in enumerate(fit.measurements) if i not in wrong]
     if errors:
         _still_determined(good, errors)
-    try:
-        final = adjust_plane(*_shots_and_known(good), frames, settings.prior_freedom, free_scale=free_scale)
-    except SingularError as error:
-        raise SurveyError(_undetermined(errors)) from error
-    return SearchedNetwork(final, tuple(errors))
+    return SearchedNetwork(network.adjusted(good, errors), tuple(errors))
+
+
+@dataclass(frozen=True)
+class _RoughNetwork:
+    """Rough frames of the stations, about which measurements are adjusted."""
+
+    frames: Mapping[str, Similarity2]
+    settings: RegistrationSettings
+    free_scale: bool
+
+    def adjusted(
+        self, good: Sequence[Measurement], errors: Sequence[GrossError], rounds: int | None = None
+    ) -> PlaneFit:
+        """Adjust measurements; raises SurveyError, which names the ``errors`` left out, where they are too few."""
+        try:
+            return self._fit(*_shots_and_known(good), rounds)
+        except SingularError as error:
+            raise SurveyError(_undetermined(errors)) from error
+
+    def noise(self, good: Sequence[Measurement]) -> NoiseLevel:
+        """The noise of what is no gross error at first sight."""
+        shots, known = _shots_and_known(good)
+        kept, places = _agreeing(shots, known, self.frames, _tolerance_m(good))
+        try:
+            return self._fit(kept, places, 1).adjusted.noise_level
+        except SingularError:
+            return NoiseLevel(1.0, self.settings.prior_freedom)
+
+    def _fit(self, shots: Sequence[Shot], known: Sequence[KnownPoint], rounds: int | None) -> PlaneFit:
+        freedom = self.settings.prior_freedom
+        return adjust_plane(shots, known, self.frames, freedom, free_scale=self.free_scale, rounds=rounds or ROUNDS)
+
+
+def _tolerance_m(measurements: Sequence[Measurement]) -> float:
+    return max(TOLERANCE_M, TOLERANCE_SIGMAS * max((one.sigma_m for one in measurements), default=0.0))
 
 
 def _still_determined(good: Sequence[Measurement], errors: Sequence[GrossError]) -> None:
@@ -178,7 +209,7 @@ def _shots_and_known(measurements: Sequence[Measurement]) -> tuple[list[Shot], l
 
 
 def _rough_frames(shots: Sequence[Shot], known: Sequence[KnownPoint]) -> dict[str, Similarity2]:
-    tolerance_m = max(TOLERANCE_M, TOLERANCE_SIGMAS * max((one.sigma_m for one in (*shots, *known)), default=0.0))
+    tolerance_m = _tolerance_m([*shots, *known])
     by_station: dict[str, dict[str, list[complex]]] = defaultdict(lambda: defaultdict(list))
     for shot in shots:
         by_station[shot.station][shot.point].append(shot.place)
@@ -226,34 +257,6 @@ def _agreeing(
 def _votes(place: complex, places: Sequence[complex], tolerance_m: float) -> int:
     """Minus the number of places near one: the first with most comes first."""
     return -sum(abs(other - place) < tolerance_m for other in places)
-
-
-def _linearised(
-    good: Sequence[Measurement],
-    frames: Mapping[str, Similarity2],
-    settings: RegistrationSettings,
-    free_scale: bool,
-    errors: Sequence[GrossError],
-) -> PlaneFit:
-    try:
-        return adjust_plane(*_shots_and_known(good), frames, settings.prior_freedom, free_scale=free_scale, rounds=1)
-    except SingularError as error:
-        raise SurveyError(_undetermined(errors)) from error
-
-
-def _noise(
-    good: Sequence[Measurement], frames: Mapping[str, Similarity2], settings: RegistrationSettings, free_scale: bool
-) -> NoiseLevel:
-    """The noise of what is no gross error at first sight."""
-    shots, known = _shots_and_known(good)
-    tolerance_m = max(TOLERANCE_M, TOLERANCE_SIGMAS * max(one.sigma_m for one in good))
-    kept, places = _agreeing(shots, known, frames, tolerance_m)
-    try:
-        return adjust_plane(
-            kept, places, frames, settings.prior_freedom, free_scale=free_scale, rounds=1
-        ).adjusted.noise_level
-    except SingularError:
-        return NoiseLevel(1.0, settings.prior_freedom)
 
 
 def _undetermined(errors: Sequence[GrossError]) -> str:

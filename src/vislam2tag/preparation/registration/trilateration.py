@@ -70,6 +70,18 @@ class TapeResult:
     """Of each distance used: label, taped minus adjusted (metres), in standard deviations, how much it is checked."""
 
 
+_Solution = tuple[StartingPlaces, dict[str, complex], Adjusted]
+
+
+@dataclass(frozen=True)
+class _Hints:
+    """What decides between solutions, besides the distances: settings, the plan's extent, expected places."""
+
+    settings: RegistrationSettings
+    extent_m: PlanBounds | None
+    expected: Mapping[str, complex]
+
+
 def trilaterate(
     distances: Sequence[TapeDistance],
     targets: Mapping[str, Target],
@@ -83,7 +95,7 @@ def trilaterate(
     What has a name in ``targets`` is fixed. ``extent_m`` (left, right, lower, upper) and ``expected`` places (planned,
     or clicked) only decide between places that the distances cannot tell apart.
     """
-    result = TapeResult()
+    result, hints = TapeResult(), _Hints(settings, extent_m, expected or {})
     free = [one for one in distances if one.landmark not in targets]
     led_to = Counter(one.to for one in free if one.to not in targets)
     landmarks = {one.landmark for one in free} | {name for name, count in led_to.items() if count > 1}
@@ -96,7 +108,7 @@ def trilaterate(
     for component in nx.connected_components(graph):
         mine = [one for one in equations if one.distance.landmark in component]
         names = [name for name in graph if name in component]
-        _place(mine, names, settings, extent_m, expected or {}, result)
+        _place(mine, names, hints, result)
     return result
 
 
@@ -124,33 +136,25 @@ def _placing_order(equations: Sequence[Equation], names: Sequence[str]) -> list[
         order.append(best)
 
 
-def _place(
-    equations: Sequence[Equation],
-    names: Sequence[str],
-    settings: RegistrationSettings,
-    extent_m: PlanBounds | None,
-    expected: Mapping[str, complex],
-    result: TapeResult,
-) -> None:
+def _place(equations: Sequence[Equation], names: Sequence[str], hints: _Hints, result: TapeResult) -> None:
     """Place the landmarks of one connected group."""
     good = list(equations)
     while True:
         order = _placing_order(good, names)
         good = [one for one in good if one.distance.landmark in order and (not one.other or one.other in order)]
         begun = starting_places(good, order) if order else []
-        if not begun:
-            break
-        wrong = _contradicting_distances(begun[0], order, settings, result)
+        wrong = _contradicting_distances(begun[0], order, hints.settings, result) if begun else ()
         if not wrong:
             break
         good = [one for one in good if one.distance not in wrong]
     for name in names:
         if name not in order:
             result.unplaced[name] = "fewer than two distances that can be used: measure more"
-        elif not begun:
-            result.unplaced[name] = UNDETERMINED
-    if begun:
-        _choose_solutions(begun, order, settings, extent_m, expected, result)
+    solutions = _solutions(begun, order, hints)
+    if solutions:
+        _keep_sure(solutions, order, hints.expected, result)
+    else:
+        result.unplaced |= dict.fromkeys(order, UNDETERMINED)
 
 
 def _contradicting_distances(
@@ -204,20 +208,10 @@ def _typing_errors(equations: Sequence[Equation], suspects: Sequence[int]) -> li
     return found
 
 
-def _choose_solutions(
-    begun: Sequence[StartingPlaces],
-    names: Sequence[str],
-    settings: RegistrationSettings,
-    extent_m: PlanBounds | None,
-    expected: Mapping[str, complex],
-    result: TapeResult,
+def _keep_sure(
+    solutions: Sequence[_Solution], names: Sequence[str], expected: Mapping[str, complex], result: TapeResult
 ) -> None:
-    """Choose among all least-squares solutions, and keep what is sure."""
-    solutions = _solutions(begun, names, settings, extent_m)
-    if not solutions:
-        for name in names:
-            result.unplaced[name] = UNDETERMINED
-        return
+    """Choose among the least-squares solutions for each landmark, and keep what is sure."""
     start, _, adjusted = solutions[0]
     for i, one in enumerate(start.equations):
         checked = float(adjusted.kernel(np.array((i,)))[0, 0])
@@ -239,21 +233,19 @@ def _choose_solutions(
             result.placed[name] = TapedLandmark(places[name], block, count, adjusted.redundancy, note)
 
 
-def _solutions(
-    begun: Sequence[StartingPlaces], names: Sequence[str], settings: RegistrationSettings, extent_m: PlanBounds | None
-) -> list[tuple[StartingPlaces, dict[str, complex], Adjusted]]:
+def _solutions(begun: Sequence[StartingPlaces], names: Sequence[str], hints: _Hints) -> list[_Solution]:
     """Different solutions as good as the best, which comes first; none beyond a wall's end or outside the plan."""
-    found: list[tuple[StartingPlaces, dict[str, complex], Adjusted]] = []
+    found: list[_Solution] = []
     for start in begun:
         if _same_as_any(start.places, [places for _, places, _ in found]):
             continue
         places = least_squares_places(start, names)
-        if any(one.beyond(places) for one in start.equations) or not _inside(places, extent_m):
+        if any(one.beyond(places) for one in start.equations) or not _inside(places, hints.extent_m):
             continue
         if _same_as_any(places, [other for _, other, _ in found]):
             continue
         try:
-            adjusted = adjusted_at(start.equations, names, places, settings.prior_freedom)
+            adjusted = adjusted_at(start.equations, names, places, hints.settings.prior_freedom)
         except SingularError:
             continue
         found.append((start, places, adjusted))
