@@ -268,8 +268,10 @@ def planned_twice(file: str, landmarks: Sequence[SurveyedLandmark]) -> list[Find
     pairs: dict[str, str] = {}
     for measured in series.values():
         found = compare_ids(NamedIds("planned", tuple(planned)), NamedIds("measured", tuple(measured)))
-        if found.pattern is not None and _are_close(found.pattern.mapping, measured, planned):
-            pairs |= found.pattern.mapping
+        alike = {} if found.pattern is None else found.pattern.mapping
+        close = sum(measured[one].distance_m(planned[other]) < CLOSE_M for one, other in alike.items())
+        if close > len(alike) / 2:
+            pairs |= alike
     if not pairs:
         return []
     message = (
@@ -278,13 +280,6 @@ def planned_twice(file: str, landmarks: Sequence[SurveyedLandmark]) -> list[Find
         "and remove the other row"
     )
     return [Finding.at_lines("duplicate_landmarks", file, [line[name] for name in pairs], message, Severity.ERROR)]
-
-
-def _are_close(
-    pairs: Mapping[str, str], measured: Mapping[str, SurveyedLandmark], planned: Mapping[str, SurveyedLandmark]
-) -> bool:
-    close = sum(measured[one].distance_m(planned[other]) < CLOSE_M for one, other in pairs.items())
-    return close > len(pairs) / 2
 
 
 PLAN_FILE = "plan.json"

@@ -65,22 +65,15 @@ def unique_slugs(names: Sequence[str], exact: Sequence[str] | None = None) -> tu
     """
     stems = [_UNSAFE.sub("-", name.replace(":", "")) for name in names]
     uses = Counter(stem.lower() for stem in stems)
-    return tuple(
-        stem if uses[stem.lower()] == 1 and _is_usable(stem) else _marked(stem, key)
-        for key, stem in zip(exact or names, stems, strict=True)
-    )
 
+    def slug(stem: str, key: str) -> str:
+        reserved = is_reserved(stem)
+        if uses[stem.lower()] == 1 and len(stem) <= _GREATEST_STEM and not reserved and not stem.endswith("."):
+            return stem
+        digest = hashlib.sha256(key.encode("utf-8", "surrogateescape")).hexdigest()[:_SUFFIX_LENGTH]
+        return f"{'_' if reserved else ''}{stem[:_GREATEST_STEM]}-{digest}"
 
-def _is_usable(stem: str) -> bool:
-    return len(stem) <= _GREATEST_STEM and not is_reserved(stem) and not stem.endswith(".")
-
-
-def _marked(stem: str, exact: str) -> str:
-    return f"{'_' if is_reserved(stem) else ''}{stem[:_GREATEST_STEM]}-{_digest(exact)}"
-
-
-def _digest(exact: str) -> str:
-    return hashlib.sha256(exact.encode("utf-8", "surrogateescape")).hexdigest()[:_SUFFIX_LENGTH]
+    return tuple(map(slug, stems, exact or names))
 
 
 _WHOLE_NUMBER = re.compile(r"(?:\+|(-))?0*([0-9]+)(?:[.,]0*)?")

@@ -19,8 +19,8 @@ from vislam2tag.site.walkable.graph import corridor_graph
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.walked import (
     Areas,
-    FillingWalk,
     WalkedSpace,
+    WalkToFill,
     areas_of,
     filling_walk,
     walked_floor,
@@ -45,9 +45,10 @@ def office() -> Areas:
     return areas_of(space, corridor_graph(space)).with_names(names_on_plan(plan))
 
 
-def along(walk: FillingWalk) -> FloatArray:
+def along(walk: WalkToFill) -> FloatArray:
     """Points of a walk, a metre apart."""
-    return points_along(walk.line_m, np.arange(0.0, arc_lengths(walk.line_m)[-1], 1.0))
+    line = np.array(walk.points_m)
+    return points_along(line, np.arange(0.0, arc_lengths(line)[-1], 1.0))
 
 
 def test_doors_part_rooms_from_the_corridor() -> None:
@@ -104,7 +105,7 @@ def walked() -> WalkedSpace:
 def test_the_filling_walk_goes_through_doors_and_crosses_no_wall(walked: WalkedSpace) -> None:
     walk = filling_walk(walked)
     assert walk is not None
-    line = walk.line_m
+    line = np.array(walk.points_m)
     assert office().space.clear_line(line[:-1], line[1:]).all()
     after = walked_space(office(), np.vstack((CORRIDOR, ROOM_1, along(walk))), NOWHERE)
     assert after.never_entered == []

@@ -9,7 +9,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.preparation.planning.corridors import typical_walks
 from vislam2tag.preparation.planning.demands import walking_distances
-from vislam2tag.preparation.planning.floor import FloorDesign, longest_free_m, passed_landmarks
+from vislam2tag.preparation.planning.floor import FloorDesign, longest_free_m, marked
 from vislam2tag.preparation.planning.prediction import ExpectedLabels, PassedLandmarks, expected_along, passes_near
 from vislam2tag.preparation.planning.refine import (
     SigmaMap,
@@ -55,12 +55,11 @@ class ChangedPlan:
     def expectation(self, place: IntArray) -> Expectation:
         """What is to be expected with landmarks at places (m,) besides the fixed ones."""
         design = self.design
-        landmarks = self._landmarks(place)
+        landmarks = replace(self.design, place=place).landmarks
         found = (self._labels(number, path, landmarks) for number, path in enumerate(self._paths))
         expected = tuple(one for one in found if one is not None)
-        chosen = np.zeros(len(design.stations.corridor), dtype=np.bool_)
-        chosen[design.places.station[place]] = True
-        chosen[design.fixed_station[design.fixed_station >= 0]] = True
+        stations = np.concatenate((design.places.station[place], design.fixed_station))
+        chosen = marked(stations, len(design.stations.corridor))
         longest_m = longest_free_m(design.corridors, design.stations, chosen, self._settings.spacing_m)
         return Expectation(expected, sigma_map(design.space, expected), longest_m)
 
@@ -69,14 +68,20 @@ class ChangedPlan:
         places, stations = self.design.places, self.design.stations
         free = ~np.isin(places.station, places.station[place])
         found = further_landmarks(
-            self._paths, self._landmarks(place), places, stations, free, count, self._settings.survey_sigma_m
+            self._paths,
+            replace(self.design, place=place).landmarks,
+            places,
+            stations,
+            free,
+            count,
+            self._settings.survey_sigma_m,
         )
         return [one.place for one in found]
 
     def designed(self, place: IntArray) -> FloorDesign:
         """The whole plan with landmarks at places (m,)."""
         design, found = self.design, self.expectation(place)
-        landmarks = self._landmarks(place)
+        landmarks = replace(self.design, place=place).landmarks
         station = np.concatenate((design.places.station[place], design.fixed_station[design.fixed_station >= 0]))
         distance_m = walking_distances(design.corridors, design.stations)
         return replace(
@@ -90,10 +95,6 @@ class ChangedPlan:
             further=(),
             tour=plan_tour(design.corridors, design.stations.corridor[station], design.stations.offset_m[station]),
         )
-
-    def _landmarks(self, place: IntArray) -> PassedLandmarks:
-        design = self.design
-        return passed_landmarks(design.places, design.stations, place, design.constraints, design.fixed_station)
 
     def _labels(self, number: int, path: FloatArray, landmarks: PassedLandmarks) -> ExpectedLabels | None:
         """What is expected along a walk (n, 2), which depends on the landmarks that it passes only."""

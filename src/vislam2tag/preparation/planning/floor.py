@@ -181,7 +181,7 @@ class _Candidates:
         places = find_sheet_places(space, corridors, stations, settings, constraints.forbidden)
         fixed_station = _stations_of(space, stations, constraints.fixed)
         count = len(stations.corridor)
-        usable, fixed = _marked(places.station, count), _marked(fixed_station, count)
+        usable, fixed = marked(places.station, count), marked(fixed_station, count)
         if not (usable | fixed).any():
             raise SurveyError("has no wall for a sheet; allow larger sheets (--sheet A1) or fewer forbidden places")
         return cls(corridors, stations, places, constraints, fixed_station, usable, fixed)
@@ -236,7 +236,7 @@ def longest_free_m(corridors: Corridors, stations: Stations, chosen: BoolArray, 
     return round(high, 1)
 
 
-def _marked(index: IntArray, count: int) -> BoolArray:
+def marked(index: IntArray, count: int) -> BoolArray:
     """Mask (count,) of the indices (k,), negative ones left out."""
     mask = np.zeros(count, dtype=np.bool_)
     mask[index[index >= 0]] = True

@@ -97,12 +97,8 @@ def _doubled(corridors: Corridors) -> list[int]:
     for first, second in matched:
         path = apart[first][1][second]
         found += [graph[a][b]["corridor"] for a, b in pairwise(path)]
-    return _without_pairs(found)
-
-
-def _without_pairs(corridors: list[int]) -> list[int]:
-    """Who would walk a corridor two more times need not."""
-    return sorted(corridor for corridor in set(corridors) if corridors.count(corridor) % 2)
+    # Who would walk a corridor two more times need not.
+    return sorted(corridor for corridor in set(found) if found.count(corridor) % 2)
 
 
 def _line(corridors: Corridors, half: int) -> FloatArray:

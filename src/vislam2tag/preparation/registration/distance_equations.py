@@ -130,7 +130,7 @@ def starting_places(equations: Sequence[Equation], names: Sequence[str]) -> list
                 meeting for pair in itertools.combinations(now, 2) for meeting in _meetings(*pair, name, start.places)
             ]
             longer += [_with_landmark(start, name, place, now) for place in meetings]
-        longer.sort(key=lambda one: _clipped_square(one))
+        longer.sort(key=_clipped_square)
         partial = longer[:MOST_STARTS]
     return partial
 

@@ -245,18 +245,16 @@ def _agreeing(
         mapped[one.point].append(one.place)
     for shot in shots:
         mapped[shot.point].append(frames[shot.station].a * shot.place + frames[shot.station].b)
-    middle = {point: min(places, key=lambda one: _votes(one, places, tolerance_m)) for point, places in mapped.items()}
+    middle = {}
+    for point, places in mapped.items():
+        votes = [sum(abs(other - place) < tolerance_m for other in places) for place in places]
+        middle[point] = places[votes.index(max(votes))]
     near = [
         shot
         for shot in shots
         if abs(frames[shot.station].a * shot.place + frames[shot.station].b - middle[shot.point]) < tolerance_m
     ]
     return near, [one for one in known if abs(one.place - middle[one.point]) < tolerance_m]
-
-
-def _votes(place: complex, places: Sequence[complex], tolerance_m: float) -> int:
-    """Minus the number of places near one: the first with most comes first."""
-    return -sum(abs(other - place) < tolerance_m for other in places)
 
 
 def _undetermined(errors: Sequence[GrossError]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -104,14 +104,13 @@ def _separator(lines: list[str]) -> str:
 
     def score(separator: str) -> tuple[int, int, int]:
         fields = [_fields(line, separator) for line in lines]
-        counts = [_numbers(one[1:]) for one in fields]
+        counts = [
+            sum(bool(_POINT_NUMBER.fullmatch(field) or _COMMA_NUMBER.fullmatch(field)) for field in one[1:])
+            for one in fields
+        ]
         return sum(count >= 2 for count in counts), sum(counts), sum(map(len, fields))
 
     return max(SEPARATORS, key=score)
-
-
-def _numbers(fields: tuple[str, ...]) -> int:
-    return sum(bool(_POINT_NUMBER.fullmatch(field) or _COMMA_NUMBER.fullmatch(field)) for field in fields)
 
 
 def _decimal(rows: tuple[tuple[int, tuple[str, ...]], ...], separator: str) -> str:
@@ -237,20 +236,13 @@ def _from_header(table: TextTable, fields: Sequence[str]) -> tuple[dict[PointCol
     named = {_plain(field): index for index, field in enumerate(fields) if _plain(field) in ("x", "y")}
     if len(named) < 2 or PointColumn.EAST in found or PointColumn.NORTH in found:
         return found, []
-    return found | _axes(named), [_axes_finding(table, named)]
-
-
-def _axes(named: Mapping[str, int]) -> dict[PointColumn, int]:
-    """Surveyors' Y is east and their X north; they write Y first. Elsewhere X, first, is to the right."""
-    east, north = ("y", "x") if named["y"] < named["x"] else ("x", "y")
-    return {PointColumn.EAST: named[east], PointColumn.NORTH: named[north]}
-
-
-def _axes_finding(table: TextTable, named: Mapping[str, int]) -> Finding:
+    # Surveyors' Y is east and their X north; they write Y first. Elsewhere X, first, is to the right.
     geodetic = named["y"] < named["x"]
+    east, north = ("y", "x") if geodetic else ("x", "y")
     taken = "Y stands before X and was taken for east" if geodetic else "X was taken for east (right), Y for north (up)"
     message = f"{taken}: give --columns where it is otherwise"
-    return Finding.at_lines("assumed_columns", table.file, [table.rows[0][0]], message, Severity.INFO)
+    finding = Finding.at_lines("assumed_columns", table.file, [table.rows[0][0]], message, Severity.INFO)
+    return found | {PointColumn.EAST: named[east], PointColumn.NORTH: named[north]}, [finding]
 
 
 GREATEST_M = 1e8

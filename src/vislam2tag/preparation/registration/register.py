@@ -272,13 +272,9 @@ def _id_findings(measured: FloorMeasurements, placed: Mapping[str, complex]) -> 
     """What is wrong with the names of the landmarks, where the site's table is known."""
     if measured.table is None:
         return []
-    return id_findings(measured.table, placed, _ties(measured), measured.expected)
-
-
-def _ties(measured: FloorMeasurements) -> list[str]:
-    """Names of the points that were shot and taken for ties."""
     roles = (role_of(shot.point) for shot in measured.shots)
-    return list(dict.fromkeys(name for role, name in roles if role is Role.TIE))
+    ties = list(dict.fromkeys(name for role, name in roles if role is Role.TIE))
+    return id_findings(measured.table, placed, ties, measured.expected)
 
 
 def _by_stations(

@@ -101,7 +101,11 @@ def station_points(
         parts = [i for i, shot in enumerate(fit.shots) if shot.point in (name, f"{name}_L", f"{name}_R")]
         checked = float(np.mean([fit.reliability(i) for i in parts]))
         point = _point(identity, sheet, (PositionSource.STATION, len(parts), checked), settings)
-        found[name] = _with_height(point, heights.heights.get(name), settings)
+        if name in heights.heights:
+            z_m, z_sigma_m = heights.heights[name]
+            z = {"z_m": round(z_m, 4), "z_sigma_m": round(max(z_sigma_m, settings.least_sigma_m), 5)}
+            point = point.model_copy(update=z)
+        found[name] = point
     return found
 
 
@@ -139,15 +143,6 @@ def _point(
         measurements=measurements,
         checked=round(checked, 3),
     )
-
-
-def _with_height(
-    point: RegisteredPoint, height: tuple[float, float] | None, settings: RegistrationSettings
-) -> RegisteredPoint:
-    if height is None:
-        return point
-    sigma = round(max(height[1], settings.least_sigma_m), 5)
-    return point.model_copy(update={"z_m": round(height[0], 4), "z_sigma_m": sigma})
 
 
 def _floored(covariance: FloatArray, least_m: float) -> FloatArray:
@@ -273,7 +268,7 @@ def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[Regi
     for line, fields in table.rows:
         row = [*fields, *[""] * (len(header) - len(fields))]
         name = landmark_id(fields[0])
-        if name in wanted and _floor_of(table, fields) in ("", str(floor)):
+        if name in wanted and landmark_id(table.cell(fields, "floor")) in ("", str(floor)):
             if _differs(table, fields, wanted[name]) and not _is_planned(table, fields, states.get(name)):
                 changed.append(f"{name} ({table.place(line)})")
             _fill(row, header, wanted.pop(name))
@@ -330,10 +325,6 @@ def _table(root: Path, path: Path) -> SiteTable:
         return SiteTable(path.relative_to(root).as_posix(), (), ())
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
-
-
-def _floor_of(table: SiteTable, fields: tuple[str, ...]) -> str:
-    return landmark_id(table.cell(fields, "floor"))
 
 
 def _differs(table: SiteTable, fields: tuple[str, ...], one: RegisteredPoint) -> bool:

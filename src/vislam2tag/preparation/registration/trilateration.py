@@ -101,7 +101,11 @@ def trilaterate(
     landmarks = {one.landmark for one in free} | {name for name, count in led_to.items() if count > 1}
     for name in sorted(led_to.keys() - landmarks):
         result.errors.append(f"{name} is neither a known point, a wall nor a landmark: distances to it are left out")
-    equations = [_equation(one, targets) for one in free if one.to in landmarks or one.to in targets]
+    equations = [
+        Equation(one, targets.get(one.to), "" if one.to in targets else one.to)
+        for one in free
+        if one.to in landmarks or one.to in targets
+    ]
     graph = nx.Graph()
     graph.add_nodes_from(dict.fromkeys(name for one in free for name in (one.landmark, one.to) if name in landmarks))
     graph.add_edges_from((one.distance.landmark, one.other) for one in equations if one.other)
@@ -110,11 +114,6 @@ def trilaterate(
         names = [name for name in graph if name in component]
         _place(mine, names, hints, result)
     return result
-
-
-def _equation(one: TapeDistance, targets: Mapping[str, Target]) -> Equation:
-    target = targets.get(one.to)
-    return Equation(one, target, "" if target is not None else one.to)
 
 
 def _placing_order(equations: Sequence[Equation], names: Sequence[str]) -> list[str]:

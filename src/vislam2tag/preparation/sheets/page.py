@@ -186,16 +186,12 @@ def draw_page(canvas: Canvas, sheet: SheetPage, image: ImageReader) -> None:
     canvas.scale(POINTS_A_METRE, POINTS_A_METRE)
     box = sheet.layout.image
     canvas.drawImage(image, box.left_m, box.low_m, box.width_m, box.height_m)
-    _marks(canvas, sheet.layout)
+    canvas.setLineWidth(0.00025)
+    for mark in sheet.layout.marks_m:
+        canvas.line(*mark)
     _head(canvas, sheet)
     _foot(canvas, sheet)
     canvas.showPage()
-
-
-def _marks(canvas: Canvas, layout: PageLayout) -> None:
-    canvas.setLineWidth(0.00025)
-    for mark in layout.marks_m:
-        canvas.line(*mark)
 
 
 def _head(canvas: Canvas, sheet: SheetPage) -> None:
@@ -221,7 +217,8 @@ def _foot(canvas: Canvas, sheet: SheetPage) -> None:
         box = tag_box(sheet.layout)
         _modules(canvas, tag_modules(sheet.tag), box)
         width = box.left_m - 8 * unit - QUIET_M
-    _code(canvas, sheet.code, Box(QUIET_M + width - _QR_UNITS * unit, top - _QR_UNITS * unit, _QR_UNITS * unit, 0))
+    code = segno.make_qr(sheet.code, error="m").matrix  # without a white border of its own: the paper is white
+    _modules(canvas, code, Box(QUIET_M + width - _QR_UNITS * unit, top - _QR_UNITS * unit, _QR_UNITS * unit, 0))
     text_width = width - (_QR_UNITS + 6) * unit
     _text(canvas, sheet.request.landmark, QUIET_M, top - 20 * unit, BOLD, _ID_UNITS * unit, text_width)
     _text(canvas, sheet.hanging, QUIET_M, top - 28 * unit, PLAIN, 3.6 * unit, text_width)
@@ -237,11 +234,6 @@ def _scale_bar(canvas: Canvas, left_m: float, low_m: float, unit_m: float) -> No
         x = left_m + SCALE_BAR_M * tick / 10
         canvas.line(x, low_m, x, low_m + (0.003 if tick % 5 else 0.0045))
     _text(canvas, _RULER, left_m, low_m - 4 * unit_m, PLAIN, 3 * unit_m, 1.0)
-
-
-def _code(canvas: Canvas, text: str, box: Box) -> None:
-    """A QR code as black runs, without its own white border: the paper is white."""
-    _modules(canvas, segno.make_qr(text, error="m").matrix, box)
 
 
 def _modules(canvas: Canvas, rows: Sequence[bytes | bytearray], box: Box) -> None:

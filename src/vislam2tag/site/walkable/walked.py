@@ -168,22 +168,13 @@ _APART = 1e4
 """Metres by which stops of different areas are held apart: a stop fills only its own area."""
 
 
-@dataclass(frozen=True)
-class FillingWalk:
-    """The walk past all that was not walked: corners (k, 2) of its line and stops (s, 2) in order, BCS metres."""
+class WalkToFill(Record):
+    """The walk past all that was not walked; corners and stops in order, BCS metres."""
 
-    line_m: FloatArray
-    stops_m: FloatArray
-
-    @property
-    def length_m(self) -> float:
-        """Length of the walk."""
-        return line_length(self.line_m)
-
-    @property
-    def minutes(self) -> float:
-        """How long it takes."""
-        return self.length_m / WALKING_M_S / 60
+    length_m: float
+    minutes: float
+    points_m: list[tuple[float, float]]
+    stops_m: list[tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -241,7 +232,7 @@ def _near(distances: WalkingDistances, points_m: FloatArray) -> BoolArray:
     return np.asarray(distances.to_nearest(distances.places_m, known, RADIUS_M) <= RADIUS_M)
 
 
-def filling_walk(space: WalkedSpace) -> FillingWalk | None:
+def filling_walk(space: WalkedSpace) -> WalkToFill | None:
     """The walk through doors that comes near all that was not walked; None where nothing worth a way is left."""
     missing = np.flatnonzero(~space.walked)
     area = space.areas.at(space.places_m[missing])
@@ -251,16 +242,23 @@ def filling_walk(space: WalkedSpace) -> FillingWalk | None:
     if not len(missing):
         return None
     stops = _stops(space.places_m[missing], area, space.distances.step_m)[:MOST_STOPS]
-    length_m = space.distances.between(stops, stops, _LOOK_M)
+    apart_m = space.distances.between(stops, stops, _LOOK_M)
     straight = np.linalg.norm(stops[:, None] - stops, axis=2)
     order = short_order(
-        np.where(np.isfinite(length_m), length_m, _LOOK_M + 2 * straight),
+        np.where(np.isfinite(apart_m), apart_m, _LOOK_M + 2 * straight),
         free=True,
         tries=max(1, min(8, _MANY_STOPS // len(stops))),
     )
-    legs = [_leg(space.distances, stops[one], stops[other], length_m[one, other]) for one, other in pairwise(order)]
+    legs = [_leg(space.distances, stops[one], stops[other], apart_m[one, other]) for one, other in pairwise(order)]
     line = np.vstack([stops[order[:1]], *(leg[1:] for leg in legs)])
-    return FillingWalk(space.distances.off_walls(line), stops[order])
+    line = space.distances.off_walls(line)
+    length_m = line_length(line)
+    return WalkToFill(
+        length_m=round(length_m, 2),
+        minutes=round(length_m / WALKING_M_S / 60, 2),
+        points_m=[_point(point) for point in line.tolist()],
+        stops_m=[_point(point) for point in stops[order].tolist()],
+    )
 
 
 def _stops(places_m: FloatArray, area: IntArray, step_m: float) -> FloatArray:
@@ -294,15 +292,6 @@ class WalkedArea(Record):
     """A place in it, far from its walls; BCS."""
 
 
-class WalkToFill(Record):
-    """The walk past all that was not walked; corners and stops in order, BCS metres."""
-
-    length_m: float
-    minutes: float
-    points_m: list[tuple[float, float]]
-    stops_m: list[tuple[float, float]]
-
-
 class WalkedFloor(Record):
     """One floor."""
 
@@ -331,7 +320,7 @@ class WalkedFloor(Record):
         return [area for area in self.rooms if not area.entered]
 
 
-def walked_floor(number: int, space: WalkedSpace, walk: FillingWalk | None) -> WalkedFloor:
+def walked_floor(number: int, space: WalkedSpace, walk: WalkToFill | None) -> WalkedFloor:
     """Reduce a floor to its record."""
     areas, walked, scanned = space.areas, space.area_shares(space.walked), space.area_shares(space.scanned)
     rows = [
@@ -352,16 +341,7 @@ def walked_floor(number: int, space: WalkedSpace, walk: FillingWalk | None) -> W
         walked=round(float(np.mean(space.walked)), 4),
         scanned=round(float(np.mean(space.scanned)), 4),
         areas=sorted(rows, key=lambda area: (not area.room, area.name)),
-        walk=None if walk is None else _walk(walk),
-    )
-
-
-def _walk(walk: FillingWalk) -> WalkToFill:
-    return WalkToFill(
-        length_m=round(walk.length_m, 2),
-        minutes=round(walk.minutes, 2),
-        points_m=[_point(point) for point in walk.line_m.tolist()],
-        stops_m=[_point(point) for point in walk.stops_m.tolist()],
+        walk=walk,
     )
 
 
