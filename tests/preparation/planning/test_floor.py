@@ -17,10 +17,9 @@ from hypothesis import strategies as st
 
 from tests.preparation.planning.floors import graph_of, nothing_given, ring
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.preparation.planning.changed_plan import ChangedPlan
 from vislam2tag.preparation.planning.corridors import typical_walks
 from vislam2tag.preparation.planning.demands import broken_spacing
-from vislam2tag.preparation.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
+from vislam2tag.preparation.planning.floor import STEPS, ChangedPlan, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.preparation.planning.prediction import expected_on_walks, mean_error_m
 from vislam2tag.preparation.planning.records import COLUMNS, floor_summary, landmarks_text, new_ids
 from vislam2tag.preparation.planning.refine import further_landmarks, sigma_map

@@ -1,9 +1,9 @@
-"""A whole plan of one floor: places, demands, the fewest landmarks, their walls, what to expect of them, the tour."""
+"""A whole plan of one floor, from places and demands to expected errors and the tour; a plan changed by hand."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from vislam2tag.preparation.planning.corridors import Corridors, corridors_of, t
 from vislam2tag.preparation.planning.demands import (
     Cover,
     Demands,
-    Gap,
     StationSet,
     broken_spacing,
     cover,
@@ -25,8 +24,10 @@ from vislam2tag.preparation.planning.prediction import (
     ExpectedLabels,
     PassedLandmarks,
     StationPasses,
+    expected_along,
     expected_on_walks,
     gap_costs,
+    passes_near,
 )
 from vislam2tag.preparation.planning.refine import (
     DistanceClass,
@@ -94,11 +95,6 @@ class FloorDesign:
     def landmarks(self) -> PassedLandmarks:
         """New landmarks, then the fixed ones that are passed."""
         return passed_landmarks(self.places, self.stations, self.place, self.constraints, self.fixed_station)
-
-    @property
-    def gaps(self) -> tuple[Gap, ...]:
-        """Demands that no wall can fulfil."""
-        return self.demands.gaps
 
 
 def plan_floor(
@@ -191,6 +187,10 @@ class _Candidates:
         """(s,) stations with a new landmark possible or a fixed one."""
         return self.usable | self.fixed
 
+    def broken(self, chosen: BoolArray, spacing_m: float) -> set[StationSet]:
+        """Rows of walks that are longer than the spacing without a ``chosen`` (s,) station."""
+        return broken_spacing(self.corridors, self.stations, self.all, chosen, spacing_m)
+
     @property
     def passed(self) -> IntArray:
         """(p,) the fixed landmarks that are passed."""
@@ -206,10 +206,14 @@ class _Candidates:
         return choose_walls(station, self.places, held, self.fixed_station[self.passed], distance_m)
 
     def toured(self, place: IntArray) -> tuple[IntArray, Tour]:
-        """The tour past the new landmarks (m,) and the fixed ones, and the new ones in its order."""
+        """The new landmarks (m,) in the order in which the tour meets them first, and the tour."""
         station = self.with_fixed(self.places.station[place])
         tour = plan_tour(self.corridors, self.stations.corridor[station], self.stations.offset_m[station])
-        return _in_order(place, tour)
+        met = list(dict.fromkeys(tour.visit.tolist()))
+        order = [i for i in met if i < len(place)] + [i for i in range(len(place)) if i not in met]
+        fixed = np.arange(len(place), tour.visit.max(initial=-1) + 1)
+        renumber = np.concatenate((np.argsort(order), fixed)).astype(int)
+        return place[np.array(order, dtype=np.int64)], Tour(tour.line, renumber[tour.visit], tour.visit_m, tour.twice_m)
 
 
 def passed_landmarks(
@@ -230,9 +234,8 @@ def longest_free_m(corridors: Corridors, stations: Stations, chosen: BoolArray, 
     everywhere = np.ones(len(chosen), dtype=np.bool_)
     while high - low > 0.05:
         middle = (low + high) / 2
-        low, high = (
-            (middle, high) if broken_spacing(corridors, stations, everywhere, chosen, middle, 1) else (low, middle)
-        )
+        broken = broken_spacing(corridors, stations, everywhere, chosen, middle, 1)
+        low, high = (middle, high) if broken else (low, middle)
     return round(high, 1)
 
 
@@ -270,14 +273,10 @@ def _stations_of(space: WalkableSpace, stations: Stations, fixed: FloatArray) ->
 
 def _fewest(candidates: _Candidates, demands: Demands, settings: PlanSettings) -> Cover:
     """The fewest stations that fulfil all demands."""
-
-    def broken(chosen: BoolArray) -> set[StationSet]:
-        return broken_spacing(candidates.corridors, candidates.stations, candidates.all, chosen, settings.spacing_m)
-
     return cover(
         demands.rows,
         candidates.fixed,
-        broken,
+        lambda chosen: candidates.broken(chosen, settings.spacing_m),
         allowed=candidates.all,
         gap=settings.gap,
         nodes=settings.nodes,
@@ -298,18 +297,102 @@ def _improved(
     passes = StationPasses.of(walks, candidates.stations.point)
     costs = gap_costs(settings.survey_sigma_m)
     rows = list(demands.rows)
-    for _ in range(5):  # a limit: where each better choice breaks the spacing anew, the fewest ones stay
+    for _ in range(5):  # a limit: where each better choice breaks the spacing again, the fewest ones stay
         better = improve_stations(fewest.chosen, fewest.chosen & ~fixed, usable, rows, distance_m, passes, costs)
-        broken = broken_spacing(candidates.corridors, candidates.stations, candidates.all, better, settings.spacing_m)
+        broken = candidates.broken(better, settings.spacing_m)
         if not broken:
             return better
         rows += sorted(broken, key=sorted)
     return fewest.chosen
 
 
-def _in_order(place: IntArray, tour: Tour) -> tuple[IntArray, Tour]:
-    """Number the new landmarks (m,) in the order in which the tour meets them first; fixed ones keep their numbers."""
-    met = list(dict.fromkeys(tour.visit.tolist()))
-    order = [i for i in met if i < len(place)] + [i for i in range(len(place)) if i not in met]
-    renumber = np.concatenate((np.argsort(order), np.arange(len(place), tour.visit.max(initial=-1) + 1))).astype(int)
-    return place[np.array(order, dtype=np.int64)], Tour(tour.line, renumber[tour.visit], tour.visit_m, tour.twice_m)
+_KEPT = 5000
+"""Walks whose labels are kept for landmarks that they pass."""
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What is to be expected with some landmarks: ``longest_m`` is the longest walk without one."""
+
+    expected: tuple[ExpectedLabels, ...]
+    sigma: SigmaMap
+    longest_m: float
+
+
+class ChangedPlan:
+    """Other choices of a plan's places. Only walks that pass other landmarks than before are solved anew."""
+
+    def __init__(self, design: FloorDesign, graph: CorridorGraph, settings: PlanSettings) -> None:
+        """``graph`` and ``settings`` are those that the design was made with."""
+        self.design, self._settings = design, settings
+        self._paths = typical_walks(graph)
+        self._passing: dict[tuple[int, bytes], bool] = {}
+        self._solved: dict[tuple[int, bytes], ExpectedLabels | None] = {}
+
+    def nearest_place(self, point_m: FloatArray, others: IntArray) -> int:
+        """The place nearest to a point (2,) of those at stations without another landmark; places (o,) of others."""
+        places = self.design.places
+        away = np.linalg.norm(places.position - point_m, axis=1)
+        away[np.isin(places.station, places.station[others])] = np.inf
+        return int(np.argmin(away))
+
+    def expectation(self, place: IntArray) -> Expectation:
+        """What is to be expected with landmarks at places (m,) besides the fixed ones."""
+        design = self.design
+        landmarks = replace(self.design, place=place).landmarks
+        found = (self._labels(number, path, landmarks) for number, path in enumerate(self._paths))
+        expected = tuple(one for one in found if one is not None)
+        stations = np.concatenate((design.places.station[place], design.fixed_station))
+        chosen = marked(stations, len(design.stations.corridor))
+        longest_m = longest_free_m(design.corridors, design.stations, chosen, self._settings.spacing_m)
+        return Expectation(expected, sigma_map(design.space, expected), longest_m)
+
+    def further(self, place: IntArray, count: int) -> list[int]:
+        """Up to ``count`` further places where landmarks help most beside those at places (m,), the best first."""
+        places, stations = self.design.places, self.design.stations
+        free = ~np.isin(places.station, places.station[place])
+        found = further_landmarks(
+            self._paths,
+            replace(self.design, place=place).landmarks,
+            places,
+            stations,
+            free,
+            count,
+            self._settings.survey_sigma_m,
+        )
+        return [one.place for one in found]
+
+    def designed(self, place: IntArray) -> FloorDesign:
+        """The whole plan with landmarks at places (m,)."""
+        design, found = self.design, self.expectation(place)
+        landmarks = replace(self.design, place=place).landmarks
+        station = np.concatenate((design.places.station[place], design.fixed_station[design.fixed_station >= 0]))
+        distance_m = walking_distances(design.corridors, design.stations)
+        return replace(
+            design,
+            place=place,
+            longest_m=found.longest_m,
+            line_deviations_m=line_deviations_m(landmarks.position, station, distance_m),
+            expected=found.expected,
+            sigma=found.sigma,
+            classes=tuple(distance_classes(design.space, landmarks.position, found.expected)),
+            further=(),
+            tour=plan_tour(design.corridors, design.stations.corridor[station], design.stations.offset_m[station]),
+        )
+
+    def _labels(self, number: int, path: FloatArray, landmarks: PassedLandmarks) -> ExpectedLabels | None:
+        """What is expected along a walk (n, 2), which depends on the landmarks that it passes only."""
+        rows = [row for row, foot in enumerate(landmarks.foot) if self._passes(number, path, foot)]
+        passed = PassedLandmarks(landmarks.position[rows], landmarks.foot[rows], landmarks.pass_m[rows])
+        key = number, passed.position.tobytes()
+        if key not in self._solved:
+            while len(self._solved) >= _KEPT:
+                del self._solved[next(iter(self._solved))]
+            self._solved[key] = expected_along(path, passed, self._settings.survey_sigma_m)
+        return self._solved[key]
+
+    def _passes(self, number: int, path: FloatArray, foot: FloatArray) -> bool:
+        key = number, foot.tobytes()
+        if key not in self._passing:
+            self._passing[key] = passes_near(path, foot)
+        return self._passing[key]

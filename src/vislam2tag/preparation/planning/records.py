@@ -146,11 +146,11 @@ def floor_summary(
         bound=bound,
         above_bound=round(number / bound - 1, 4) if bound else 0.0,
         cut_short=design.cover.cut_short,
-        longest_m=None if design.gaps else design.longest_m,
+        longest_m=None if design.demands.gaps else design.longest_m,
         on_a_line=tuple(
             one for one, width in zip(every, design.line_deviations_m.tolist(), strict=True) if width < NARROW_M
         ),
-        unmet=tuple(_unmet(gap.kind, gap.start, gap.stop, gap.length_m, settings) for gap in design.gaps),
+        unmet=tuple(_unmet(gap.kind, gap.start, gap.stop, gap.length_m, settings) for gap in design.demands.gaps),
         expected_error_m=None if math.isnan(error_m) else _metres(error_m, 4),
         expected=design.classes,
         further=_further(design),

@@ -10,7 +10,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.pipeline.site.plan import PlanRequest, add_to_site, constraints_of, designed
-from vislam2tag.preparation.planning.changed_plan import ChangedPlan
+from vislam2tag.preparation.planning.floor import ChangedPlan
 from vislam2tag.preparation.planning.prediction import mean_error_m
 from vislam2tag.preparation.planning.records import PlanSummary, floor_summary, new_ids
 from vislam2tag.preparation.planning.settings import PlanSettings
@@ -63,7 +63,7 @@ class _Plan:
             fixed=len(design.constraints.names),
             fewest=self.fewest,
             expected_error_m=None if np.isnan(error_m) else error_m,
-            longest_m=None if design.gaps else found.longest_m,
+            longest_m=None if design.demands.gaps else found.longest_m,
             extent_m=grid.extent_m,
             rows=grid.rows,
             columns=grid.columns,
