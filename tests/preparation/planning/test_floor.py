@@ -108,7 +108,7 @@ def test_a_floor_without_ways_or_walls_is_told() -> None:
 def test_a_spacing_that_cannot_be_met_is_told_with_its_place() -> None:
     south = replace(nothing_given(), forbidden=np.array([(3.5, -1.0, 26.5, 3.0)]))
     found = plan_floor(*ring(), SETTINGS.model_copy(update={"further": 0}), south)
-    (gap,) = found.gaps
+    (gap,) = found.demands.gaps
     assert gap.kind == "spacing"
     assert 23.0 < gap.length_m < 26.0
     assert gap.start[1] == gap.stop[1] == 1.0
