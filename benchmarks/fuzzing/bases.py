@@ -20,7 +20,7 @@ from fuzzing.invocation import cli, first_walk
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
 from vislam2tag.site.corrections import edits as correction_lines
-from vislam2tag.site.model import SETTINGS_FILE
+from vislam2tag.site.settings import SETTINGS_FILE
 
 CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""

@@ -206,10 +206,10 @@ if TYPE_CHECKING:
     from vislam2tag.site.model import SessionRef as SessionRef
     from vislam2tag.site.model import Site as Site
     from vislam2tag.site.model import Survey as Survey
-    from vislam2tag.site.model import SurveySettings as SurveySettings
+    from vislam2tag.site.settings import SurveySettings as SurveySettings
     from vislam2tag.site.site_file import GeoreferencePart as GeoreferencePart
     from vislam2tag.site.site_file import SiteFile as SiteFile
-    from vislam2tag.site.walkable.space import WalkableSettings as WalkableSettings
+    from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
     from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
 
     dataset = _build_dataset
@@ -329,9 +329,10 @@ _NAMES = {
     "simulation.survey": "WritingOptions simulate",
     "smoother.settings": "SmootherSettings",
     "site.frame_change": "FrameChanges",
-    "site.model": "Floor SessionKey SessionRef Site Survey SurveySettings",
+    "site.model": "Floor SessionKey SessionRef Site Survey",
+    "site.settings": "SurveySettings",
     "site.site_file": "GeoreferencePart SiteFile",
-    "site.walkable.space": "WalkableSettings",
+    "site.walkable.settings": "WalkableSettings",
 }
 """What each module of the package holds of the interface, ``name=its name there`` where a command's name differs."""
 _PLACES = {

@@ -19,9 +19,9 @@ from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, Radio
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.registration.record import RegistrationSettings
-from vislam2tag.preparation.sheets.sheet_requests import SheetSettings
+from vislam2tag.preparation.sheets.settings import SheetSettings
 from vislam2tag.simulation.settings import SimulationSettings
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 _LEAST, _GREATEST = 1e-6, 1e9
 

@@ -23,7 +23,8 @@ from vislam2tag.preparation.sheets.page import (
     tag_rows,
     write_pdf,
 )
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES
+from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
 from vislam2tag.preparation.sightings import (
     Detector,
     Seen,

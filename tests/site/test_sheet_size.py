@@ -7,7 +7,7 @@ import math
 import pytest
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, sheet_size
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES, sheet_size
 
 
 def test_the_image_is_the_paper_less_its_quiet_borders() -> None:

@@ -33,7 +33,7 @@ from vislam2tag.simulation.scenario import SITE_SEED, site_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 400, "height": 800}
 OWN = {"truth.csv", "script.txt"}

@@ -17,7 +17,7 @@ from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.raster import IMAGES
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.walkable.plan_cells import polygon_area
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 CELL_M = 0.25
 """Walls need not be finer than steps are known."""

@@ -22,7 +22,8 @@ from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
 from vislam2tag.site.corrections.file import Corrections, read_corrections
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.links import Link, link_findings, links_in
-from vislam2tag.site.model import SessionRef, Survey, SurveySettings
+from vislam2tag.site.model import SessionRef, Survey
+from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.stored_survey import survey_at_hand
 
 

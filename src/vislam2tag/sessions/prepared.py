@@ -33,7 +33,8 @@ from vislam2tag.sessions.without_poses import FILES_OF_POSES, inertial_log, with
 from vislam2tag.site.corrections.file import Corrections, SetTap
 from vislam2tag.site.corrections.landmarks import corrected_landmarks, named_by_floor
 from vislam2tag.site.frame_change import FrameChange, changes_from, in_frame_of
-from vislam2tag.site.model import Floor, SessionRef, Site, SurveySettings
+from vislam2tag.site.model import Floor, SessionRef, Site
+from vislam2tag.site.settings import SurveySettings
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 
 _REFUSED = ("pose_convention", "far_landmarks", "not_level")

@@ -35,8 +35,9 @@ from vislam2tag.site.landmark_file import (
 )
 from vislam2tag.site.landmark_states import SurveyedLandmark, names_shown
 from vislam2tag.site.links import shared_site
-from vislam2tag.site.model import Floor, SessionKey, Site, SurveySettings
+from vislam2tag.site.model import Floor, SessionKey, Site
 from vislam2tag.site.plans.load import check_image
+from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, FloorRow, has_site_file, read_floor_file, read_site_file
 from vislam2tag.site.site_table import is_file, site_finding
 

@@ -6,11 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pydantic import Field
 
 from vislam2tag.common.files.store import Listed, Store
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.core.similarity import Similarity2
@@ -178,17 +176,3 @@ class Survey(Drawable):
             "sessions": len(self.sessions),
             "findings": len(self.findings),
         }
-
-
-SETTINGS_FILE = "vislam2tag.toml"
-"""In a survey's folder: settings of the commands that read it."""
-
-
-class SurveySettings(FiniteRecord):
-    """What is taken for granted of landmarks."""
-
-    landmark_sigma_m: float = Field(default=0.02, gt=0)
-    """Standard deviation per axis of a surveyed landmark whose file gives none, metres: a total station's, with a sheet
-    hung by hand."""
-    use_planned: bool = False
-    """Use positions of landmarks that are planned and not yet measured, with a sigma of 0.1 m."""

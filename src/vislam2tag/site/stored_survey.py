@@ -21,8 +21,9 @@ from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 from vislam2tag.site.discover import site_files
 from vislam2tag.site.floors import HEADER_BYTES, ilc20_traces
-from vislam2tag.site.model import COMPANIONS, SETTINGS_FILE, Site, StoredFile, StoredFolder
+from vislam2tag.site.model import COMPANIONS, Site, StoredFile, StoredFolder
 from vislam2tag.site.plan_formats.raster import IMAGES
+from vislam2tag.site.settings import SETTINGS_FILE
 from vislam2tag.site.site_file import SITE_FILE
 
 

@@ -24,7 +24,7 @@ from vislam2tag.preparation.planning.prediction import expected_on_walks, mean_e
 from vislam2tag.preparation.planning.records import COLUMNS, floor_summary, landmarks_text, new_ids
 from vislam2tag.preparation.planning.refine import further_landmarks, sigma_map
 from vislam2tag.preparation.planning.settings import CameraSettings, PlanSettings
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 
 SETTINGS = PlanSettings(further=1)
 

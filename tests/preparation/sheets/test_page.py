@@ -19,7 +19,8 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.preparation.sheets.images import dead_leaves_picture
 from vislam2tag.preparation.sheets.page import MISSING, SheetPage, largest_width_m, page_layout, printable, write_pdf
-from vislam2tag.preparation.sheets.sheet_requests import QUIET_M, SHEET_SIZES, SheetRequest
+from vislam2tag.preparation.sheets.settings import QUIET_M, SHEET_SIZES
+from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
 
 LOBBY = SheetRequest("lobby", "Main building", 1, "Ground", (12.3, 4.5), 1.55)
 

@@ -22,6 +22,7 @@ from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import silent
 from vislam2tag.preparation.sheets.images import LandmarkImage, dead_leaves_picture, generated_image
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES, SheetSettings
 from vislam2tag.preparation.sheets.sheet_folder import (
     SheetOptions,
     SheetsRecord,
@@ -33,7 +34,7 @@ from vislam2tag.preparation.sheets.sheet_folder import (
     sheets_record,
     write_sheets,
 )
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest, SheetSettings
+from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
 
 A4 = SHEET_SIZES["A4"]
 

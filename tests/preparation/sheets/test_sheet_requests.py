@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from tests.site.site import write_survey
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetRequest, parse_ids, requested_sheets
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES
+from vislam2tag.preparation.sheets.sheet_requests import SheetRequest, parse_ids, requested_sheets
 from vislam2tag.site.names import landmark_id
 
 

@@ -11,7 +11,7 @@ from vislam2tag.cli import main
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.simulation.building.site_survey import site_floors
 from vislam2tag.site.discover import read_site
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 SIZE = f"{WIDTH_M + 2 * MARGIN_M},{HEIGHT_M + 2 * MARGIN_M}"
 LANDMARKS = "id,x,y,heading_rad\n" + "".join(

@@ -14,8 +14,9 @@ from vislam2tag.simulation.building.building import draw_plan, make_building
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind, corridor_graph, open_cells, place_doors, room_nodes
+from vislam2tag.site.walkable.settings import GraphSettings
 from vislam2tag.site.walkable.skeleton import skeleton
-from vislam2tag.site.walkable.space import GraphSettings, WalkableSpace, walkable_space
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 
 @pytest.fixture(scope="module")

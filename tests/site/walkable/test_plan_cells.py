@@ -26,7 +26,7 @@ from vislam2tag.site.walkable.plan_cells import (
     plan_grid,
     read_mask,
 )
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 GRID = CellGrid((-2.0, 1.0), 0.5, 30, 40)
 NUMBER = st.floats(-4, 20, allow_nan=False).map(lambda value: round(value, 3))

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from tests.site.walkable.hand_made import rectangles, space_of
 from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.site.walkable.settings import GraphSettings
 from vislam2tag.site.walkable.skeleton import (
     Network,
     bend_at,
@@ -17,7 +18,6 @@ from vislam2tag.site.walkable.skeleton import (
     straighten,
     traced,
 )
-from vislam2tag.site.walkable.space import GraphSettings
 
 SETTINGS = GraphSettings()
 

@@ -15,7 +15,7 @@ from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
-from vislam2tag.preparation.sheets.sheet_requests import sheet_size
+from vislam2tag.preparation.sheets.settings import sheet_size
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -29,7 +29,8 @@ from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask
-from vislam2tag.site.walkable.space import WalkableSettings, WalkableSpace, walkable_space
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 KINDS = ("png", "pdf", "svg", "html")
 

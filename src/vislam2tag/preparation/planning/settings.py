@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES, SheetSize
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES, SheetSize
 
 Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
 

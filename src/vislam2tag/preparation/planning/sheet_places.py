@@ -14,7 +14,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.preparation.planning.corridors import Corridors
 from vislam2tag.preparation.planning.settings import CameraSettings, PlanSettings
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.site.walkable.space import WalkableSpace
 
 _AT_ONCE = 2_000_000

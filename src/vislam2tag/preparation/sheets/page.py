@@ -26,7 +26,8 @@ from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.preparation.sheets.features import GreyImage
-from vislam2tag.preparation.sheets.sheet_requests import QUIET_M, SHEET_SIZES, SheetRequest, SheetSize
+from vislam2tag.preparation.sheets.settings import QUIET_M, SHEET_SIZES, SheetSize
+from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
 from vislam2tag.site.names import landmark_id
 
 SCALE_BAR_M = 0.100

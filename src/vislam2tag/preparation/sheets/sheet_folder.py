@@ -46,14 +46,8 @@ from vislam2tag.preparation.sheets.page import (
     tag_rows,
     write_pdf,
 )
-from vislam2tag.preparation.sheets.sheet_requests import (
-    MOST_SHEETS,
-    SheetRequest,
-    SheetSettings,
-    SheetSize,
-    requested_sheets,
-    sheet_size,
-)
+from vislam2tag.preparation.sheets.settings import SheetSettings, SheetSize, sheet_size
+from vislam2tag.preparation.sheets.sheet_requests import MOST_SHEETS, SheetRequest, requested_sheets
 from vislam2tag.site.names import is_reserved, landmark_id, unique_slugs
 
 

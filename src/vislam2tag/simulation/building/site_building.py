@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.path_length import arc_lengths, points_along
-from vislam2tag.preparation.sheets.sheet_requests import SHEET_SIZES
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.simulation.building.building import furnished
 from vislam2tag.simulation.building.site_paths import site_paths
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor

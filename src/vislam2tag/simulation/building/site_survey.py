@@ -22,7 +22,8 @@ from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, has_site_file
 from vislam2tag.site.walkable.graph import corridor_graph
 from vislam2tag.site.walkable.plan_cells import floor_mask
-from vislam2tag.site.walkable.space import WalkableSettings, walkable_space
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
 
 
 def site_floors(

@@ -10,7 +10,7 @@ from vislam2tag.simulation.choices import SiteColumn
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.writing.writer import comma_separated
-from vislam2tag.site.model import SurveySettings
+from vislam2tag.site.settings import SurveySettings
 
 HEIGHT_SIGMA_M = 0.02
 SIGMA_RANGE_M = (0.01, 0.1)

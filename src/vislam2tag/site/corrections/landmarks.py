@@ -22,7 +22,8 @@ from vislam2tag.site.corrections.file import (
     SetLandmarkFloor,
     TurnLandmarks,
 )
-from vislam2tag.site.model import Floor, SessionKey, Site, SurveySettings
+from vislam2tag.site.model import Floor, SessionKey, Site
+from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.site_table import site_finding
 
 

@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.path_length import arc_lengths, line_length
+from vislam2tag.site.walkable.settings import GraphSettings
 from vislam2tag.site.walkable.skeleton import (
     Network,
     bend_at,
@@ -21,7 +22,7 @@ from vislam2tag.site.walkable.skeleton import (
     skeleton,
     straighten,
 )
-from vislam2tag.site.walkable.space import GraphSettings, WalkableSpace
+from vislam2tag.site.walkable.space import WalkableSpace
 
 
 def place_doors(network: Network, space: WalkableSpace, settings: GraphSettings) -> set[int]:

@@ -13,7 +13,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.door_swings import without_swings
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 Bytes = npt.NDArray[np.uint8]
 

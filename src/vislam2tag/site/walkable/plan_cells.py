@@ -18,7 +18,7 @@ from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.images import load_plan
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, Use
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 _HOLDS_CELLS = 1.05
 _LAP_M = 0.02

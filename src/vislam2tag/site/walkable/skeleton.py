@@ -17,7 +17,8 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.path_length import arc_lengths, line_length
-from vislam2tag.site.walkable.space import GraphSettings, WalkableSpace
+from vislam2tag.site.walkable.settings import GraphSettings
+from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WalkingDistances
 
 

@@ -14,7 +14,7 @@ from vislam2tag.preparation.planning.floor import ChangedPlan
 from vislam2tag.preparation.planning.prediction import mean_error_m
 from vislam2tag.preparation.planning.records import PlanSummary, floor_summary, new_ids
 from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.preparation.sheets.sheet_requests import sheet_size
+from vislam2tag.preparation.sheets.settings import sheet_size
 from vislam2tag.settings import Settings
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.model import Floor

@@ -17,7 +17,8 @@ from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask, plan_grid
-from vislam2tag.site.walkable.space import WalkableSettings, walkable_space
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.studio.layers.walkable import rings_of
 from vislam2tag.studio.prepare.messages import Stroke, WallsRequest, WallsView
 from vislam2tag.studio.workspace import plan_stamp

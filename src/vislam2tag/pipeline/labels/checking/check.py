@@ -37,7 +37,7 @@ from vislam2tag.self_check.record import FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.links import left_out_of, shared_survey
-from vislam2tag.site.walkable.space import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
 
