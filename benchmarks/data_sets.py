@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tarfile
+from vislam2tag.simulation.survey import simulated_floor
 import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace

@@ -33,7 +33,7 @@ from vislam2tag.dead_reckoning.walk import SensedWalk
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
-from vislam2tag.survey.discover import read_site
+from vislam2tag.site.discover import read_site
 
 COLUMNS = {"all but one": None, "every 3rd": 3, "every 5th": 5, "first and last": 0}
 FOLDS = 5

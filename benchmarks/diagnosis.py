@@ -49,12 +49,12 @@ from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_ra
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
 from vislam2tag.simulation.settings import BuildingSettings, stream
 from vislam2tag.simulation.survey import STALE_SHARE, walk_and_track
+from vislam2tag.site.corrections.file import UNITS_M, session_start
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.survey.corrections.file import UNITS_M, session_start
-from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.plans.model import FloorPlan
-from vislam2tag.walkable.space import walkable_space
 
 FEWEST_PASSES, FEWEST_OTHERS = 3, 3
 SQUARE = 0.2

@@ -21,9 +21,9 @@ from PIL import Image
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.preparation.sheets.images import dead_leaves_picture
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
-from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.simulation.scenario import Scenario, regular_survey
 from vislam2tag.simulation.survey import simulate
 

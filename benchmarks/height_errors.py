@@ -25,7 +25,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.site.corrections.file import Corrections
 
 COLUMNS = frozenset({SiteColumn.ELEVATION, SiteColumn.Z})
 GIVEN = {

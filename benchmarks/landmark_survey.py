@@ -31,11 +31,11 @@ from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
+from vislam2tag.site.landmark_file import SharedErrors
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
-from vislam2tag.survey.shared_errors import SharedErrors
 
 SETTINGS = Settings()
 SIGMA_M = 0.02

@@ -10,8 +10,8 @@ import pytest
 from markdown_it import MarkdownIt
 
 from tests.report.browser import running_browser
-from vislam2tag.planning.settings import CameraSettings
-from vislam2tag.survey.sheet_size import SHEET_SIZES
+from vislam2tag.preparation.planning.settings import CameraSettings
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 
 GUIDE = Path(__file__).resolve().parents[1] / "docs" / "how-to" / "field-guide.md"
 STYLE = "body { font: 10pt/1.3 sans-serif; margin: 0 } h1 { font-size: 15pt; margin: 0 } p, ul { margin: 4pt 0 }"

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from tests.drifting import loops
-from tests.survey.plans import drawn_floor
+from tests.site.plans import drawn_floor
 from tests.surveys import make_survey
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core import limits
@@ -31,10 +31,10 @@ from vislam2tag.quality.evaluation.station_frame import read_station_track
 from vislam2tag.quality.evaluation.truth import nearest_points
 from vislam2tag.report.pages.check_page import _gain_map
 from vislam2tag.sessions.registry import open_survey
+from vislam2tag.site.landmark_file import read_control_points
+from vislam2tag.site.walkable.graph import _net_places
+from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.smoother.noise import NoiseLevels
-from vislam2tag.survey.landmark_file import read_control_points
-from vislam2tag.walkable.open_areas import _net_places
-from vislam2tag.walkable.space import WalkableSpace
 
 GB = 10**9
 YEARS_200_NS = 200 * 365 * 86_400 * 10**9

@@ -17,8 +17,8 @@ import pytest
 
 from vislam2tag import api
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.survey.frame_change import FrameChange
-from vislam2tag.survey.site_file import FloorPart
+from vislam2tag.site.frame_change import FrameChange
+from vislam2tag.site.site_file import FloorPart
 
 UNCHANGED = api.FrameChanges(floors=(FrameChange.of(0, Similarity2.identity()),))
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import vislam2tag
+from tests.preparation.rendered_walk import Walk, write_stray_scanner
 from tests.sessions.companions.walks import OtherClock, write_sensor_logger
-from tests.sightings.rendered_walk import Walk, write_stray_scanner
-from tests.survey.plans import drawn_floor
-from tests.survey.site import write_survey
+from tests.site.plans import drawn_floor
+from tests.site.site import write_survey
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.sessions.registry import open_survey, read_session
 

@@ -15,7 +15,7 @@ import polars as pl
 from PIL import Image
 from tests.dead_reckoning.ilc20 import make_site
 from tests.receiving.zips import session_zip
-from tests.survey.plans import drawn_floor
+from tests.site.plans import drawn_floor
 
 from vislam2tag.cli import main
 from vislam2tag.common.errors import DatasetError, first_line

@@ -2,7 +2,7 @@
 
     from vislam2tag.api import Settings, process
 
-    summary = process("survey", "labels", Settings(strategy="local"))
+    summary = process("site", "labels", Settings(strategy="local"))
 
 Each command has its function here, of its own name (``import_`` for ``import``, ``site_init`` for ``site init``;
 ``receive`` alone is a server and has none). Folders and files may be given as text: an ``AnyPath`` is a ``str`` or a
@@ -132,19 +132,16 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.site.plan import PlanRequest as PlanRequest
     from vislam2tag.pipeline.site.plan import write_plans as _write_plans
     from vislam2tag.pipeline.site.rebase import rebase as _rebase
+    from vislam2tag.pipeline.site.rebase import write_published as _write_published
     from vislam2tag.pipeline.site.register import FloorFiles as FloorFiles
     from vislam2tag.pipeline.site.register import register as register
     from vislam2tag.pipeline.site.show import SiteSummary as SiteSummary
+    from vislam2tag.pipeline.site.show import WalkableFloor as WalkableFloor
     from vislam2tag.pipeline.site.show import summarise_site as _summarise_site
-    from vislam2tag.pipeline.site.walkable import WalkableFloor as WalkableFloor
-    from vislam2tag.pipeline.site.walkable import write_walkable as _write_walkable
-    from vislam2tag.pipeline.site.write import write_published as _write_published
+    from vislam2tag.pipeline.site.show import write_walkable as _write_walkable
     from vislam2tag.pipeline.survey_run import SurveyRun as SurveyRun
     from vislam2tag.pipeline.survey_run import run_survey as _run_survey
     from vislam2tag.pipeline.survey_run import run_survey as run_survey
-    from vislam2tag.planning.records import PlanSummary as PlanSummary
-    from vislam2tag.planning.settings import CameraSettings as CameraSettings
-    from vislam2tag.planning.settings import PlanSettings as PlanSettings
     from vislam2tag.positioning.benchmark_protocol import ModelChoice as ModelChoice
     from vislam2tag.positioning.benchmark_record import Benchmark as Benchmark
     from vislam2tag.positioning.learning_data import LearningData as LearningData
@@ -186,9 +183,6 @@ if TYPE_CHECKING:
     from vislam2tag.sessions.tables.clocks import Clock as Clock
     from vislam2tag.settings import Settings as Settings
     from vislam2tag.settings import read_settings as read_settings
-    from vislam2tag.sheets.making import SheetOptions as SheetOptions
-    from vislam2tag.sheets.making import make_sheets as _make_sheets
-    from vislam2tag.sheets.sheet_folder import SheetsRecord as SheetsRecord
     from vislam2tag.simulation.choices import Climb as Climb
     from vislam2tag.simulation.choices import Locale as Locale
     from vislam2tag.simulation.choices import SessionLayout as SessionLayout
@@ -200,17 +194,17 @@ if TYPE_CHECKING:
     from vislam2tag.simulation.settings import WalkSettings as WalkSettings
     from vislam2tag.simulation.survey import WritingOptions as WritingOptions
     from vislam2tag.simulation.survey import simulate as simulate
+    from vislam2tag.site.frame_change import FrameChanges as FrameChanges
+    from vislam2tag.site.model import Floor as Floor
+    from vislam2tag.site.model import SessionKey as SessionKey
+    from vislam2tag.site.model import SessionRef as SessionRef
+    from vislam2tag.site.model import Site as Site
+    from vislam2tag.site.model import Survey as Survey
+    from vislam2tag.site.settings import SurveySettings as SurveySettings
+    from vislam2tag.site.site_file import GeoreferencePart as GeoreferencePart
+    from vislam2tag.site.site_file import SiteFile as SiteFile
+    from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
     from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
-    from vislam2tag.survey.frame_change import FrameChanges as FrameChanges
-    from vislam2tag.survey.model import Floor as Floor
-    from vislam2tag.survey.model import SessionKey as SessionKey
-    from vislam2tag.survey.model import SessionRef as SessionRef
-    from vislam2tag.survey.model import Site as Site
-    from vislam2tag.survey.model import Survey as Survey
-    from vislam2tag.survey.settings import SurveySettings as SurveySettings
-    from vislam2tag.survey.site_file import GeoreferencePart as GeoreferencePart
-    from vislam2tag.survey.site_file import SiteFile as SiteFile
-    from vislam2tag.walkable.settings import WalkableSettings as WalkableSettings
 
     dataset = _build_dataset
     demo = _run_demo
@@ -296,14 +290,12 @@ _NAMES = {
     "pipeline.run.workers": "Executor",
     "pipeline.site.init": "NewFloor site_init=add_floor",
     "pipeline.site.plan": "PlanRequest plan=write_plans",
-    "pipeline.site.rebase": "site_rebase=rebase",
+    "pipeline.site.rebase": "site_rebase=rebase site_write=write_published",
     "pipeline.site.register": "FloorFiles register",
-    "pipeline.site.show": "SiteSummary site_show=summarise_site",
-    "pipeline.site.walkable": "WalkableFloor site_walkable=write_walkable",
-    "pipeline.site.write": "site_write=write_published",
+    "pipeline.site.show": "SiteSummary WalkableFloor site_show=summarise_site site_walkable=write_walkable",
     "pipeline.survey_run": "SurveyRun run=run_survey run_survey",
-    "planning.records": "PlanSummary",
-    "planning.settings": "CameraSettings PlanSettings",
+    "preparation.planning.records": "PlanSummary",
+    "preparation.planning.settings": "CameraSettings PlanSettings",
     "positioning.benchmark_protocol": "ModelChoice",
     "positioning.benchmark_record": "Benchmark",
     "positioning.learning_data": "LearningData learning_data",
@@ -325,18 +317,17 @@ _NAMES = {
     "sessions.settings": "FindingSettings",
     "sessions.tables.clocks": "Clock",
     "settings": "Settings read_settings",
-    "sheets.making": "SheetOptions sheets=make_sheets",
-    "sheets.sheet_folder": "SheetsRecord",
+    "preparation.sheets.sheet_folder": "SheetOptions SheetsRecord sheets=make_sheets",
     "simulation.choices": "Climb Locale SessionLayout SiteColumn",
     "simulation.scenario": "Scenario paper_evaluation regular_survey",
     "simulation.settings": "BuildingSettings WalkSettings",
     "simulation.survey": "WritingOptions simulate",
     "smoother.settings": "SmootherSettings",
-    "survey.frame_change": "FrameChanges",
-    "survey.model": "Floor SessionKey SessionRef Site Survey",
-    "survey.settings": "SurveySettings",
-    "survey.site_file": "GeoreferencePart SiteFile",
-    "walkable.settings": "WalkableSettings",
+    "site.frame_change": "FrameChanges",
+    "site.model": "Floor SessionKey SessionRef Site Survey",
+    "site.settings": "SurveySettings",
+    "site.site_file": "GeoreferencePart SiteFile",
+    "site.walkable.settings": "WalkableSettings",
 }
 """What each module of the package holds of the interface, ``name=its name there`` where a command's name differs."""
 _PLACES = {

@@ -17,11 +17,11 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.sheets.settings import SheetSettings
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.sheets.settings import SheetSettings
 from vislam2tag.simulation.settings import SimulationSettings
-from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 _LEAST, _GREATEST = 1e-6, 1e9
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from tests.survey.plans import drawn_floor
+from tests.site.plans import drawn_floor
 
 
 @dataclass(frozen=True)

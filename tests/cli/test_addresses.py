@@ -16,8 +16,8 @@ from tests.surveys import bytes_of, make_survey
 from tests.undrawn import undrawn
 from vislam2tag.common.files.stored_folder import MARK
 from vislam2tag.common.files.table_files import read_parquet
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
-from vislam2tag.survey.corrections.lines import add_entries
+from vislam2tag.site.corrections.edits import add_entries
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 
 BUCKET = "s3://bucket/cli"
 

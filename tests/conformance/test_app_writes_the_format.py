@@ -28,7 +28,7 @@ from vislam2tag.settings import Settings
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.survey.model import Survey
+from vislam2tag.site.model import Survey
 
 pytestmark = pytest.mark.slow
 

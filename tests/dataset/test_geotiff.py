@@ -13,7 +13,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.geotiff import pixel_transform, site_transform, write_geotiff
-from vislam2tag.survey.georeference import Georeference, to_wgs84
+from vislam2tag.site.georeference import Georeference, to_wgs84
 
 GRID = CellGrid((-3.0, 4.0), 0.5, rows=3, columns=5)
 MEAN = np.arange(15, dtype=np.float32).reshape(3, 5)

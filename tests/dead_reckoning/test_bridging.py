@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from vislam2tag.site.corrections.file import Corrections
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,6 @@ from vislam2tag.simulation.survey import simulate
 from vislam2tag.simulation.tracker_camera import CameraFrames, DeadReckoning, dead_reckon
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.survey.corrections.file import Corrections
 
 WAY = corners((30, 0), (0, 30), (-25, 0))
 SPEED_M_S = 1.2

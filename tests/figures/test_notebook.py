@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.dataset.factory import small_dataset
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.status import Status
@@ -22,7 +22,7 @@ from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 
 @pytest.fixture(autouse=True)

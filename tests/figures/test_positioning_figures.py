@@ -13,7 +13,7 @@ from vislam2tag.figures.positioning_figures import (
 )
 from vislam2tag.figures.style import rendered
 from vislam2tag.positioning.benchmark_protocol import PREDICTIONS, with_errors
-from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.site.model import ControlPoints, Floor
 
 FLOOR = Floor(0, "ground", 30.0, 20.0, None, None, ControlPoints((), np.zeros((0, 2))))
 

@@ -25,7 +25,7 @@ from vislam2tag.figures.radio_map_figures import (
     thumbnail,
 )
 from vislam2tag.figures.style import rendered
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 SCALE = Scale("x", "dB", 0.0, 10.0, "viridis")
 

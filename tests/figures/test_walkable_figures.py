@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.walkable.hand_made import plan
+from tests.site.walkable.hand_made import plan
 from vislam2tag.figures.style import rendered
 from vislam2tag.figures.walkable_figures import walkable_figure
-from vislam2tag.survey.model import ControlPoints, Floor
-from vislam2tag.walkable.graph import NodeKind, corridor_graph
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.site.model import ControlPoints, Floor
+from vislam2tag.site.walkable.graph import NodeKind, corridor_graph
+from vislam2tag.site.walkable.space import walkable_space
 
 FLOOR = Floor(0, "Ground", 26.0, 22.0, None, None, ControlPoints((), np.empty((0, 2))), (-1.0, -1.0))
 

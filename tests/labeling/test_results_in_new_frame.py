@@ -15,7 +15,7 @@ from vislam2tag.labeling.results import (
     VisitMark,
 )
 from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
-from vislam2tag.survey.frame_change import FrameChange
+from vislam2tag.site.frame_change import FrameChange
 
 RESULT = SessionResult(
     slug="s",

@@ -9,7 +9,7 @@ import numpy as np
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.labeling.tables import trajectory_of, trajectory_table
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 
 def test_rows_have_their_own_floor_and_come_back_with_it() -> None:

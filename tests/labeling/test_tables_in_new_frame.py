@@ -13,7 +13,7 @@ from polars.testing import assert_frame_equal
 from scipy.spatial.transform import Rotation
 
 from vislam2tag.labeling.tables_in_new_frame import changed_table
-from vislam2tag.survey.frame_change import FrameChange
+from vislam2tag.site.frame_change import FrameChange
 
 
 @dataclass(frozen=True)

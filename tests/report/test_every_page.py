@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from vislam2tag.preparation.planning.settings import PlanSettings
 from importlib import resources
 from pathlib import Path
 from typing import Literal
@@ -12,8 +13,8 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
 from tests.dataset.factory import small_dataset
-from tests.planning.floors import write_ring_site
 from tests.positioning.test_benchmark_record import record
+from tests.preparation.planning.floors import write_ring_site
 from tests.report.browser import note_problems, running_browser
 from tests.report.factory import make_results, make_survey
 from tests.report.pages.test_check_page import write_page_of_a_check
@@ -21,7 +22,7 @@ from tests.report.pages.test_conflict_page import write_page_of_conflicts
 from tests.report.pages.test_dataset_page import make_dataset
 from tests.report.pages.test_evaluation_page import evaluation
 from tests.report.pages.test_fleet_pages import write_fleet_page, write_session_page
-from tests.survey.plans import drawn_floor
+from tests.site.plans import drawn_floor
 from tests.undrawn import undrawn
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.settings import RadioMapSettings
@@ -30,7 +31,6 @@ from vislam2tag.dataset.statistics_record import Table3
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
-from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.positioning.benchmark_record import Benchmark, benchmark_rows
 from vislam2tag.positioning.benchmark_tables import best_models
 from vislam2tag.quality.evaluation.paper import PaperTable
@@ -43,8 +43,8 @@ from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, Posit
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.settings import Settings
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.plans.source import PlanSource
 
 pytestmark = pytest.mark.slow
 PICTURE = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 700 200"><path d="M0 0L700 200"/></svg>'

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.survey.georeference import Georeference, to_wgs84
+from vislam2tag.site.georeference import Georeference, to_wgs84
 
 BOOT_S = 5000.25
 """The phone's clock when the app's began."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef
 
 START_NS = 41_000_000_000_000
 FRAME_NS = 33_333_333

@@ -16,9 +16,9 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import POSE_LAGS_S, regular_survey
 from vislam2tag.simulation.survey import simulate
+from vislam2tag.site.corrections.file import Corrections, ShiftClock
+from vislam2tag.site.model import Survey
 from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.survey.corrections.file import Corrections, ShiftClock
-from vislam2tag.survey.model import Survey
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from tests.sessions.raw import FRAMES, clean_files, frame_ns, kinds, read_files
 from vislam2tag.core.status import Status
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.site.corrections.file import Corrections
 
 
 @pytest.fixture

@@ -18,8 +18,8 @@ from vislam2tag.sessions.corrected_taps import _with_tap
 from vislam2tag.sessions.prepared import PreparedSession, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections.edits import corrections_of
-from vislam2tag.survey.corrections.file import SetTap, read_corrections
+from vislam2tag.site.corrections.edits import corrections_of
+from vislam2tag.site.corrections.file import SetTap, read_corrections
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from tests.dead_reckoning.ilc20 import make_site
 from vislam2tag.sessions.drawn_floor import drawing_mark, drawn_area
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.site.corrections.file import Corrections
 
 
 def feature(left: float, low: float, right: float, high: float, use: str) -> dict[str, object]:

@@ -15,7 +15,7 @@ from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.site.corrections.file import Corrections
 
 SETTINGS = ProcessSettings()
 

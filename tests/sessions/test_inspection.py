@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.locks import lock
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from vislam2tag.common.errors import SessionError
 from vislam2tag.sessions.inspection import Inspection, inspect_survey
 from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session

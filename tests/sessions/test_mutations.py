@@ -20,7 +20,7 @@ from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_lo
 from vislam2tag.sessions.tables.raw_table import RawTable, parse_table
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
-from vislam2tag.survey.names import landmark_id
+from vislam2tag.site.names import landmark_id
 
 LINES = 30
 SETTINGS = FindingSettings()

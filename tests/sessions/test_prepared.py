@@ -25,8 +25,8 @@ from vislam2tag.sessions.prepared import (
     press_findings,
 )
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.model import ControlPoints, Floor, Site
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.model import ControlPoints, Floor, Site
 
 
 def marks() -> Landmarks:

@@ -15,7 +15,7 @@ from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.site.corrections.file import Corrections
 
 UPSTAIRS = ("303", "306")
 """Landmarks of the upper storey on the walk that takes the stairs; all its others hang on the lower one."""

@@ -20,7 +20,7 @@ from vislam2tag.sessions.session_landmarks import (
     candidate_landmarks,
     landmarks_of_session,
 )
-from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, Site
+from vislam2tag.site.model import ControlPoints, Floor, SessionKey, Site
 
 KEY = SessionKey(1, "LG", "walk")
 FLAT = np.zeros(300)

@@ -13,7 +13,7 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
-from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
+from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
 
 
 def told_session(frames: list[int], floors: list[int]) -> Session:

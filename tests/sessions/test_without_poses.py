@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from vislam2tag.simulation.survey import simulated_floor
 from dataclasses import replace
 from pathlib import Path
 

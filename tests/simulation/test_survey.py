@@ -13,7 +13,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.scenario import Scenario, regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 
 def tiny(seed: int = 5, devices: tuple[str, ...] = ("LG", "OnePlus"), sessions: int = 1) -> Scenario:

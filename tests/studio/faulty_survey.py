@@ -18,7 +18,7 @@ import numpy as np
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.survey.landmark_file import LANDMARK_FILE
+from vislam2tag.site.landmark_file import LANDMARK_FILE
 
 SEED, SECONDS, SESSIONS = 11, 150.0, 2
 FLOOR, OTHER = 1, 2

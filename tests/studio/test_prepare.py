@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from tests.planning.floors import write_ring_site
+from tests.preparation.planning.floors import write_ring_site
+from tests.site.plans import drawn_floor
 from tests.studio.running import Page, running_studio
-from tests.survey.plans import drawn_floor
 from vislam2tag.cli.app import app
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
-from vislam2tag.pipeline.site.walkable import write_walkable
-from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.pipeline.site.show import write_walkable
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 FILE = {"Content-Type": "application/octet-stream"}
 POINTS = (120.0, 300.0), (120.0 + 0.2 * drawn_floor.POINTS_PER_M, 300.0)

@@ -22,13 +22,13 @@ _Opener: TypeAlias = Callable[[Path], AbstractContextManager[Path]]
 
 
 def _survey(folder: Path) -> AbstractContextManager[Path]:
-    from vislam2tag.survey.stored_survey import survey_at_hand
+    from vislam2tag.site.stored_survey import survey_at_hand
 
     return survey_at_hand(folder)
 
 
 def _survey_to_correct(folder: Path) -> AbstractContextManager[Path]:
-    from vislam2tag.survey.stored_survey import survey_to_correct
+    from vislam2tag.site.stored_survey import survey_to_correct
 
     return survey_to_correct(folder)
 

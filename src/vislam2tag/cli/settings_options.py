@@ -27,7 +27,7 @@ from vislam2tag.settings import (
     with_values,
     wrong_setting,
 )
-from vislam2tag.survey.settings import SETTINGS_FILE
+from vislam2tag.site.settings import SETTINGS_FILE
 
 ConfigFile: TypeAlias = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/reference/settings.md); options win.")

@@ -22,7 +22,7 @@ from vislam2tag.dataset.access_points import NOMAP
 from vislam2tag.dataset.labelled import LabelledSession
 from vislam2tag.dataset.privacy import NOMAP_LEFT_OUT, Privacy, hashed
 from vislam2tag.labeling.schemas import SCHEMAS
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 WIFI_FILE, SENSORS_FILE = "wifi_annotated.csv", "sensors_annotated.csv"
 _TEXT, _F64 = pl.String(), pl.Float64()

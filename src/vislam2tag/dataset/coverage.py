@@ -27,7 +27,7 @@ from vislam2tag.dataset.model import Dataset, Storey, each_session
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC
 from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.statistics_record import UNKNOWN
-from vislam2tag.walkable.walked.short_walk import WALKING_M_S, covering_stops, short_order
+from vislam2tag.site.walkable.walking_distances import WALKING_M_S, covering_stops, short_order
 
 _FLOOR = ("building", "floor")
 _CELL: Mapping[str, pl.DataType] = MappingProxyType(

@@ -20,7 +20,7 @@ from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
 from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Person, Related
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 DESCRIPTION_FILE = "dataset.toml"
 """Also the name of the file that each data set's folder holds, filled in as far as known."""

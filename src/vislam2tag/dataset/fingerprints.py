@@ -23,7 +23,7 @@ from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.status_column import STATUS_TYPE
 from vislam2tag.sessions.tables.clocks import FIRST_UNIX_S
-from vislam2tag.survey.corrections.file import session_start
+from vislam2tag.site.corrections.file import session_start
 
 WIFI = "wifi"
 """The technology whose table ``process`` always writes."""

@@ -34,7 +34,7 @@ from vislam2tag.intake.addresses import MASKED, masked_addresses, normal_address
 from vislam2tag.intake.quantity import Quantity
 from vislam2tag.intake.signal_strength import level_findings, strength_of
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
-from vislam2tag.survey.links import CURE, outside_link
+from vislam2tag.site.links import CURE, outside_link
 
 FILE = f"{READINGS}.parquet"
 """The file of findings about readings that are left out when a data set is opened."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 _DOUBLE, _SHORT, _ASCII = "d", "H", "s"
 _TRANSFORMATION, _KEYS, _DOUBLES, _TEXTS = 34264, 34735, 34736, 34737

@@ -23,7 +23,7 @@ from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.records import Record
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
-from vislam2tag.survey.links import CURE, outside_link
+from vislam2tag.site.links import CURE, outside_link
 
 _AGAIN = "run `vislam2tag process` again"
 

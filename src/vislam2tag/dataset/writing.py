@@ -26,7 +26,7 @@ from vislam2tag.dataset.format_registry import ExportContext
 from vislam2tag.dataset.labelled import LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, Fold, SessionTables, Split, each_session
 from vislam2tag.sessions.registry import slugs_from_outside
-from vislam2tag.survey.links import left_out_sessions
+from vislam2tag.site.links import left_out_sessions
 
 
 def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey, tuple[Finding, ...]]:

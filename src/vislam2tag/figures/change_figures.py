@@ -26,7 +26,7 @@ from vislam2tag.dataset.changes import (
 )
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 PLACES = {
     CHANGED: ("#d55e00", "RSSI changed (the fuller, the more)"),

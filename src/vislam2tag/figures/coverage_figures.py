@@ -19,7 +19,7 @@ from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.coverage import FloorCoverage, GapWalk
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 Extent = tuple[FloatArray, FloatArray]
 CLASSES = (1, 2, 3, 6, 11, 21)

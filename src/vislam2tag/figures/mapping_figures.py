@@ -25,7 +25,7 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import PAGE_IN, QUIET, colour_of, name_of, print_quality
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 FARTHEST_M = 12.0
 """Distances to landmarks are shown up to this, metres."""

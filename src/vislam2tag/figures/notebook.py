@@ -17,7 +17,7 @@ from vislam2tag.dataset.radio_maps import FloorMaps
 from vislam2tag.figures.panels import draw_plan, in_metres
 from vislam2tag.figures.style import LANDMARK
 from vislam2tag.labeling.mapped_walk import MappedWalk
-from vislam2tag.survey.model import Survey
+from vislam2tag.site.model import Survey
 
 OK, UNCERTAIN = "#0072b2", "#56b4e9"
 

@@ -15,8 +15,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.figures.style import LANDMARK, QUIET
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import plan_picture
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import plan_picture
 
 PLAN_PIXELS = 1600
 """Longer side of a plan in print, pixels: 300 dots an inch over most of a page."""

@@ -13,9 +13,9 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.figures.panels import aspect_of, draw_plan, extent_around, in_metres, panel_grid, show
 from vislam2tag.figures.style import LANDMARK, QUIET, print_quality
-from vislam2tag.planning.floor import FloorDesign
-from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark
-from vislam2tag.survey.model import Floor
+from vislam2tag.preparation.planning.floor import FloorDesign
+from vislam2tag.preparation.planning.records import FloorPlanRecord, PlannedLandmark
+from vislam2tag.site.model import Floor
 
 SHEET_IN = (10.8, 15.6)
 """Width of a drawing on A4 and on A3 across, inches."""

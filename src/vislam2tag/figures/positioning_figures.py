@@ -28,7 +28,7 @@ from vislam2tag.figures.panels import (
 )
 from vislam2tag.figures.style import COLUMN_IN, DISCARDED, PAGE_IN, QUIET, print_quality
 from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 ERROR_SCALE_M = (0.5, 20.0)
 """Ends of the colours of errors on the plan."""

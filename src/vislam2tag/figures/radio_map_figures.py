@@ -19,7 +19,7 @@ from PIL import Image
 from vislam2tag.dataset.radio_maps import FloorMaps
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 SHEET = 12
 """Maps on a contact sheet, the most heard."""

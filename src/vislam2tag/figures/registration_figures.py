@@ -20,8 +20,8 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import LANDMARK, PAGE_IN, QUIET, TRUTH, print_quality
-from vislam2tag.registration.record import PositionSource, RegisteredPoint, Registration, Residual
-from vislam2tag.survey.model import Floor
+from vislam2tag.preparation.registration.record import PositionSource, RegisteredPoint, Registration, Residual
+from vislam2tag.site.model import Floor
 
 REGION_95 = 5.991
 """Squared Mahalanobis distance in the plane that holds 95 %."""

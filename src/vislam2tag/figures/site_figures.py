@@ -22,7 +22,7 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import PAGE_IN, colour_of, print_quality
-from vislam2tag.survey.model import Floor, Site
+from vislam2tag.site.model import Floor, Site
 
 _COLOURS = 10
 """Colours of the map ``tab10``; neighbouring scans never share one."""

@@ -24,7 +24,7 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import PAGE_IN, print_quality
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 _BAR_STEPS = (1.0, 2.0, 5.0)
 _AXIS_SHARE, _BAR_SHARE, _NORTH_SHARE = 0.12, 0.25, 0.08

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from vislam2tag.figures.panels import aspect_of, draw_plan, extent_around, in_metres, legend_below, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, QUIET, print_quality
-from vislam2tag.survey.model import Floor
-from vislam2tag.walkable.graph import CorridorGraph, NodeKind
-from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.site.model import Floor
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind
+from vislam2tag.site.walkable.space import WalkableSpace
 
 _COLOURS = {
     NodeKind.JUNCTION: "#d55e00",

@@ -11,7 +11,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import Status
 from vislam2tag.intake.shifted_ids import IdShift
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 RUN_FILE = "run.json"
 """Marks an output folder as ours and says what the run follows from; written first."""

@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.labeling.results import ContradictionMark, Drawing, Polyline, SessionResult, Stretch
-from vislam2tag.survey.frame_change import FrameChange
+from vislam2tag.site.frame_change import FrameChange
 
 Pair = tuple[float, float]
 _DECIMALS = 2

@@ -22,8 +22,8 @@ from vislam2tag.labeling.status_column import status_codes, status_text
 from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.prepared import PreparedSession
-from vislam2tag.survey.frame_change import FrameChange
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.frame_change import FrameChange
+from vislam2tag.site.model import SessionKey
 
 
 @dataclass(frozen=True)

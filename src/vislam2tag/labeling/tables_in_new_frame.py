@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
-from vislam2tag.survey.frame_change import FrameChange
+from vislam2tag.site.frame_change import FrameChange
 
 _POINTS = (("x", "y"), ("x_median", "y_median"), ("x_start", "y_start"), ("x_end", "y_end"))
 _LENGTHS = (

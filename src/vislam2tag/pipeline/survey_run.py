@@ -33,7 +33,7 @@ from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
-from vislam2tag.survey.links import left_out_of, shared_survey
+from vislam2tag.site.links import left_out_of, shared_survey
 
 LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"

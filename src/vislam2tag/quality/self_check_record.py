@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from vislam2tag.common.judgement import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
-from vislam2tag.walkable.walked.walked_record import WalkedFloor
+from vislam2tag.site.walkable.walked import WalkedFloor
 
 
 class LeftOutMark(Record):

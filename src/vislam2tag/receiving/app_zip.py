@@ -15,8 +15,8 @@ from vislam2tag.receiving.session_zip import RefusedZipError, is_device_name
 from vislam2tag.sessions.apps.format import AppFormat
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
-from vislam2tag.survey.names import is_portable, portable_name, same_name
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.names import is_portable, portable_name, same_name
+from vislam2tag.site.site_table import is_file
 
 _UNSAFE = re.compile(r"[^\w. -]+")
 _ANY_TRACKER = ("mcap", "tum")

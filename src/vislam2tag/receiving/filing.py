@@ -13,8 +13,8 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.receiving.app_zip import AppPlace, AppRecording, files_digest, holds_all_of, is_of_our_app, unpack_app
 from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, parse_checksums, unpack
 from vislam2tag.sessions.phone.record import RECORD_FILE
-from vislam2tag.survey.discover import floor_folders
-from vislam2tag.survey.names import same_name
+from vislam2tag.site.discover import floor_folders
+from vislam2tag.site.names import same_name
 
 WORK_FOLDER = ".receiving"
 """Hidden folder of a survey that holds what is not filed yet; surveys ignore it."""

@@ -20,7 +20,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES
 from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
-from vislam2tag.survey.names import is_portable
+from vislam2tag.site.names import is_portable
 
 SUMS_FILE = "SHA256SUMS"
 KNOWN_FILES = frozenset(name for names in FILE_NAMES.values() for name in names) | {SUMS_FILE}

@@ -11,10 +11,10 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.links import site_name
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import plan_picture
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.links import site_name
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import plan_picture
 
 PLAN_SIDE_PX = 2000
 """Longer side of a plan's picture: more a phone's screen does not show."""

@@ -14,7 +14,7 @@ from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.sessions.tables.sensor_table import pressure_log
-from vislam2tag.survey.corrections.file import (
+from vislam2tag.site.corrections.file import (
     Corrections,
     DropRepeatedScans,
     ExcludeLandmark,

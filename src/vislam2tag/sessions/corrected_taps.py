@@ -11,7 +11,7 @@ from vislam2tag.core.context import FixLog
 from vislam2tag.sessions.fixes import too_few_fixes
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.without_poses import without_tracker
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, SetTap
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE, SetTap
 
 SAME_TAP_S = 0.25
 """An entry means the tap within this of its moment: nobody taps two places so quickly."""

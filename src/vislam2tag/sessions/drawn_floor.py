@@ -13,11 +13,11 @@ from vislam2tag.common.errors import StoreError, SurveyError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.formats.raster import IMAGES
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.walkable.plan_cells import polygon_area
-from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plan_formats.raster import IMAGES
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.plan_cells import polygon_area
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 CELL_M = 0.25
 """Walls need not be finer than steps are known."""

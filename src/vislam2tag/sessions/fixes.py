@@ -8,8 +8,8 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog
-from vislam2tag.survey.georeference import from_wgs84
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.georeference import from_wgs84
+from vislam2tag.site.model import Floor
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,10 @@ from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
 from vislam2tag.sessions.tables.recognised_times import clock_of, with_frame_times, with_landmark_times
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
-from vislam2tag.survey.landmark_file import landmarks_from, landmarks_in
-from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.names import landmark_id
-from vislam2tag.survey.site_table import SiteTable
+from vislam2tag.site.landmark_file import landmarks_from, landmarks_in
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.names import landmark_id
+from vislam2tag.site.site_table import SiteTable
 
 
 class _ArrowStream(Protocol):

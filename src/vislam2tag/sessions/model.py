@@ -11,7 +11,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.fixes import GeographicFixes
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 
 @dataclass(frozen=True)

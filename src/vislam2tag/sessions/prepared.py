@@ -30,12 +30,12 @@ from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import FILES_OF_POSES, inertial_log, with_presses_as_fixes
+from vislam2tag.site.corrections.file import Corrections, SetTap
+from vislam2tag.site.corrections.landmarks import corrected_landmarks, named_by_floor
+from vislam2tag.site.frame_change import FrameChange, changes_from, in_frame_of
+from vislam2tag.site.model import Floor, SessionRef, Site
+from vislam2tag.site.settings import SurveySettings
 from vislam2tag.smoother.observations import FEWEST_FRAMES
-from vislam2tag.survey.corrections.file import Corrections, SetTap
-from vislam2tag.survey.corrections.landmarks import corrected_landmarks, named_by_floor
-from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
-from vislam2tag.survey.model import Floor, SessionRef, Site
-from vislam2tag.survey.settings import SurveySettings
 
 _REFUSED = ("pose_convention", "far_landmarks", "not_level")
 """Kinds of findings that, as errors, keep a session from being mapped."""

@@ -15,7 +15,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.model import FileRecord
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.sensor_table import PRESSURE
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.site_table import is_file
 
 MISSING = {
     "poses": ("no camera poses; the session cannot be mapped", Severity.ERROR),

@@ -11,8 +11,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.context import ToldFloors
 from vislam2tag.core.tracks import LandmarkLog, Landmarks
 from vislam2tag.sessions.model import Session
-from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
-from vislam2tag.survey.model import Site
+from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
+from vislam2tag.site.model import Site
 
 _REASON = "the walker said so"
 

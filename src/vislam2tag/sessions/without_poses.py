@@ -18,7 +18,7 @@ from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.recognised_times import clock_of, with_times_of
 from vislam2tag.sessions.tables.sensor_table import pressure_log, readings_of
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.site.model import ControlPoints
 
 FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""

@@ -14,7 +14,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, zip_names
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import plain
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 
 @contextmanager

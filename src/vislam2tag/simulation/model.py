@@ -13,7 +13,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.site.walkable.space import WalkableSpace
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import io
 from dataclasses import dataclass
 from datetime import UTC, datetime
 

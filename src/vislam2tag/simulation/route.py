@@ -11,7 +11,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths, points_along
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.settings import WalkSettings
-from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.site.walkable.space import WalkableSpace
 
 STEP_M = 0.02
 """Sampling of a path."""

@@ -25,7 +25,7 @@ from vislam2tag.simulation.settings import (
     stream,
     walk_settings,
 )
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 GOLDEN = (5**0.5 - 1) / 2
 """Successive multiples modulo 1 are spread evenly however many there are."""

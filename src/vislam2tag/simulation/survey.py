@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from vislam2tag.simulation.writing.writer import PAPER_NAMES
 import os
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path

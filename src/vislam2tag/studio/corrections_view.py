@@ -7,6 +7,18 @@ import inspect
 from pydantic import TypeAdapter
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.site.corrections.edits import (
+    change_text,
+    changed_text,
+    corrections_of,
+    corrections_text,
+    difference,
+    entries_of,
+    save_text,
+)
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.corrections.merging import merged
+from vislam2tag.site.model import Survey
 from vislam2tag.studio.work_messages import (
     CorrectionsView,
     CorrectionTable,
@@ -18,11 +30,6 @@ from vislam2tag.studio.work_messages import (
     UndoRequest,
 )
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.corrections.edits import changed_text, corrections_of, difference, entries_of
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.corrections.lines import change_text, corrections_text, save_text
-from vislam2tag.survey.corrections.merging import merged
-from vislam2tag.survey.model import Survey
 
 
 def corrections_view(workspace: Workspace) -> CorrectionsView:

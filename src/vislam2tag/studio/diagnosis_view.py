@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from vislam2tag.site.corrections.edits import AddEntry
+from vislam2tag.site.corrections.edits import corrections_text
 import tomllib
 from collections.abc import Mapping
 from datetime import date, time
@@ -17,8 +19,6 @@ from vislam2tag.studio.messages import Point
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.work_messages import DiagnosisView, FaultPlace, FaultView
 from vislam2tag.studio.workspace import Snapshot, Workspace
-from vislam2tag.survey.corrections.edits import AddEntry
-from vislam2tag.survey.corrections.lines import corrections_text
 
 
 class Diagnoses:

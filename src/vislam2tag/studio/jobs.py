@@ -25,14 +25,14 @@ from vislam2tag.pipeline.labels.process import jobs_of, label_run
 from vislam2tag.pipeline.labels.stored_session import run_session
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.workers import done_in, worker_pool
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.model import Survey
 from vislam2tag.studio.messages import NewLabels
 from vislam2tag.studio.outputs import BEFORE
 from vislam2tag.studio.radio.maps import Radio, made_radio, radio_job
 from vislam2tag.studio.sharing.shared import make_dataset, make_page
 from vislam2tag.studio.work_messages import Job, JobKind, JobRequest
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.model import Survey
 
 KEPT = 50
 """Jobs that are still told of when they have ended."""

@@ -13,6 +13,8 @@ from vislam2tag.dataset.label_comparison import mean_error_m
 from vislam2tag.labeling.results import Drawing, SessionResult
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
+from vislam2tag.site.corrections.file import session_start
+from vislam2tag.site.model import SessionKey
 from vislam2tag.studio import tracks
 from vislam2tag.studio.messages import (
     Box,
@@ -30,8 +32,6 @@ from vislam2tag.studio.messages import (
 )
 from vislam2tag.studio.tracks import Columns
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.corrections.file import session_start
-from vislam2tag.survey.model import SessionKey
 
 DRAWN_M = 5.0
 """Frames lie at most so far from a drawn path, whose points are chosen by distance walked."""

@@ -13,6 +13,9 @@ from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.site.corrections.landmarks import corrected_landmarks
+from vislam2tag.site.model import Floor, SessionKey
+from vislam2tag.site.plans.load import plan_picture
 from vislam2tag.studio.messages import (
     ControlPointView,
     EventKindView,
@@ -25,9 +28,6 @@ from vislam2tag.studio.messages import (
 )
 from vislam2tag.studio.outputs import BEFORE, Output
 from vislam2tag.studio.workspace import Workspace, plan_stamp
-from vislam2tag.survey.corrections.landmarks import corrected_landmarks
-from vislam2tag.survey.model import Floor, SessionKey
-from vislam2tag.survey.plans.load import plan_picture
 
 MOST_PIXELS = 4096
 

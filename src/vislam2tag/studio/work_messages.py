@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
+from vislam2tag.site.corrections.edits import Change
 
 from pydantic import Field
 
@@ -12,7 +13,6 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.label_comparison import LabelComparison
 from vislam2tag.quality.diagnosis.record import Gain
 from vislam2tag.studio.messages import OutputView, Point
-from vislam2tag.survey.corrections.edits import Change
 
 JobKind: TypeAlias = Literal["process", "diagnose", "radio", "dataset", "page"]
 MOST_CHANGES = 100

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from tests.cli.command import vislam2tag
 from tests.locks import lock
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from vislam2tag.cli.collect.command_inspect import register
 from vislam2tag.common.errors import SurveyError
 

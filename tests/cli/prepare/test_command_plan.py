@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.planning.floors import write_ring_site
+from tests.preparation.planning.floors import write_ring_site
 
 pytestmark = pytest.mark.usefixtures("undrawn_figures")
 

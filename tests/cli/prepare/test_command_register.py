@@ -12,12 +12,12 @@ import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from tests.surveys import bytes_of
 from vislam2tag.cli.prepare.command_register import register
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.files.own_files import OWN_FILES
-from vislam2tag.survey.discover import read_site
+from vislam2tag.site.discover import read_site
 
 PLACES = {"10": 1.5 + 2.5j, "7": 30 + 4j, "11": 20 + 20j, "12": 50 + 25j}
 KNOWN = {"A": 1 + 1j, "B": 58 + 2j, "C": 55 + 30j, "D": 3 + 29j}

@@ -11,10 +11,10 @@ import pytest
 from PIL import Image
 
 from tests.cli.command import the_error, vislam2tag
-from tests.sheets.printed import printed
-from tests.survey.site import write_survey
+from tests.preparation.sheets.printed import printed
+from tests.site.site import write_survey
 from tests.surveys import bytes_of
-from vislam2tag.sheets.dead_leaves import dead_leaves_picture
+from vislam2tag.preparation.sheets.images import dead_leaves_picture
 
 
 def test_a_site_gets_a_sheet_for_each_landmark(tmp_path: Path) -> None:

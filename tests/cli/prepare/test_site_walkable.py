@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tests.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan, walls
+from tests.site.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan, walls
 from vislam2tag.cli import main
 
 

@@ -127,7 +127,7 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
         "report/",
         "receiving/page.py",
         "pipeline/positioning/locate_app.py",
-        "survey/plans/reader_process.py",
+        "site/plans/reader_process.py",
         "dead_reckoning/speed.py",
     )
     others = {

@@ -20,7 +20,7 @@ from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.getsensordata import read
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 
 def walk(*extra: str) -> bytes:

@@ -21,7 +21,7 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_maps import radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
 from vislam2tag.pipeline.datasets.radio_maps import INDEX_FILE, LAYERS, PAGE_FILE, RadioMapIndex, write_radio_maps
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 SETTINGS = RadioMapSettings(cell_m=2.0, most=2)
 HERE = Georeference(latitude_deg=50.0, longitude_deg=6.0, bearing_deg=20.0)

@@ -16,15 +16,15 @@ from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.joining.landmark_survey import reduce_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.init import describe_published
-from vislam2tag.pipeline.site.write import write_changed_site
+from vislam2tag.pipeline.site.rebase import write_changed_site
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.frame_change import FrameChange, FrameChanges
-from vislam2tag.survey.site_file import Relation, read_site_file, site_file_text
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.frame_change import FrameChange, FrameChanges
+from vislam2tag.site.site_file import Relation, read_site_file, site_file_text
 
 UPPER = FrameChange(number=1, x_m=12, y_m=-4, angle_deg=40)
 """From the frame that both floors had to the one that floor 1 gets."""

@@ -20,8 +20,8 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.settings import Settings
-from vislam2tag.survey.frame_change import CHANGE_FILE
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.frame_change import CHANGE_FILE
+from vislam2tag.site.model import SessionRef
 
 
 class Recorder:

@@ -26,8 +26,8 @@ from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.inspection import inspect_survey
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.stored_survey import survey_at_hand
 
 REQUESTS_A_SESSION = 25
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vislam2tag.simulation.scenario import paper_evaluation
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 SECONDS = {
     SessionKey(1, "LG_ref", "2022-01-19T16:06:28"): 100.0,

@@ -11,7 +11,7 @@ from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
 from vislam2tag.quality.evaluation.paper import STRATEGIES, labelled_shares
 from vislam2tag.settings import Settings
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 
 @pytest.fixture(scope="module")

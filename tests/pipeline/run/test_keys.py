@@ -46,7 +46,7 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
         ("vislam2tag.labeling.settings", True),
         ("vislam2tag.smoother.settings", True),
         ("vislam2tag.settings", False),
-        ("vislam2tag.planning.settings", False),
+        ("vislam2tag.preparation.planning.settings", False),
         ("vislam2tag.mapping.strategies.local", False),
         ("vislam2tag.pipeline.labels.evaluating.evaluate", False),
         ("vislam2tag.report.page", False),

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.planning.floors import write_ring_site
+from tests.preparation.planning.floors import write_ring_site
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
-from vislam2tag.planning.records import PlanSummary
-from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.survey.discover import read_site
+from vislam2tag.preparation.planning.records import PlanSummary
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.site.discover import read_site
 
 SETTINGS = PlanSettings(further=1)
 FILES = ["floor_1.plan.pdf", "floor_1.plan.png", "floor_1.sigma.pdf", "floor_1.sigma.png"]

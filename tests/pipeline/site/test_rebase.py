@@ -18,10 +18,10 @@ from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.rebase import rebase
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.frame_change import FrameChange, FrameChanges, estimated_changes
-from vislam2tag.survey.plans.source import PlanSource, ScalePoint
-from vislam2tag.survey.site_file import FloorPart, GeoreferencePart, SiteFile, site_file_text
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.frame_change import FrameChange, FrameChanges, estimated_changes
+from vislam2tag.site.plans.source import PlanSource, ScalePoint
+from vislam2tag.site.site_file import FloorPart, GeoreferencePart, SiteFile, site_file_text
 
 CHANGES = FrameChanges(
     floors=(

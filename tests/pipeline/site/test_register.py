@@ -13,9 +13,9 @@ from tests.surveys import make_survey
 from vislam2tag.common.errors import OutputError
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
-from vislam2tag.registration.names import NameRules
-from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.survey.discover import read_site
+from vislam2tag.preparation.registration.names import NameRules
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.site.discover import read_site
 
 RULES = NameRules("LM*")
 SETTINGS = RegistrationSettings()

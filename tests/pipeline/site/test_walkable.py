@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan
+from tests.site.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
-from vislam2tag.pipeline.site.walkable import RECORD, write_walkable
-from vislam2tag.walkable.settings import GraphSettings, WalkableSettings
+from vislam2tag.pipeline.site.show import RECORD, write_walkable
+from vislam2tag.site.walkable.settings import GraphSettings, WalkableSettings
 
 SETTINGS = WalkableSettings()
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from vislam2tag.site.model import SessionKey
 
 import numpy as np
 
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.smoother.drift import STATES
-from vislam2tag.survey.model import SessionKey
 
 SIGHTING_M = 0.15
 PLACES = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from vislam2tag.diagnosis.told_by_plan import told_by_plan
 import pytest
 
 from tests.quality.diagnosis.made_walks import PLACES, evidence, made_survey

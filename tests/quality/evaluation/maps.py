@@ -7,7 +7,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.site.model import ControlPoints, Floor
 
 
 def straight_walk(frames: int = 101, start_ns: int = 1_000_000_000, shift: tuple[float, float] = (0, 0)) -> Trajectory:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.report.factory import HEIGHT_M, WIDTH_M, make_survey
 from vislam2tag.report.floor_map.figures import TimeBar, floor_figure, time_figure
-from vislam2tag.survey.model import ControlPoints, Floor, Survey
+from vislam2tag.site.model import ControlPoints, Floor, Survey
 
 PLAN = "data:image/jpeg;base64,"
 

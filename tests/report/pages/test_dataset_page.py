@@ -24,7 +24,7 @@ from vislam2tag.dataset.splits import standard_splits
 from vislam2tag.dataset.statistics import dataset_statistics
 from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.report.pages import dataset_map, dataset_page
-from vislam2tag.walkable.walked.walked_record import WalkedArea, WalkedFloor, WalkToFill
+from vislam2tag.site.walkable.walked import WalkedArea, WalkedFloor, WalkToFill
 
 EVIL = "</script><img src=x onerror=alert(1)>"
 

@@ -11,8 +11,8 @@ from playwright.sync_api import Browser, Page
 
 from tests.cli.command import vislam2tag
 from tests.report.browser import note_problems, running_browser
-from tests.survey.plans import drawn_floor
-from vislam2tag.survey.discover import read_site
+from tests.site.plans import drawn_floor
+from vislam2tag.site.discover import read_site
 
 pytestmark = pytest.mark.slow
 

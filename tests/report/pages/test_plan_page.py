@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vislam2tag.planning.records import PlannedLandmark
+from vislam2tag.preparation.planning.records import PlannedLandmark
 from vislam2tag.report.pages.plan_page import _sheets
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.report.factory import make_survey
 from vislam2tag.report.run_page.floor_view import FloorView
-from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.site.model import Floor, Survey
 
 
 def view_of(survey: Survey, floor: Floor | None = None) -> FloorView:

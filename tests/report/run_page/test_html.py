@@ -24,7 +24,7 @@ from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.settings import Settings
-from vislam2tag.survey.model import SessionKey, Survey
+from vislam2tag.site.model import SessionKey, Survey
 
 EVIL = "</script><script>alert(1)</script><!--\"'&amp;"
 """Text that must stay text wherever it lands."""

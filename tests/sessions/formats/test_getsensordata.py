@@ -17,7 +17,7 @@ from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.site.corrections.file import Corrections
 
 BOOT_S = 400.0
 WAY = np.add(corners((20, 0), (0, 15), (-10, 0)), (5.0, 5.0))

@@ -27,9 +27,8 @@ from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.survey.plans.model import Use
-from vislam2tag.survey.plans.placing import placed
-from vislam2tag.survey.plans.registry import read_drawing
+from vislam2tag.site.plans.drawing import placed, read_drawing
+from vislam2tag.site.plans.source import Use
 
 
 def test_a_site_is_a_survey_of_its_traces(tmp_path: Path) -> None:

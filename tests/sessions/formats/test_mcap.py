@@ -15,7 +15,7 @@ from tests.sessions.apps.recordings import POSITION, TIME_S, TURN, mcap
 from vislam2tag.common.errors import SessionError
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef
 
 POSE = "foxglove.PoseInFrame"
 FIELDS = {

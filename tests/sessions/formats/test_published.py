@@ -15,7 +15,7 @@ from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import Status
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import format_of, hash_inputs, open_survey, read_session
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef
 
 PAPER_NAMES = {
     "poses.csv": "CameraPose.csv",

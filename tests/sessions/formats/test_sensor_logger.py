@@ -10,7 +10,7 @@ import pytest
 from tests.sessions.companions.walks import METADATA
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import format_of, hash_inputs, read_session
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef
 
 START_NS = 1_700_000_000_000_000_000
 TIMES = [START_NS + i * 10_000_000 for i in range(40)]

@@ -9,7 +9,7 @@ import pytest
 from tests.sessions.raw import START_NS, clean_files, read_files
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
-from vislam2tag.survey.corrections.file import Corrections, ShiftClock
+from vislam2tag.site.corrections.file import Corrections, ShiftClock
 
 
 def session_with(tmp_path: Path, readings: list[tuple[int, str]]) -> Session:

@@ -105,7 +105,7 @@ def _print(inspection: Inspection) -> None:
 def _floor_table(floors: Iterable[FloorOverview]) -> Table:
     from rich.markup import escape
 
-    from vislam2tag.survey.landmark_states import LandmarkCounts
+    from vislam2tag.site.landmark_states import LandmarkCounts
 
     rows = table("Floors", ("floor", "plan"), ("size", "landmarks", "control points", "sessions"))
     for floor in floors:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.run.selection import Selection
     from vislam2tag.quality.self_check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
     from vislam2tag.settings import Settings
-    from vislam2tag.walkable.walked.walked_record import WalkedFloor
+    from vislam2tag.site.walkable.walked import WalkedFloor
 
 HELP = """
 Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?

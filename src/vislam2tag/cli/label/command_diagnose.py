@@ -66,8 +66,8 @@ def _diagnose(
 ) -> None:
     from vislam2tag.common.errors import UsageError
     from vislam2tag.pipeline.labels.joining.landmark_files import check_targets
-    from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
-    from vislam2tag.survey.corrections.lines import add_entries, remove_added
+    from vislam2tag.site.corrections.edits import add_entries, remove_added
+    from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 
     if apply and revert:
         raise UsageError("--apply and --revert: give one of them")
@@ -123,7 +123,7 @@ def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
 def _write_conflicts(page: Path, survey: Path, settings: Settings, found: Diagnosis, follow_links: bool) -> None:
     from vislam2tag.report.pages.conflict_page import write_conflict_page
     from vislam2tag.sessions.registry import open_survey
-    from vislam2tag.survey.links import left_out_of, shared_survey
+    from vislam2tag.site.links import left_out_of, shared_survey
 
     opened = open_survey(survey, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
     shown = shared_survey(opened, follow_links=follow_links)

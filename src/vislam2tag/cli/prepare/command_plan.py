@@ -15,12 +15,12 @@ from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
-from vislam2tag.survey.sheet_size import sheet_size
+from vislam2tag.preparation.sheets.settings import sheet_size
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.planning.records import FloorPlanRecord, PlanSummary
+    from vislam2tag.preparation.planning.records import FloorPlanRecord, PlanSummary
 
 HELP = """
 Plan where landmarks stand: as few as can be, so that every walk passes one after each critical turn and never goes
@@ -88,7 +88,7 @@ def _plan(
     ] = False,
 ) -> None:
     from vislam2tag.pipeline.site.plan import LANDMARKS_FILE, PAGE_FILE, PlanRequest, write_plans
-    from vislam2tag.planning.floor import STEPS
+    from vislam2tag.preparation.planning.floor import STEPS
 
     if view_deg is not None and not all(10 <= angle <= 170 for angle in view_deg):
         raise UsageError(f"--view-deg {view_deg[0]:g} {view_deg[1]:g}: angles of view lie between 10 and 170 degrees")

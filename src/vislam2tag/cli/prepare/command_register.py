@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from vislam2tag.registration.record import RegisteredPoint, Registration
-    from vislam2tag.survey.model import Floor, Site
+    from vislam2tag.preparation.registration.record import RegisteredPoint, Registration
+    from vislam2tag.site.model import Floor, Site
 
 WORST = 10
 """Residuals shown; the files have all."""
@@ -99,9 +99,9 @@ def _register(
     replace: Annotated[bool, typer.Option("--replace", help="Let --write replace other positions.")] = False,
 ) -> None:
     from vislam2tag.pipeline.site import register as registering
-    from vislam2tag.registration.names import NameRules
-    from vislam2tag.registration.point_file import parse_columns
-    from vislam2tag.survey.links import refuse_outside_plan
+    from vislam2tag.preparation.registration.names import NameRules
+    from vislam2tag.preparation.registration.point_file import parse_columns
+    from vislam2tag.site.links import refuse_outside_plan
 
     whole, chosen = registering.floor_of(site, floor)
     if click is not None:

@@ -18,7 +18,7 @@ from vislam2tag.cli.terminal import say, say_json
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.sheets.sheet_folder import SheetsRecord
+    from vislam2tag.preparation.sheets.sheet_folder import SheetsRecord
 
 HELP = """
 Make landmarks to print: one sheet each, in true size, with an image that phones recognise.
@@ -68,8 +68,7 @@ def _sheets(
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
-    from vislam2tag.sheets.making import SheetOptions, make_sheets
-    from vislam2tag.sheets.sheet_folder import PDF_FILE
+    from vislam2tag.preparation.sheets.sheet_folder import PDF_FILE, SheetOptions, make_sheets
 
     settings = settings_of(config, {"sheets.paper": paper, "sheets.width_m": width_m, "sheets.seed": seed})
     options = SheetOptions(site, ids, images, tag, settings.sheets)
@@ -89,8 +88,8 @@ def _sheets(
 def _print(found: SheetsRecord, out: Path) -> None:
     from rich.markup import escape
 
-    from vislam2tag.sheets.recognition import ENOUGH_INLIERS
-    from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, RECORD_FILE
+    from vislam2tag.preparation.sheets.features import ENOUGH_INLIERS
+    from vislam2tag.preparation.sheets.sheet_folder import IMAGE_FOLDER, RECORD_FILE
 
     console = table_console()
     console.print(_table(found))

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.judgement import Answer
 
 if TYPE_CHECKING:
-    from vislam2tag.survey.frame_change import FrameChanges
+    from vislam2tag.site.frame_change import FrameChanges
 
 HELP = """
 The site that a survey is of: building, floors, plans, frames (docs/how-to/site.md).
@@ -113,7 +113,7 @@ def _write(
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
-    from vislam2tag.pipeline.site.write import write_published
+    from vislam2tag.pipeline.site.rebase import write_published
 
     changes, findings = write_published(site, out, follow_links=follow_links)
     if json:
@@ -177,8 +177,8 @@ def _changes(
     source: Path, to: Path | None, old: Path | None, by: Path | None, rigid: bool, without: tuple[str, ...]
 ) -> FrameChanges:
     """The change as given, or estimated."""
-    from vislam2tag.survey.discover import read_site
-    from vislam2tag.survey.frame_change import estimated_changes, read_changes
+    from vislam2tag.site.discover import read_site
+    from vislam2tag.site.frame_change import estimated_changes, read_changes
 
     if by is not None:
         if old is not None or rigid or without:

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.site.show import SiteSummary
-    from vislam2tag.survey.plans.source import PlanSource
+    from vislam2tag.site.plans.source import PlanSource
 
 SITE_CODES = "Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted."
 INIT_HELP = f"""
@@ -118,10 +118,10 @@ def site_init(
         competition_floor,
         describe_published,
         is_competition_floor,
+        settled_source,
     )
-    from vislam2tag.pipeline.site.plan_scale import settled_source
     from vislam2tag.pipeline.site.show import summarise_site
-    from vislam2tag.survey.site_file import SITE_FILE
+    from vislam2tag.site.site_file import SITE_FILE
 
     earth = None if georeference is None else georeference_part(georeference)
     if plan is None:
@@ -168,7 +168,7 @@ def site_init(
 
 def _before_landmarks(summary: SiteSummary) -> SiteSummary:
     """Leave out that floors have no landmarks yet: to plan or measure them is the next step, which is told."""
-    from vislam2tag.survey.landmark_file import LANDMARK_FILE
+    from vislam2tag.site.landmark_file import LANDMARK_FILE
 
     kept = [one for one in summary.findings if one.kind != "missing_file" or Path(one.file).name != LANDMARK_FILE]
     return replace(summary, findings=tuple(kept))

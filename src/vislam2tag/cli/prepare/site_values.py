@@ -11,8 +11,8 @@ from vislam2tag.common.errors import UsageError
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
-    from vislam2tag.survey.plans.source import PlanSource
-    from vislam2tag.survey.site_file import FloorPart, GeoreferencePart
+    from vislam2tag.site.plans.source import PlanSource
+    from vislam2tag.site.site_file import FloorPart, GeoreferencePart
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _NUMBERS = re.compile(_NUMBER)
@@ -33,7 +33,7 @@ def plan_source(
     """Put together how a plan is read; raises UsageError where the options cannot be meant so."""
     from pydantic import ValidationError
 
-    from vislam2tag.survey.plans.source import PlanSource
+    from vislam2tag.site.plans.source import PlanSource
 
     values: dict[str, Any] = {"file": file, **{name: value for name, value in options.items() if value is not None}}
     corner = None if lower_left is None else _numbers("--lower-left", lower_left, 2, "X,Y in metres")
@@ -64,7 +64,7 @@ def floor_part(**values: Any) -> FloorPart:
     """Describe a floor; raises UsageError for a value that cannot be."""
     from pydantic import ValidationError
 
-    from vislam2tag.survey.site_file import FloorPart
+    from vislam2tag.site.site_file import FloorPart
 
     try:
         return FloorPart(**values)
@@ -76,7 +76,7 @@ def georeference_part(text: str) -> GeoreferencePart:
     """Read ``EPSG:CODE,EASTING,NORTHING[,ROTATION]`` or ``LATITUDE,LONGITUDE[,BEARING]``; raises UsageError."""
     from pydantic import ValidationError
 
-    from vislam2tag.survey.site_file import GeoreferencePart
+    from vislam2tag.site.site_file import GeoreferencePart
 
     system = re.fullmatch(r"EPSG:(\d+),(.*)", text, re.IGNORECASE)
     numbers = _found(system.group(2) if system else text)

@@ -14,7 +14,7 @@ from vislam2tag.cli.tables import print_warnings, table, table_console
 from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:  # image processing is imported where it is used: the other commands of site do without
-    from vislam2tag.pipeline.site.walkable import WalkableFloor
+    from vislam2tag.pipeline.site.show import WalkableFloor
 
 WALKABLE_HELP = """
 Show where floors can be walked, as planning and simulating take it from the plans (docs/explanation/walkable.md).
@@ -48,7 +48,7 @@ def site_walkable(
     config: ConfigFile = None,
 ) -> None:
     """Find and draw walkable space."""
-    from vislam2tag.pipeline.site.walkable import floor_record, write_walkable
+    from vislam2tag.pipeline.site.show import floor_record, write_walkable
 
     settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
     found = write_walkable(site, out, floor or (), settings, mask, follow_links=follow_links, tell=print_warnings)
@@ -63,7 +63,7 @@ def site_walkable(
 def _print(found: tuple[WalkableFloor, ...]) -> None:
     from rich.markup import escape
 
-    from vislam2tag.walkable.graph import NodeKind
+    from vislam2tag.site.walkable.graph import NodeKind
 
     console = table_console()
     kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]

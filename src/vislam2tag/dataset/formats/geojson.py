@@ -18,7 +18,7 @@ from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, regi
 from vislam2tag.dataset.model import Dataset, SessionTables
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
 from vislam2tag.dataset.writing import labelled_by_session, labelled_fingerprints
-from vislam2tag.survey.georeference import Georeference, to_wgs84
+from vislam2tag.site.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"
 READINGS = ("bssid", "rssi_dbm", "frequency_mhz", "time_ns")

@@ -24,8 +24,8 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorI
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.sessions.tables.getsensordata_lines import looks_like_a_log
 from vislam2tag.sessions.tables.getsensordata_log import LoggedTaps, parse_log, parse_taps
-from vislam2tag.survey.georeference import Georeference, from_wgs84
-from vislam2tag.survey.names import unique_slugs
+from vislam2tag.site.georeference import Georeference, from_wgs84
+from vislam2tag.site.names import unique_slugs
 
 ORIGIN_STEP_DEG = 1e-4
 """Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""

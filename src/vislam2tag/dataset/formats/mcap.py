@@ -31,9 +31,9 @@ from vislam2tag.dataset.writing import shared_labels
 from vislam2tag.labeling.results import FloorRecord
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.georeference import Georeference, to_wgs84
-from vislam2tag.survey.links import left_out_of
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.georeference import Georeference, to_wgs84
+from vislam2tag.site.links import left_out_of
 
 READINGS = {"wifi": tuple(SCHEMAS["wifi"]), "ble": tuple(SCHEMAS["ble"])}
 HOLDS = {

@@ -40,11 +40,11 @@ from vislam2tag.pipeline.datasets.sources import (
 from vislam2tag.pipeline.labels.checking.walked_floors import walked_floors
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.links import left_out_sessions
-from vislam2tag.survey.names import unique_slugs
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.walked.walked_record import WalkedFloor
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.links import left_out_sessions
+from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.walked import WalkedFloor
 
 LABEL, BUILD = "label", "build"
 

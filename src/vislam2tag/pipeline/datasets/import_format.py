@@ -21,7 +21,7 @@ from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, impo
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.privacy import Privacy, with_privacy
 from vislam2tag.pipeline.datasets.finish import finish_dataset
-from vislam2tag.survey.links import CURE, is_from_outside
+from vislam2tag.site.links import CURE, is_from_outside
 
 _OUR_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 

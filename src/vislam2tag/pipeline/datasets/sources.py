@@ -38,11 +38,11 @@ from vislam2tag.labeling.results import RUN_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
 from vislam2tag.sessions.registry import slugs_from_outside
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.links import left_out_of
-from vislam2tag.survey.names import unique_slugs
-from vislam2tag.survey.plans.load import plan_file
-from vislam2tag.walkable.walked.walked_space import RADIUS_M
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.links import left_out_of
+from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.plans.load import plan_file
+from vislam2tag.site.walkable.walked import RADIUS_M
 
 NAMES = "names"
 """Parts that say how often each transmitter was heard by each name; no table of the data set."""

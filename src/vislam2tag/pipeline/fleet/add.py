@@ -29,10 +29,10 @@ from vislam2tag.pipeline.fleet.layout import SURVEYS, survey_name
 from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey, RawCopy, planned_copy
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.sessions.registry import open_survey, survey_files
-from vislam2tag.survey.links import CURE, left_out_files, links_in, site_name
-from vislam2tag.survey.model import Survey
-from vislam2tag.survey.settings import SurveySettings
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.links import CURE, left_out_files, links_in, site_name
+from vislam2tag.site.model import Survey
+from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.stored_survey import survey_at_hand
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 

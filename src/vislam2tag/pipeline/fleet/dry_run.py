@@ -14,7 +14,7 @@ from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS
 from vislam2tag.pipeline.fleet.process import chosen
 from vislam2tag.pipeline.labels.dry_run import dry_run
 from vislam2tag.pipeline.run.workers import Executor
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.stored_survey import survey_at_hand
 
 
 @dataclass(frozen=True)

@@ -40,10 +40,10 @@ from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.steps import InSteps, Steps
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.links import left_out_of, shared_survey
-from vislam2tag.survey.model import Survey
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.links import left_out_of, shared_survey
+from vislam2tag.site.model import Survey
+from vislam2tag.site.stored_survey import survey_at_hand
 
 _COMMITS = 100
 """So many times at most the catalogue is written on the way: once each hundredth of the surveys."""

@@ -22,7 +22,7 @@ from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.outputs import output_at, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.pipeline.run.workers import Executor, process_all
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.stored_survey import survey_at_hand
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,9 @@ from vislam2tag.pipeline.labels.table_motion import level_notes, table_aligners
 from vislam2tag.sessions.companions.table import read_table
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.sessions.tables.clocks import MOST_NS, Clock, TableTimes, table_times, time_column
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.discover import session_folders
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.discover import session_folders
+from vislam2tag.site.model import SessionKey
 
 ADDED = ("x_m", "y_m", "z_m", "floor", "sigma", "status")
 _YEARS_NS = 10**18

@@ -13,8 +13,8 @@ from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findings
 from vislam2tag.sessions.in_memory import Table, landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, SessionRef, Site
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.model import ControlPoints, Floor, SessionKey, SessionRef, Site
 
 
 def map_walk(

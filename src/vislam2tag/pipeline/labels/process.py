@@ -51,12 +51,12 @@ from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import findings_by_kind, summarise
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
-from vislam2tag.survey.discover import site_files
-from vislam2tag.survey.frame_change import CHANGE_FILE
-from vislam2tag.survey.links import is_described_from_outside, shared_survey
-from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.site.discover import site_files
+from vislam2tag.site.frame_change import CHANGE_FILE
+from vislam2tag.site.links import is_described_from_outside, shared_survey
+from vislam2tag.site.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.site.stored_survey import survey_at_hand
 
 REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
 """Faults that findings of the site or of sessions report already."""

@@ -12,12 +12,11 @@ from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
 from vislam2tag.sessions.registry import FORMATS, at_hand, format_for, open_survey
-from vislam2tag.survey.model import SessionRef
-from vislam2tag.survey.written_files import write_in_survey
+from vislam2tag.site.links import write_in_survey
+from vislam2tag.site.model import SessionRef
 
 if TYPE_CHECKING:
-    from vislam2tag.sightings.detectors import Detector
-    from vislam2tag.sightings.search import PictureSighting, Search
+    from vislam2tag.preparation.sightings import Detector, PictureSighting, Search
 
 
 @dataclass(frozen=True)
@@ -42,24 +41,30 @@ def _detectors(
 
     Raises UsageError where none is asked for, or the family is not known or has no size.
     """
-    from vislam2tag.sheets.tags import read_tags
-    from vislam2tag.sightings.detectors import TAG_FAMILIES, QrDetector, SheetDetector, SheetTagDetector, TagDetector
+    from vislam2tag.preparation.sheets.page import read_tags
+    from vislam2tag.preparation.sightings import (
+        TAG_FAMILIES,
+        qr_detector,
+        sheet_detector,
+        sheet_tag_detector,
+        tag_detector,
+    )
 
     if images is None and family is None and qr_side_m is None:
         raise UsageError(
             "nothing to look for: give --images (a folder of `sheets`), --tags with --tag-side-m, or --qr-side-m"
         )
-    found: list[Detector] = [] if images is None else [SheetDetector(images)]
+    found: list[Detector] = [] if images is None else [sheet_detector(images)]
     if images is not None and (printed := read_tags(images)):
-        found.append(SheetTagDetector(printed))
+        found.append(sheet_tag_detector(printed))
     if qr_side_m is not None:
-        found.append(QrDetector(qr_side_m))
+        found.append(qr_detector(qr_side_m))
     if family is not None:
         if family not in TAG_FAMILIES:
             raise UsageError(f"--tags {family}: not known; one of {', '.join(TAG_FAMILIES)}")
         if side_m is None:
             raise UsageError("--tags needs --tag-side-m, the side of the black square in metres: measure a printed one")
-        found.append(TagDetector(family, side_m))
+        found.append(tag_detector(family, side_m))
     return found
 
 
@@ -107,7 +112,7 @@ def _of_session(
     target = ref.folder / SIGHTINGS_FILE
     if target.exists() and not again:
         return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} is there; --again looks anew")
-    from vislam2tag.sightings.search import search
+    from vislam2tag.preparation.sightings import search
 
     try:
         with at_hand(ref, whole=True) as here:

@@ -48,7 +48,7 @@ from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_sessio
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.paper.data import PaperData
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.model import SessionKey, Survey
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.model import SessionKey, Survey
 
 STRATEGY = "local-corrected"
 """The strategy that labelled giaIndoorLoc."""

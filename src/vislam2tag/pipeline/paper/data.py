@@ -12,9 +12,9 @@ from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.discover import floor_folders, subfolders
-from vislam2tag.survey.model import SessionKey, SessionRef, Survey
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.discover import floor_folders, subfolders
+from vislam2tag.site.model import SessionKey, SessionRef, Survey
 
 DEPTH = 2
 """Surveys are looked for in the folder itself and this many levels below."""

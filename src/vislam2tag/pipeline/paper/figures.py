@@ -38,7 +38,7 @@ from vislam2tag.quality.evaluation.paper import (
 )
 from vislam2tag.quality.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.sessions.model import Session
-from vislam2tag.survey.model import Floor, SessionKey
+from vislam2tag.site.model import Floor, SessionKey
 
 SPLIT = SessionKey(4, "Subtrajectory_split", "2022-01-14T16:35:30")
 FLAWED = SessionKey(1, "OnePlus_ref", "2022-01-19T15:51:00")

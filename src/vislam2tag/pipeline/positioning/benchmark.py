@@ -68,7 +68,7 @@ from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.registry import model_modules
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
 from vislam2tag.report.pages.paper_page import FigurePart
-from vislam2tag.survey.names import unique_slugs
+from vislam2tag.site.names import unique_slugs
 
 Drawn = tuple[FigurePart, dict[str, bytes]]
 Predictions = Mapping[Path, RunRecord]

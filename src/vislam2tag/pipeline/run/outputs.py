@@ -17,7 +17,7 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.output_store import LOGS, REPORT_FILE, OutputStore, claim_store
 from vislam2tag.pipeline.run.store import SESSION_FOLDERS, OutputFolder, claim
-from vislam2tag.survey.frame_change import CHANGE_FILE
+from vislam2tag.site.frame_change import CHANGE_FILE
 
 _OF_RUN = (SUMMARY_FILE, REPORT_FILE, CONFLICTS_PAGE, CONFLICTS_FILE, CHANGE_FILE)
 

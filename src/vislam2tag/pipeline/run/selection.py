@@ -9,8 +9,8 @@ from pathlib import Path
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.sessions.prepared import SessionTask
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.model import SessionRef, Survey
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.model import SessionRef, Survey
 
 
 @dataclass(frozen=True)

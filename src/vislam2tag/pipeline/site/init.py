@@ -1,7 +1,11 @@
-"""Beginning a site: a plan becomes a floor of ``site.toml``, or the published layout is described by one."""
+"""Beginning a site: a plan becomes a floor of ``site.toml``, or the published layout is described by one.
+
+Before a plan is taken, the part of a page that the building covers is found, and its size is compared with its shape.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,14 +15,15 @@ from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.pipeline.site.plan_scale import no_scale
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.model import ControlPoints, Floor
-from vislam2tag.survey.names import floor_number
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.plans.placing import NO_SCALE
-from vislam2tag.survey.plans.source import Extent, PlanSource
-from vislam2tag.survey.site_file import (
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.floors import INFO_FILE, OUTLINES
+from vislam2tag.site.links import survey_output, write_in_survey
+from vislam2tag.site.model import ControlPoints, Floor
+from vislam2tag.site.names import floor_number
+from vislam2tag.site.plans.drawing import NO_SCALE, Bounds
+from vislam2tag.site.plans.load import PlanLook, floor_plan, look_at_plan, plan_called
+from vislam2tag.site.plans.source import Extent, PlanSource
+from vislam2tag.site.site_file import (
     SITE_FILE,
     FloorPart,
     GeoreferencePart,
@@ -27,10 +32,6 @@ from vislam2tag.survey.site_file import (
     read_site_file,
     site_file_text,
 )
-from vislam2tag.survey.written_files import survey_output, write_in_survey
-
-INFO, MAP = "floor_info.json", "geojson_map.json"
-"""A floor of the Indoor Location Competition 2.0: its extent in metres, and its map."""
 
 
 @dataclass(frozen=True)
@@ -46,22 +47,22 @@ def competition_floor(folder: Path, number: int | None) -> NewFloor:
 
     ``number`` is the floor's; None: as the folder's name says. Raises SurveyError where its files cannot be used.
     """
-    path = folder / INFO
+    path = folder / INFO_FILE
     try:
         extent = read_json(path)["map_info"]
-        source = PlanSource(file=MAP, extent=Extent(width_m=extent["width"], height_m=extent["height"]))
+        source = PlanSource(file=OUTLINES, extent=Extent(width_m=extent["width"], height_m=extent["height"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SurveyError(f'{path}: expected {{"map_info": {{"width": ..., "height": ...}}}} in metres') from error
     name = folder.resolve().name
     number = floor_number(name) if number is None else number
     if number is None:
         raise UsageError(f"--floor: {name} is no floor's name such as F4 or B1; give its number")
-    return NewFloor(folder / MAP, FloorPart(number=number, name=name, plan=source))
+    return NewFloor(folder / OUTLINES, FloorPart(number=number, name=name, plan=source))
 
 
 def is_competition_floor(path: Path) -> bool:
     """Whether a path is such a folder."""
-    return (path / INFO).is_file()
+    return (path / INFO_FILE).is_file()
 
 
 def add_floor(
@@ -154,3 +155,88 @@ def _copy(source: Path, root: Path, inside: Path) -> None:
 
 def _write(root: Path, site: SiteFile) -> None:
     write_in_survey(root, root / SITE_FILE, site_file_text(site))
+
+
+_SHAPE_TOLERANCE = 0.03
+"""How far width by height may be from the picture's: whoever measures a building rounds to half a metre."""
+
+
+def settled_source(
+    path: Path, source: PlanSource, *, whole: bool = False, stretch: bool = False
+) -> tuple[PlanSource, list[str]]:
+    """Say which part of a plan counts, and what was decided, in sentences to tell.
+
+    Of a sheet of paper that shows more than the building, the building is taken, or the page, whichever has the shape
+    of the width and height given; ``whole``: always the page. ``stretch``: whatever the shape. Raises UsageError where
+    width and height fit neither, or there is no scale, SurveyError where the plan cannot be read.
+    """
+    with plan_called(path):
+        look = look_at_plan(path, source)
+    if not look.is_picture:
+        return source, []
+    notes: list[str] = []
+    if source.area is None and not whole and look.building is not None:
+        source, notes = _without_margins(source, look, look.building)
+    if source.extent is not None and not stretch:
+        _refuse_other_shape(path, source, look)
+    return source, notes
+
+
+def no_scale(path: Path, source: PlanSource) -> str:
+    """What to do about a plan of which no scale is known."""
+    look = look_at_plan(path, source)
+    paper = ""
+    if look.paper_m is not None:
+        width, height = (1000 * look.paper_m * each for each in _size(look.box))
+        paper = f" ({width:.0f} mm x {height:.0f} mm on paper: --scale 1:100, or as it says, will do)"
+    return (
+        f"tells no scale{paper}; give --width-m or --height-m or both, two --point, --distance, --scale or --unit-m; "
+        "--measure FILE.html writes a page to click a known distance on"
+    )
+
+
+def _without_margins(source: PlanSource, look: PlanLook, building: Bounds) -> tuple[PlanSource, list[str]]:
+    """Take the building on a sheet, unless only the sheet has the shape given."""
+    left, right, low, high = (round(edge, 1) for edge in building)
+    asked = _shape_asked(source)
+    if asked is not None and not _alike(asked, _size(building)) and _alike(asked, _size(look.box)):
+        return source, [
+            f"the size was taken for the whole page, whose shape it has; the drawing on it lies between "
+            f"{left:g},{low:g} and {right:g},{high:g}: --area {left:g},{low:g},{right:g},{high:g} takes that instead"
+        ]
+    what = "has a frame" if look.framed else "is wider than what is drawn on it"
+    return source.model_copy(update={"area": (left, low, right, high)}), [
+        f"the page {what}: only the drawing between {left:g},{low:g} and {right:g},{high:g} was taken, and the size is "
+        "its; --area page takes the whole page, --area X,Y,X,Y another part"
+    ]
+
+
+def _refuse_other_shape(path: Path, source: PlanSource, look: PlanLook) -> None:
+    asked, size = _shape_asked(source), _size(look.box_of(source.area))
+    if asked is None or _alike(asked, size):
+        return
+    assert source.extent is not None
+    width_m, height_m = source.extent.width_m, source.extent.height_m
+    assert width_m is not None
+    page = ", nor has the page" if source.area is not None and look.building is not None else ""
+    raise UsageError(
+        f"{path}: what it shows is {size[0] / size[1]:.3f} times as wide as high, but {width_m:g} m x {height_m:g} m "
+        f"is {asked:.3f}{page}; give --width-m {width_m:g} alone (the height is then "
+        f"{width_m * size[1] / size[0]:.2f} m), the part that is so large by --area, or --stretch if its pixels are "
+        "not square"
+    )
+
+
+def _shape_asked(source: PlanSource) -> float | None:
+    extent = source.extent
+    if extent is None or extent.width_m is None or extent.height_m is None:
+        return None
+    return extent.width_m / extent.height_m
+
+
+def _alike(shape: float, size: Sequence[float]) -> bool:
+    return abs(shape * size[1] / size[0] - 1) <= _SHAPE_TOLERANCE
+
+
+def _size(box: Bounds) -> tuple[float, float]:
+    return box[1] - box[0], box[3] - box[2]

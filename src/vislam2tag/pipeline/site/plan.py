@@ -20,24 +20,30 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
 from vislam2tag.figures.style import rendered
-from vislam2tag.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
-from vislam2tag.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
-from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.planning.site_files import marker_text, planned_states, read_forbidden
+from vislam2tag.preparation.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
+from vislam2tag.preparation.planning.records import (
+    FloorPlanRecord,
+    PlanSummary,
+    floor_summary,
+    landmarks_text,
+    marker_text,
+    new_ids,
+    planned_states,
+    read_forbidden,
+)
+from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
-from vislam2tag.survey.discover import floor_folders, read_site
-from vislam2tag.survey.landmark_file import LANDMARK_FILE, table_path
-from vislam2tag.survey.landmark_states import write_states
-from vislam2tag.survey.links import refuse_outside_plan, shared_site
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.site_table import read_site_table
-from vislam2tag.survey.table_columns import LANDMARKS
-from vislam2tag.survey.written_files import write_in_survey
-from vislam2tag.walkable.correction import floor_mask
-from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.site.discover import floor_folders, read_site, refuse_unknown_floors
+from vislam2tag.site.landmark_file import LANDMARK_FILE, table_path
+from vislam2tag.site.landmark_states import write_states
+from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.site_table import LANDMARKS, read_site_table
+from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
+from vislam2tag.site.walkable.plan_cells import floor_mask
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
 
 SUMMARY_FILE, LANDMARKS_FILE, PAGE_FILE = "plan.json", "landmarks.csv", "index.html"
 
@@ -93,7 +99,8 @@ def write_plans(
     site_folder, out = Path(site_folder), Path(out)
     site, findings = read_site(site_folder, follow_links=True)
     shown = shared_site(site_folder, site, findings, follow_links=request.follow_links).site
-    floors = _floors(site, request.floors)
+    refuse_unknown_floors(site, request.floors)
+    floors = [floor for floor in site.floors if not request.floors or floor.number in request.floors]
     for floor in () if request.follow_links else floors:
         refuse_outside_plan(site_folder, floor)
     if request.mask is not None and len(request.floors) != 1:
@@ -124,14 +131,6 @@ def write_plans(
     if request.write:
         add_to_site(site_folder, result)
     return result
-
-
-def _floors(site: Site, wanted: Sequence[int]) -> list[Floor]:
-    there = {floor.number: floor for floor in site.floors}
-    for number in wanted:
-        if number not in there:
-            raise UsageError(f"--floor {number}: the site has no such floor; there are: {', '.join(map(str, there))}")
-    return [there[number] for number in sorted(set(wanted) or set(there))]
 
 
 def constraints_of(

@@ -15,21 +15,23 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
-from vislam2tag.registration.clicks import read_clicks
-from vislam2tag.registration.id_findings import LandmarkTable
-from vislam2tag.registration.measurements import known_points_of_site, read_known_points, read_stations
-from vislam2tag.registration.names import NameRules
-from vislam2tag.registration.point_file import PointColumn
-from vislam2tag.registration.record import Registration
-from vislam2tag.registration.register import FloorMeasurements, register_floor
-from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.registration.site_output import control_point_text, landmark_text, measured_states
-from vislam2tag.registration.tape_file import read_distances, read_targets
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
-from vislam2tag.survey.landmark_states import STATES_FILE, updated_states_text
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.written_files import write_in_survey
+from vislam2tag.preparation.registration.names import LandmarkTable, NameRules
+from vislam2tag.preparation.registration.point_file import PointColumn
+from vislam2tag.preparation.registration.record import Registration, RegistrationSettings
+from vislam2tag.preparation.registration.register import (
+    FloorMeasurements,
+    known_points_of_site,
+    read_known_points,
+    read_stations,
+    register_floor,
+)
+from vislam2tag.preparation.registration.results import control_point_text, landmark_text, measured_states
+from vislam2tag.preparation.registration.tape_and_clicks import read_clicks, read_distances, read_targets
+from vislam2tag.site.discover import read_site, refuse_unknown_floors
+from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
+from vislam2tag.site.landmark_states import STATES_FILE, updated_states_text
+from vislam2tag.site.links import write_in_survey
+from vislam2tag.site.model import Floor, Site
 
 RECORD_FILE = "registration.json"
 FIGURE_FILES = ("residuals.svg", "residuals.png")
@@ -55,15 +57,13 @@ class FloorFiles:
 def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
     """Read the site and choose its floor, the only one where no number is given; raises UsageError otherwise."""
     site, _ = read_site(root, follow_links=True)
-    there = ", ".join(str(floor.number) for floor in site.floors)
     if number is None:
         if len(site.floors) != 1:
+            there = ", ".join(str(floor.number) for floor in site.floors)
             raise UsageError(f"--floor: the site has several ({there}); say which")
         return site, site.floors[0]
-    try:
-        return site, site.floor(number)
-    except KeyError:
-        raise UsageError(f"--floor {number}: the site has no such floor; there are: {there}") from None
+    refuse_unknown_floors(site, [number])
+    return site, site.floor(number)
 
 
 def register(site: Site, floor: Floor, sources: FloorFiles, settings: RegistrationSettings) -> Registration:

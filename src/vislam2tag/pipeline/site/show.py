@@ -1,24 +1,36 @@
-"""A site as a drawing, or as a page."""
+"""A site as a drawing or a page, and its walkable floors: a drawing, a mask to correct, the graph as GeoJSON."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
+
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.whole_file import write_file
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity, count_of
 from vislam2tag.common.judgement import Judgement, counted
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
+from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.report.page import data_uri, write_page
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.landmark_states import LandmarkCounts
-from vislam2tag.survey.links import site_name
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.site.discover import read_site, refuse_unknown_floors
+from vislam2tag.site.landmark_states import LandmarkCounts
+from vislam2tag.site.links import left_out_of, site_name
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
+from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 KINDS = ("png", "pdf", "svg", "html")
 
@@ -61,10 +73,7 @@ def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: b
     root = Path(root)
     site, findings = read_site(root, follow_links=follow_links)
     chosen = [floor for floor in site.floors if not floors or floor.number in floors]
-    for number in floors:
-        if number not in {floor.number for floor in chosen}:
-            there = ", ".join(str(floor.number) for floor in site.floors)
-            raise UsageError(f"--floor {number}: the site has no such floor; there are: {there}")
+    refuse_unknown_floors(site, floors)
     summaries, odd = [], []
     for floor in chosen:
         pixel_m, problems = _pixel(root, floor)
@@ -105,3 +114,123 @@ def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
         write_page(out, "site.html.j2", {"title": title, "summary": summary, "image": image})
         return
     write_file(out, rendered(figure, kind))
+
+
+RECORD = "walkable.json"
+
+
+@dataclass(frozen=True)
+class WalkableFloor:
+    """What was found on one floor."""
+
+    floor: Floor
+    space: WalkableSpace
+    graph: CorridorGraph
+
+    @property
+    def area_m2(self) -> float:
+        """How much of the floor can be walked, square metres."""
+        return float(self.space.area.mask.sum()) * self.space.area.cell_m**2
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What is odd about the plan."""
+        return self.space.findings
+
+
+def write_walkable(
+    root: AnyPath,
+    out: AnyPath,
+    numbers: Sequence[int],
+    settings: WalkableSettings,
+    mask: AnyPath | None,
+    *,
+    follow_links: bool = False,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+) -> tuple[WalkableFloor, ...]:
+    """Find where floors of a site can be walked, and write for each one into ``out``.
+
+    ``floor_K.png`` is the drawing, ``floor_K.mask.png`` the same as a correction mask to paint on, ``floor_K.geojson``
+    the graph in the BCS. Plans that come from outside the survey are left out, of which ``tell`` hears, unless
+    ``follow_links`` is given. Raises SurveyError where a floor has no usable plan or nothing can be walked, UsageError
+    where there is no such floor or ``mask`` is for several, OutputError where nothing can be written.
+    """
+    root, out, mask = Path(root), Path(out), path_or_none(mask)
+    site, findings = read_site(root, follow_links=follow_links)
+    tell(left_out_of(findings))
+    chosen = _chosen(site, numbers)
+    if mask is not None and len(chosen) != 1:
+        raise UsageError("--mask: corrects one floor; name it with --floor")
+    found = []
+    for floor in chosen:
+        space = walkable_space(floor_plan(floor), settings, floor_mask(floor, mask))
+        found.append(WalkableFloor(floor, space, corridor_graph(space, settings.graph)))
+    if not found:
+        raise SurveyError(
+            f"{root}: no floor has a plan to draw; add floor_K/floorplan.jpg or a site.toml, or give --follow-links to "
+            "draw plans from outside the survey"
+        )
+    with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as new:
+        for one in found:
+            _write_floor(one, new, f"floor_{one.floor.number}")
+        record = {
+            "settings": {
+                "walkable": settings.model_dump(mode="json", exclude={"graph"}),
+                "graph": settings.graph.model_dump(mode="json"),
+            },
+            "floors": [floor_record(one) for one in found],
+        }
+        new.write(RECORD, json.dumps(record, indent=2) + "\n")
+    return tuple(found)
+
+
+def _chosen(site: Site, numbers: Sequence[int]) -> list[Floor]:
+    refuse_unknown_floors(site, numbers)
+    return [site.floor(number) for number in numbers] or [floor for floor in site.floors if floor.plan is not None]
+
+
+def _write_floor(found: WalkableFloor, folder: Folder, stem: str) -> None:
+    folder.write(f"{stem}.png", rendered(walkable_figure(found.floor, found.space, found.graph), "png"))
+    colours = np.where(found.space.area.mask[::-1, :, None], GREEN, RED).astype(np.uint8)
+    with folder.writing(f"{stem}.mask.png") as file:
+        Image.fromarray(colours).save(file, "PNG")
+    folder.write(f"{stem}.geojson", json.dumps(_geojson(found.graph)) + "\n")
+
+
+def _geojson(graph: CorridorGraph) -> dict[str, object]:
+    """Nodes as points, edges as lines, BCS metres to the centimetre."""
+    nodes = [
+        _feature(
+            "Point", place.round(2).tolist(), {"node": node, "kind": kind.value, "width_m": round(float(width), 2)}
+        )
+        for node, (place, kind, width) in enumerate(zip(graph.nodes, graph.kinds, graph.width_m, strict=True))
+    ]
+    rows = zip(
+        graph.edges.tolist(), graph.polylines, graph.length_m.round(2), graph.in_room, graph.shortcut, strict=True
+    )
+    edges = [
+        _feature(
+            "LineString",
+            line.round(2).tolist(),
+            {"nodes": ends, "length_m": float(length), "in_room": bool(room), "shortcut": bool(short)},
+        )
+        for ends, line, length, room, short in rows
+    ]
+    return {"type": "FeatureCollection", "features": nodes + edges}
+
+
+def _feature(kind: str, coordinates: object, properties: dict[str, object]) -> dict[str, object]:
+    return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": coordinates}}
+
+
+def floor_record(found: WalkableFloor) -> dict[str, object]:
+    """A floor as ``walkable.json`` has it."""
+    graph = found.graph
+    return {
+        "floor": found.floor.number,
+        "area_m2": round(found.area_m2, 1),
+        "cell_m": found.space.area.cell_m,
+        "corridors_m": round(float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()), 1),
+        "nodes": dict(sorted(Counter(kind.value for kind in graph.kinds).items())),
+        "findings": [finding.model_dump(mode="json") for finding in found.findings],
+    }

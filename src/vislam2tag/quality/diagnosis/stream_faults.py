@@ -7,6 +7,8 @@ stamps, at most half a second, is another thing (:mod:`vislam2tag.core.pose_lag`
 from __future__ import annotations
 
 from collections import defaultdict
+from vislam2tag.diagnosis.record import CorrectionEntry
+from vislam2tag.diagnosis.words import REASON
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime

@@ -8,6 +8,8 @@ halves are alike cannot distinguish are not named.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from vislam2tag.diagnosis.record import CorrectionEntry
+from vislam2tag.diagnosis.words import REASON
 from dataclasses import dataclass
 from typing import TypeAlias
 

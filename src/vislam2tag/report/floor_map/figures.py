@@ -16,7 +16,7 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import LandmarkContradiction
 from vislam2tag.report.floor_map.arrows import arrows
 from vislam2tag.report.floor_map.layers import Trace, plotly_text, session_traces
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 _MARGIN_M = 1.0

@@ -18,7 +18,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.labeling.results import EventMark, Polyline, SessionResult, Stretch, VisitMark
 
 if TYPE_CHECKING:  # SciPy, which the report of a run does without
-    from vislam2tag.walkable.walked.walked_record import WalkedFloor
+    from vislam2tag.site.walkable.walked import WalkedFloor
 
 RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
 """Layers beside those named by a status or by the kind of an event; the page makes the band from the mapped layers."""

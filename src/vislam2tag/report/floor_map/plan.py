@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 
 from vislam2tag.report.page import data_uri
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import plan_picture
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import plan_picture
 
 MAX_PIXELS = 1400
 """Longer side of the embedded plan, pixels."""
@@ -17,7 +17,7 @@ _JPEG_QUALITY = 80
 def plan_data_uri(floor: Floor) -> str:
     """Return a floor's plan over its extent, scaled to at most :data:`MAX_PIXELS`, as a JPEG data URI.
 
-    Raises OSError where it is unreadable, as :func:`vislam2tag.survey.plans.load.plan_picture` does.
+    Raises OSError where it is unreadable, as :func:`vislam2tag.site.plans.load.plan_picture` does.
     """
     buffer = io.BytesIO()
     plan_picture(floor, MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)

@@ -14,7 +14,7 @@ from vislam2tag.report.floor_map.figures import site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import write_page
-from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.site.model import Floor, Survey
 
 _RED, _GREEN, _GREY = "#b00020", "#00664a", "#6e7781"
 _EDGE = {"color": "white", "width": 1}

@@ -16,7 +16,7 @@ from vislam2tag.dataset.statistics_record import UNKNOWN
 from vislam2tag.report.floor_map.figures import axis, colour_bar, figure_json, page_layout, placed_plan
 from vislam2tag.report.floor_map.layers import Trace, plotly_text, walk_to_fill
 from vislam2tag.report.floor_map.plan import drawn_plan
-from vislam2tag.walkable.walked.walked_record import WalkedFloor
+from vislam2tag.site.walkable.walked import WalkedFloor
 
 MOST_POINTS = 1500
 """Fingerprints drawn on a floor at most: of more, every so many-th."""

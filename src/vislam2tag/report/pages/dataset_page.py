@@ -21,7 +21,7 @@ from vislam2tag.figures.dataset_figures import PALETTE, colours_of
 from vislam2tag.report.page import page_text
 from vislam2tag.report.pages.dataset_charts import charts
 from vislam2tag.report.pages.dataset_map import floor_map
-from vislam2tag.walkable.walked.walked_record import WalkedFloor
+from vislam2tag.site.walkable.walked import WalkedFloor
 
 MOST_SESSIONS = 300
 """Walks listed at most; all are in sessions.parquet."""

@@ -17,7 +17,7 @@ from vislam2tag.core.status import labelled_share
 from vislam2tag.labeling.results import Drawing, Polyline, SessionResult, Summary
 from vislam2tag.report.page import page_text
 from vislam2tag.report.run_page.verdict import accuracy_sentence, problems
-from vislam2tag.survey.model import Survey
+from vislam2tag.site.model import Survey
 
 ROWS = 1000
 """Rows of a table on one page."""

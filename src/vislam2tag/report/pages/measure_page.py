@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 
 from vislam2tag.report.page import data_uri, embedded, write_page
-from vislam2tag.survey.plans.load import look_at_plan, plan_called, unplaced_picture
-from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.site.plans.load import look_at_plan, plan_called, unplaced_picture
+from vislam2tag.site.plans.source import PlanSource
 
 _SIDE_PX = 2400
 

@@ -12,12 +12,12 @@ import numpy as np
 
 from vislam2tag.core.place_names import near_landmarks
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark, PlanSummary
+from vislam2tag.preparation.planning.records import FloorPlanRecord, PlannedLandmark, PlanSummary
 from vislam2tag.report.floor_map.figures import site_figure
 from vislam2tag.report.floor_map.layers import Trace, plotly_text
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import data_uri, write_page
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 _NEW, _TOUR = "#d55e00", "#0072b2"
 _SIDES = (

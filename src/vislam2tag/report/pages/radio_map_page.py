@@ -23,7 +23,7 @@ from vislam2tag.figures.radio_map_figures import (
 )
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import data_uri, write_page
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 _STOPS = 9
 """Colours of a legend's gradient."""

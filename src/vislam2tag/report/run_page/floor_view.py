@@ -14,7 +14,7 @@ from vislam2tag.labeling.results import LandmarkContradiction
 from vislam2tag.report.floor_map.figures import floor_figure, surveyed_on
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.run_page.views import SessionView
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 _TOLERANCE_M = 1.0
 """How far outside the plan a landmark may lie without a word: sheets hang on outer walls."""

@@ -25,7 +25,7 @@ from vislam2tag.report.run_page.floor_view import FloorView
 from vislam2tag.report.run_page.uncertainty_view import UncertaintyView, event_style
 from vislam2tag.report.run_page.verdict import accuracy_sentence, problems
 from vislam2tag.report.run_page.views import Overview, SessionView
-from vislam2tag.survey.model import Survey
+from vislam2tag.site.model import Survey
 
 _LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
 

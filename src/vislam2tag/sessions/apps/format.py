@@ -26,7 +26,7 @@ from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi
 from vislam2tag.sessions.without_poses import no_landmarks
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 SIGHTINGS_FILE = "sightings.csv"
 """Landmarks found in pictures: ``id; t; tx; ty; tz; qx; qy; qz; qw; sigma``, poses in the camera's frame, metres."""

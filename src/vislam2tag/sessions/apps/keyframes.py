@@ -20,7 +20,7 @@ from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
 from vislam2tag.sessions.apps.pictures import Pictures
 from vislam2tag.sessions.model import FileRecord
 from vislam2tag.sessions.session_files import SessionFiles
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.site_table import is_file
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, rec
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.clocks import table_times, time_column
 from vislam2tag.sessions.tables.wifi_table import mark_repeated
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef
 
 
 @dataclass(frozen=True)

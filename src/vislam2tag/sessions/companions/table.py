@@ -13,7 +13,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated
-from vislam2tag.survey.site_table import decoded
+from vislam2tag.site.site_table import decoded
 
 PARQUET = (".parquet", ".pq")
 _SEPARATORS = (";", "\t", ",")

@@ -21,7 +21,7 @@ from vislam2tag.sessions.tables.getsensordata_lines import looks_like_a_log
 from vislam2tag.sessions.tables.getsensordata_log import GetSensorDataLog, parse_log
 from vislam2tag.sessions.tables.wifi_table import wifi_findings
 from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 _HEAD_BYTES = 65_536
 

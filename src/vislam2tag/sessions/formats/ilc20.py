@@ -16,7 +16,7 @@ from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.tables.wifi_table import wifi_findings
 from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 
 class Ilc20Format:

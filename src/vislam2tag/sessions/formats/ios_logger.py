@@ -19,7 +19,7 @@ from vislam2tag.sessions.apps.units import inertial_rows
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.raw_table import ns_of_seconds
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.site_table import is_file
 
 _POSES = dict.fromkeys(("time_s", "tx", "ty", "tz", "qw", "qx", "qy", "qz"), pl.Float64)
 _FRAMES = {"time_s": pl.Float64, "number": pl.Int64, **dict.fromkeys(("fx", "fy", "cx", "cy"), pl.Float64)}

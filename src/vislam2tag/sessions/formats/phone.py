@@ -58,8 +58,8 @@ from vislam2tag.sessions.tables.recognised_times import (
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
-from vislam2tag.survey.model import SessionKey, SessionRef
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionKey, SessionRef
+from vislam2tag.site.site_table import is_file
 
 FILE_NAMES = {
     "record": (RECORD_FILE,),

@@ -12,8 +12,8 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.survey.model import SessionRef
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionRef
+from vislam2tag.site.site_table import is_file
 
 _METADATA = ("metadata", "metadata.json", "EXR_RGBD/metadata.json")
 _PICTURES = ("rgbd", "rgb", "EXR_RGBD/rgb")

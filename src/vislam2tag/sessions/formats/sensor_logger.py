@@ -30,8 +30,8 @@ from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
 from vislam2tag.sessions.without_poses import FIXES_FILE, no_landmarks, with_fixes
-from vislam2tag.survey.model import SessionRef
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionRef
+from vislam2tag.site.site_table import is_file
 
 _SENSORS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "TotalAcceleration.csv": ("ACC", ("x", "y", "z")),

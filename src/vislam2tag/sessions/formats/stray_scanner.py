@@ -21,7 +21,7 @@ from vislam2tag.sessions.apps.units import inertial_rows
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.raw_table import RawTable, ns_of_seconds
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.site_table import is_file
 
 POSES = ("timestamp", "frame", "x", "y", "z", "qx", "qy", "qz", "qw")
 LENS = ("fx", "fy", "cx", "cy")

@@ -9,7 +9,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.tables.camera import POSE_COLUMNS, poses_of
-from vislam2tag.survey.names import landmark_id
+from vislam2tag.site.names import landmark_id
 
 LANDMARK_SCHEMA = {"id": pl.String, "time_ns": pl.Int64, **POSE_COLUMNS}
 SAME_POSITION_M = 1e-6

@@ -14,14 +14,12 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.status import Status
 from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
+from vislam2tag.site.floors import read_room_names
+from vislam2tag.site.walkable.walked import Areas, WalkedFloor, WalkedSpace, filling_walk, walked_floor, walked_space
 from vislam2tag.studio.collect.messages import Covered, CoveredFloors
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.tracks import Track
 from vislam2tag.studio.workspace import Workspace, plan_stamp
-from vislam2tag.survey.room_names import read_room_names
-from vislam2tag.walkable.walked.areas import Areas
-from vislam2tag.walkable.walked.walked_record import WalkedFloor, walked_floor
-from vislam2tag.walkable.walked.walked_space import WalkedSpace, filling_walk, walked_space
 
 KEPT = 20
 """Floors whose rooms and walks stay in memory."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.common.extras import import_extra
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 from vislam2tag.studio.layer_registry import register
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace, plan_stamp
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.walkable.space import WalkableSpace, walkable_space
 
 
 class Walkable:
@@ -30,7 +30,7 @@ class Walkable:
         if chosen.plan is None:
             return []
         import_extra("skimage.measure")
-        from vislam2tag.walkable.correction import floor_mask
+        from vislam2tag.site.walkable.plan_cells import floor_mask
 
         key = str(chosen), plan_stamp(chosen)
         if key not in self._found:

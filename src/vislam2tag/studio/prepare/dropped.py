@@ -12,14 +12,13 @@ from pathlib import Path
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import scratch_folder
-from vislam2tag.pipeline.site.init import NewFloor, add_floor
-from vislam2tag.pipeline.site.plan_scale import settled_source
+from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
+from vislam2tag.site.names import portable_name
+from vislam2tag.site.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
+from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.site_file import has_site_file, read_site_file
 from vislam2tag.studio.prepare.messages import AddedFloor, DroppedFile, FloorRequest, PlanLookView
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.names import portable_name
-from vislam2tag.survey.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
-from vislam2tag.survey.plans.source import PlanSource
-from vislam2tag.survey.site_file import has_site_file, read_site_file
 
 MOST_FILE = 200_000_000
 """Bytes of a file: no plan may have more."""

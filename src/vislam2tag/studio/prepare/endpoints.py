@@ -8,6 +8,7 @@ from __future__ import annotations
 from itertools import count
 from urllib.parse import quote
 
+from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.studio.endpoints import Asked, Binary, Endpoint, Studio
 from vislam2tag.studio.prepare import dropped
 from vislam2tag.studio.prepare.messages import (
@@ -28,7 +29,6 @@ from vislam2tag.studio.prepare.messages import (
     WallsView,
     Written,
 )
-from vislam2tag.survey.plans.source import PlanSource
 
 
 def _drop(studio: Studio, asked: Asked) -> DroppedFile:

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.registration.record import Registration
+from vislam2tag.preparation.registration.record import Registration
+from vislam2tag.site.site_file import FloorPart
 from vislam2tag.studio.messages import Box, Point
-from vislam2tag.survey.site_file import FloorPart
 
 Name = Annotated[str, Field(min_length=1, max_length=300)]
 

@@ -10,15 +10,15 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.pipeline.site.plan import PlanRequest, add_to_site, constraints_of, designed
-from vislam2tag.planning.changed_plan import ChangedPlan
-from vislam2tag.planning.prediction import mean_error_m
-from vislam2tag.planning.records import PlanSummary, floor_summary, new_ids
-from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.preparation.planning.floor import ChangedPlan
+from vislam2tag.preparation.planning.prediction import mean_error_m
+from vislam2tag.preparation.planning.records import PlanSummary, floor_summary, new_ids
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.preparation.sheets.settings import sheet_size
 from vislam2tag.settings import Settings
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.model import Floor
 from vislam2tag.studio.prepare.messages import HeldLandmark, PlanChange, PlannedMark, PlannedView, PlanWish
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.sheet_size import sheet_size
 
 KEPT = 4
 """Plans remembered; the oldest goes."""
@@ -63,7 +63,7 @@ class _Plan:
             fixed=len(design.constraints.names),
             fewest=self.fewest,
             expected_error_m=None if np.isnan(error_m) else error_m,
-            longest_m=None if design.gaps else found.longest_m,
+            longest_m=None if design.demands.gaps else found.longest_m,
             extent_m=grid.extent_m,
             rows=grid.rows,
             columns=grid.columns,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
-from vislam2tag.registration.names import NameRules
-from vislam2tag.registration.settings import RegistrationSettings
+from vislam2tag.preparation.registration.names import NameRules
+from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.studio.prepare.dropped import DroppedFiles
 from vislam2tag.studio.prepare.messages import RegisterRequest, RegistrationView
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.sheets.making import SheetOptions, make_sheets
-from vislam2tag.sheets.settings import SheetSettings
-from vislam2tag.sheets.sheet_folder import PDF_FILE, is_sheets
+from vislam2tag.preparation.sheets.settings import SheetSettings
+from vislam2tag.preparation.sheets.sheet_folder import PDF_FILE, SheetOptions, is_sheets, make_sheets
 from vislam2tag.studio.prepare.messages import SheetsView, SheetsWish
 from vislam2tag.studio.workspace import beside
 

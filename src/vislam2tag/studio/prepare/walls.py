@@ -12,17 +12,16 @@ from PIL import Image, ImageDraw
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.pipeline.site.register import floor_of
+from vislam2tag.site.floors import MASK_FILE
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask, plan_grid
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.studio.layers.walkable import rings_of
 from vislam2tag.studio.prepare.messages import Stroke, WallsRequest, WallsView
 from vislam2tag.studio.workspace import plan_stamp
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.plans.model import FloorPlan
-from vislam2tag.survey.site_floors import MASK_FILE
-from vislam2tag.walkable.correction import GREEN, RED, floor_mask
-from vislam2tag.walkable.plan_cells import plan_grid
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import walkable_space
 
 _last: dict[str, FloorPlan] = {}
 """The plan looked at last, by what tells it."""

@@ -22,7 +22,7 @@ from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.phones import make_device
 from vislam2tag.simulation.scenario import PlannedSession, paper_evaluation
 from vislam2tag.simulation.survey import STATION_FILE, simulate
-from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.site.corrections.file import read_corrections
 
 SEED = 5
 LAG_S = 0.055

@@ -24,8 +24,8 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.model import SessionKey
 
 TOGETHER = ProcessSettings(together=True)
 WALKS = 6

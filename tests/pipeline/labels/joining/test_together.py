@@ -30,8 +30,8 @@ from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.smoother.device_noise import told_by_others
-from vislam2tag.survey.corrections.file import Corrections
 
 SURVEYED = ("2", "5", "8")
 TOGETHER = ProcessSettings(together=True)

@@ -11,13 +11,19 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.room_names import RoomName, names_on_plan, read_room_names
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import walkable_space
-from vislam2tag.walkable.walked.areas import Areas, areas_of
-from vislam2tag.walkable.walked.walked_record import WalkedFloor, walked_floor
-from vislam2tag.walkable.walked.walked_space import WalkedSpace, filling_walk, walked_space
+from vislam2tag.site.floors import RoomName, names_on_plan, read_room_names
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.site.walkable.walked import (
+    Areas,
+    WalkedFloor,
+    WalkedSpace,
+    areas_of,
+    filling_walk,
+    walked_floor,
+    walked_space,
+)
 
 
 @dataclass(frozen=True)
@@ -78,9 +84,9 @@ def floor_areas(floor: Floor, names: Sequence[RoomName], settings: WalkableSetti
 
     Raises SurveyError where there is no plan that can be walked, ModuleNotFoundError where an extra lacks.
     """
-    from vislam2tag.survey.plans.load import floor_plan  # packages of extras
-    from vislam2tag.walkable.correction import floor_mask
-    from vislam2tag.walkable.graph import corridor_graph
+    from vislam2tag.site.plans.load import floor_plan  # packages of extras
+    from vislam2tag.site.walkable.graph import corridor_graph
+    from vislam2tag.site.walkable.plan_cells import floor_mask
 
     plan, settings = floor_plan(floor), settings or WalkableSettings()
     space = walkable_space(plan, settings, floor_mask(floor))

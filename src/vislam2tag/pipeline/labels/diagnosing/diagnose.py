@@ -27,13 +27,13 @@ from vislam2tag.quality.diagnosis.search import MIN_FIXES, found_faults, judgeme
 from vislam2tag.quality.diagnosis.stream_faults import stream_faults
 from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_plan
 from vislam2tag.sessions.registry import open_survey, true_keys
-from vislam2tag.survey.corrections.file import Corrections, read_corrections
-from vislam2tag.survey.corrections.lines import with_entries
-from vislam2tag.survey.discover import session_folders
-from vislam2tag.survey.landmark_states import LandmarkCounts
-from vislam2tag.survey.model import SessionKey, SessionRef, Survey
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.site.corrections.edits import with_entries
+from vislam2tag.site.corrections.file import Corrections, read_corrections
+from vislam2tag.site.discover import session_folders
+from vislam2tag.site.landmark_states import LandmarkCounts
+from vislam2tag.site.model import SessionKey, SessionRef, Survey
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.space import walkable_space
 
 MOST_MAPPED_AGAIN = 12
 """The gain of a correction is told by so many of the sessions that it concerns, the first ones."""
@@ -118,7 +118,7 @@ def _walkable_floors(survey: Survey) -> dict[int, Inside]:
     for floor in survey.site.floors:
         if floor.plan is not None:
             with suppress(SurveyError, MissingExtraError):
-                from vislam2tag.walkable.correction import floor_mask  # a package of an extra
+                from vislam2tag.site.walkable.plan_cells import floor_mask  # a package of an extra
 
                 found[floor.number] = walkable_space(floor_plan(floor), mask=floor_mask(floor)).inside
     return found

@@ -29,11 +29,11 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
 from vislam2tag.sessions.told_floors import floors_told
+from vislam2tag.site.model import SessionKey
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.smoothing import mapped_path, smooth
-from vislam2tag.survey.model import SessionKey
 
 PATH_STEP = 15
 """Frames from one place of the way that is kept to the next."""

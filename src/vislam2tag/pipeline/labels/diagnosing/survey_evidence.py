@@ -19,7 +19,7 @@ from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Ta
 from vislam2tag.survey.model import SessionRef, Site, Survey
 
 if TYPE_CHECKING:
-    from vislam2tag.walkable.walked.areas import Areas
+    from vislam2tag.site.walkable.walked import Areas
 
 MOST_WALKS = 40
 """So many walks of a floor are looked at, evenly among all: faults of the survey show in any of them."""
@@ -61,8 +61,8 @@ class RoomsOnPlans:
     def _areas_of(self, number: int) -> Areas | None:
         # a sound survey asks for no room, and needs none of these
         from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
-        from vislam2tag.survey.plans.load import floor_plan
-        from vislam2tag.survey.room_names import names_on_plan, read_room_names
+        from vislam2tag.site.floors import names_on_plan, read_room_names
+        from vislam2tag.site.plans.load import floor_plan
 
         floor = next((one for one in self.site.floors if one.number == number and one.plan is not None), None)
         if floor is None:

@@ -40,7 +40,7 @@ from vislam2tag.quality.evaluation.text import dense_csv, latex_text, rows_csv, 
 from vislam2tag.quality.evaluation.trajectory_files import READERS
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.site.corrections.file import read_corrections
 
 PROGRAM = "vislam2tag evaluate"
 RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"

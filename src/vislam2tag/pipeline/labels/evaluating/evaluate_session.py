@@ -37,7 +37,7 @@ from vislam2tag.quality.evaluation.trajectory_files import find_truth, tum_text,
 from vislam2tag.quality.evaluation.truth import PointErrors, Truth
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
 """The methods to tell at which control point a press was made."""

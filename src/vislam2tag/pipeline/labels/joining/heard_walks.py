@@ -20,8 +20,8 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
+from vislam2tag.site.model import SessionKey
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.survey.model import SessionKey
 from vislam2tag.walk_ties.traces import WalkTrace
 
 MOST_KEPT = 256

@@ -14,7 +14,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.similarity import as_points
 from vislam2tag.pipeline.labels.joining.landmark_results import LandmarkRow, LandmarkSurvey, unplaced
 from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey
-from vislam2tag.survey.shared_errors import MOST_LANDMARKS, SharedErrors, errors_file
+from vislam2tag.site.landmark_file import MOST_LANDMARKS, SharedErrors, errors_file
 
 COLUMNS = ("id", "x", "y", "z", "floor", "sigma_m", "heading_rad", "heading_sigma_rad")
 

@@ -1,0 +1,246 @@
+"""The corridors of a floor as a plan sees them, and walks along them as surveyors take them.
+
+The corridor graph without rooms is joined from turn to turn. A corridor leads between two *ends*: critical turns,
+junctions, dead ends, places of open areas. Half a corridor is a direction along it: half ``2 e`` leads from the
+corridor's first end to its second, ``2 e + 1`` back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.path_length import arc_lengths, points_along
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind
+
+LOOK_AHEAD_M = 1.5
+"""The direction of a corridor at its end is that to the place so far along it."""
+
+
+@dataclass(frozen=True)
+class Corridors:
+    """``e`` corridors between ``n`` ends, BCS metres."""
+
+    ends: FloatArray
+    """(n, 2)."""
+    is_open: BoolArray
+    """(n,) ends that are places of an open area."""
+    joined: IntArray
+    """(e, 2) the ends of each corridor."""
+    lines: tuple[FloatArray, ...]
+    """(e) corners (k, 2) from the first end to the second."""
+    doors: FloatArray
+    """(d, 2) doors."""
+
+    @cached_property
+    def length_m(self) -> FloatArray:
+        """(e,) length of each corridor."""
+        return np.array([arc_lengths(line)[-1] for line in self.lines])
+
+    @cached_property
+    def in_hall(self) -> BoolArray:
+        """(e,) corridors that lie in an open area."""
+        return np.asarray(np.all(self.is_open[self.joined], axis=1))
+
+    @cached_property
+    def leaving(self) -> tuple[tuple[int, ...], ...]:
+        """(n) halves that lead away from each end."""
+        found: list[list[int]] = [[] for _ in self.ends]
+        for corridor, (first, second) in enumerate(self.joined.tolist()):
+            found[first].append(2 * corridor)
+            found[second].append(2 * corridor + 1)
+        return tuple(tuple(halves) for halves in found)
+
+    def stop(self, half: int) -> int:
+        """End that a half leads to."""
+        return int(self.joined[half // 2, 1 - half % 2])
+
+    def onward(self, half: int) -> tuple[int, ...]:
+        """Halves that go on from where a half stops: never back, but where the corridor ends."""
+        leaving = self.leaving[self.stop(half)]
+        return tuple(other for other in leaving if other != half ^ 1) or leaving
+
+    def place(self, corridor: int, offset_m: FloatArray) -> FloatArray:
+        """Points (k, 2) of a corridor at these distances (k,) from its first end."""
+        return points_along(self.lines[corridor], offset_m)
+
+    def direction(self, corridor: int, offset_m: FloatArray, reach_m: float = 0.5) -> FloatArray:
+        """Unit vectors (k, 2) along a corridor at these distances from its first end."""
+        high = np.minimum(offset_m + reach_m, self.length_m[corridor])
+        step = self.place(corridor, high) - self.place(corridor, np.maximum(offset_m - reach_m, 0.0))
+        return np.asarray(step / np.maximum(np.linalg.norm(step, axis=1), 1e-9)[:, None])
+
+
+Chain = tuple[int, FloatArray, int, tuple[int, ...]]
+"""First node, line, last node and edges of a corridor."""
+
+
+def corridors_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, rooms: bool = False) -> Corridors:
+    """Take the corridors out of a corridor graph; straight joints are joined.
+
+    Shortcuts over open areas are left out, and rooms unless ``rooms``, and dead ends shorter than ``niche_m``.
+    """
+    opened = np.array([kind is NodeKind.OPEN for kind in graph.kinds], dtype=np.bool_)
+    kept = np.flatnonzero(~graph.shortcut & (rooms | ~graph.in_room)).tolist()
+    chains = _chains_of(graph, kept, opened, turn_rad)
+    count = np.bincount([node for chain in chains for node in (chain[0], chain[2])], minlength=len(graph.nodes))
+    dead = (count == 1) & ~opened
+    niches = {
+        edge
+        for first, line, last, edges in chains
+        if dead[[first, last]].sum() == 1 and arc_lengths(line)[-1] < niche_m
+        for edge in edges
+    }
+    if niches:
+        chains = _chains_of(graph, [edge for edge in kept if edge not in niches], opened, turn_rad)
+    used = sorted({node for first, _, last, _ in chains for node in (first, last)})
+    number = {node: i for i, node in enumerate(used)}
+    doors = [node for node, kind in enumerate(graph.kinds) if kind is NodeKind.DOOR]
+    return Corridors(
+        ends=graph.nodes[used].reshape(-1, 2),
+        is_open=opened[used],
+        joined=np.array([(number[a], number[b]) for a, _, b, _ in chains], dtype=np.int64).reshape(-1, 2),
+        lines=tuple(line for _, line, _, _ in chains),
+        doors=graph.nodes[doors].reshape(-1, 2),
+    )
+
+
+def _line(graph: CorridorGraph, half: int) -> FloatArray:
+    """The polyline (k, 2) of an edge in the direction of a half."""
+    line = graph.polylines[half // 2]
+    return line[::-1] if half % 2 else line
+
+
+def _heading(line: FloatArray) -> float:
+    """Direction in which a line (k, 2) leaves its first corner, rad."""
+    at = arc_lengths(line)
+    reach = min(LOOK_AHEAD_M, float(at[-1]))
+    ahead = [float(np.interp(reach, at, line[:, axis])) - float(line[0, axis]) for axis in (0, 1)]
+    return float(np.arctan2(ahead[1], ahead[0]))
+
+
+def _is_end(graph: CorridorGraph, out: list[int], turn_rad: float) -> bool:
+    """Whether the corridors part, end or turn at a node that these halves leave."""
+    if len(out) != 2:
+        return True
+    first, second = (_heading(_line(graph, half)) for half in out)
+    return abs((first - second) % (2 * np.pi) - np.pi) > turn_rad
+
+
+def _chains_of(graph: CorridorGraph, kept: list[int], opened: BoolArray, turn_rad: float) -> list[Chain]:
+    """Follow the ``kept`` edges from end to end, over nodes that are not ``opened`` (n,); a ring without any end gets
+    one.
+    """
+    halves: list[list[int]] = [[] for _ in graph.nodes]
+    for edge in kept:
+        first, second = graph.edges[edge].tolist()
+        halves[first].append(2 * edge)
+        halves[second].append(2 * edge + 1)
+    is_end = [bool(out) and (bool(opened[n]) or _is_end(graph, out, turn_rad)) for n, out in enumerate(halves)]
+    chains: list[Chain] = []
+    seen: set[int] = set()
+    starts = [node for node, end in enumerate(is_end) if end]
+    for start in [*starts, *(node for node, out in enumerate(halves) if out and not is_end[node])]:
+        for half in halves[start]:
+            if half // 2 in seen:
+                continue
+            parts: list[FloatArray] = []
+            edges: list[int] = []
+            here = half
+            while True:
+                seen.add(here // 2)
+                edges.append(here // 2)
+                parts.append(_line(graph, here)[1 if parts else 0 :])
+                node = int(graph.edges[here // 2][1 - here % 2])
+                if is_end[node] or node == start:
+                    break
+                here = next(other for other in halves[node] if other != here ^ 1)
+            chains.append((start, np.vstack(parts), node, tuple(edges)))
+    return chains
+
+
+STEP_M = 0.1
+"""Sampling of a walk."""
+CORNER_M = 0.4
+"""How much corners are rounded."""
+WALK_M = 150.0
+"""Length of a session's walk: three minutes."""
+TIMES = 12.0
+"""All corridors together are walked about so often."""
+FEWEST = 12
+"""Walks at least."""
+ROOM_SHARE = 0.12
+"""Probability of looking into a room when passing its door."""
+
+
+@dataclass(frozen=True)
+class DirectedEdge:
+    """Half an edge of the graph in walking direction."""
+
+    edge: int
+    stop: int
+    line: FloatArray
+
+
+def typical_walks(graph: CorridorGraph, seed: int = 0, fewest: int = FEWEST) -> list[FloatArray]:
+    """Walks (each (k, 2), BCS metres, a sample every 10 cm or so) that cover a graph; the same for the same graph."""
+    if not (~graph.shortcut).any():
+        return []
+    rng = np.random.default_rng(seed)
+    used = np.zeros(len(graph.edges))
+    leaving = _leaving(graph)
+    count = max(fewest, round(TIMES * float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()) / WALK_M))
+    starts = [node for node, out in enumerate(leaving) if any(not graph.in_room[taken.edge] for taken in out)]
+    return [_walk(graph, leaving, used, starts or list(range(len(leaving))), rng) for _ in range(count)]
+
+
+def _leaving(graph: CorridorGraph) -> list[list[DirectedEdge]]:
+    leaving: list[list[DirectedEdge]] = [[] for _ in graph.nodes]
+    for edge in np.flatnonzero(~graph.shortcut).tolist():
+        first, second = graph.edges[edge].tolist()
+        leaving[first].append(DirectedEdge(edge, second, graph.polylines[edge]))
+        leaving[second].append(DirectedEdge(edge, first, graph.polylines[edge][::-1]))
+    return leaving
+
+
+def _walk(
+    graph: CorridorGraph,
+    leaving: list[list[DirectedEdge]],
+    used: FloatArray,
+    starts: list[int],
+    rng: np.random.Generator,
+) -> FloatArray:
+    """One walk (k, 2); ``used`` (e,) counts how often edges were taken and is changed."""
+    fresh = np.array([min(used[taken.edge] for taken in leaving[node]) for node in starts])
+    node = int(rng.choice(np.array(starts)[fresh == fresh.min()]))
+    before, length, parts = -1, 0.0, [graph.nodes[node][None]]
+    while length < WALK_M:
+        taken = _next(graph, leaving[node], before, used, rng)
+        used[taken.edge] += 1
+        length += float(graph.length_m[taken.edge])
+        parts.append(taken.line[1:])
+        node, before = taken.stop, taken.edge
+    return smooth_line(np.vstack(parts))
+
+
+def _next(
+    graph: CorridorGraph, leaving: list[DirectedEdge], before: int, used: FloatArray, rng: np.random.Generator
+) -> DirectedEdge:
+    """Choose an edge to go on by, by how often each was ``used`` (e,): not back unless there is no other."""
+    options = [taken for taken in leaving if taken.edge != before] or leaving
+    if before < 0 or not graph.in_room[before]:
+        rooms = [taken for taken in options if graph.in_room[taken.edge]]
+        others = [taken for taken in options if not graph.in_room[taken.edge]]
+        options = rooms if rooms and (rng.random() < ROOM_SHARE or not others) else others or options
+    weight = np.array([4.0 ** -min(used[taken.edge], 60.0) for taken in options])
+    return options[int(rng.choice(len(options), p=weight / weight.sum()))]
+
+
+def smooth_line(corners: FloatArray) -> FloatArray:
+    """Sample a line (k, 2) densely and round its corners."""
+    dense = points_along(corners, np.arange(0.0, arc_lengths(corners)[-1] + STEP_M / 2, STEP_M))
+    return np.asarray(gaussian_filter1d(dense, CORNER_M / STEP_M, axis=0, mode="nearest"))

@@ -1,0 +1,326 @@
+"""Tables of points by surveyors, whatever their separator, columns and order."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.site.names import landmark_id
+from vislam2tag.site.site_table import NOT_UTF8, XLSX, LineCounts, decoded, sheet_lines
+
+SEPARATORS = (";", "\t", ",", " ")
+"""In the order in which ties are decided."""
+COMMENTS = ("#", "//", "%")
+_LOOKED_AT = 200
+"""Lines that decide on separator and decimal mark."""
+_POINT_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_COMMA_NUMBER = re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """Rows of one file: each 1-based line number with its fields, stripped."""
+
+    file: str
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+    separator: str
+    decimal: str
+    """``,`` or ``.``."""
+    findings: tuple[Finding, ...] = ()
+
+    def number(self, text: str) -> float:
+        """Read a number with the file's decimal mark; NaN for no text. Raises ValueError for what is no number."""
+        if not text:
+            return math.nan
+        shape = _COMMA_NUMBER if self.decimal == "," else _POINT_NUMBER
+        if not shape.fullmatch(text):
+            raise ValueError(f"'{text}' is no number")
+        return float(text.replace(",", "."))
+
+    def place(self, line: int) -> str:
+        """Name a line, ``shots.csv:3``."""
+        return f"{self.file}:{line}"
+
+
+def read_text_table(path: Path) -> TextTable:
+    """Read a table; blank lines and comments (``#``, ``//``, ``%``) are skipped.
+
+    Raises SurveyError where the file cannot be opened or has no line.
+    """
+    try:
+        if path.suffix.lower() == XLSX:
+            return _sheet(path)
+        raw = read_bytes(path)
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
+    text, other_line = decoded(raw)
+    findings = []
+    if other_line is not None:
+        findings = [Finding.at_lines("encoding", path.name, [other_line], NOT_UTF8, Severity.INFO)]
+    lines = [
+        (number, line.strip("\r\n"))
+        for number, line in enumerate(text.split("\n"), start=1)
+        if line.strip() and not line.strip().startswith(COMMENTS)
+    ]
+    if not lines:
+        raise SurveyError(f"{path}: is empty; expected a table of points")
+    separator = _separator([line for _, line in lines[:_LOOKED_AT]])
+    rows = tuple((number, _fields(line, separator)) for number, line in lines)
+    return TextTable(path.name, rows, separator, _decimal(rows, separator), tuple(findings))
+
+
+def _sheet(path: Path) -> TextTable:
+    lines, guesses = sheet_lines(path)
+    if not lines:
+        raise SurveyError(f"{path}: is empty; expected a table of points")
+    findings = [
+        Finding(kind="assumed_sheet", file=path.name, count=1, message=each, severity=Severity.INFO) for each in guesses
+    ]
+    rows = tuple(lines)
+    return TextTable(path.name, rows, ";", _decimal(rows, ";"), tuple(findings))
+
+
+def _fields(line: str, separator: str) -> tuple[str, ...]:
+    if separator == " ":
+        return tuple(line.split())
+    try:
+        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    except csv.Error:
+        fields = line.split(separator)
+    return tuple(field.strip() for field in fields)
+
+
+def _separator(lines: list[str]) -> str:
+    """The separator by which most lines have a name and two numbers; of several that with most numbers, then fields."""
+
+    def score(separator: str) -> tuple[int, int, int]:
+        fields = [_fields(line, separator) for line in lines]
+        counts = [
+            sum(bool(_POINT_NUMBER.fullmatch(field) or _COMMA_NUMBER.fullmatch(field)) for field in one[1:])
+            for one in fields
+        ]
+        return sum(count >= 2 for count in counts), sum(counts), sum(map(len, fields))
+
+    return max(SEPARATORS, key=score)
+
+
+def _decimal(rows: tuple[tuple[int, tuple[str, ...]], ...], separator: str) -> str:
+    """The mark that more fields have in a number; a comma that separates is none."""
+    if separator == ",":
+        return "."
+    numbers = [field for _, fields in rows[:_LOOKED_AT] for field in fields[1:]]
+    commas = sum("," in field and bool(_COMMA_NUMBER.fullmatch(field)) for field in numbers)
+    points = sum("." in field and bool(_POINT_NUMBER.fullmatch(field)) for field in numbers)
+    return "," if commas > points else "."
+
+
+class PointColumn(StrEnum):
+    """What a column of points holds."""
+
+    POINT = "point"
+    EAST = "E"
+    NORTH = "N"
+    HEIGHT = "H"
+    CODE = "code"
+    STATION = "station"
+    SIGMA = "sigma"
+
+
+SKIP = "-"
+"""In a list of columns: one that is not used."""
+CUSTOMARY = (PointColumn.POINT, PointColumn.EAST, PointColumn.NORTH, PointColumn.HEIGHT, PointColumn.CODE)
+"""Of a file without a header."""
+_NAMES = {
+    PointColumn.POINT: "point pointid pointname pointnumber pt ptid ptno ptnr pnt name id no nr number target punkt "
+    "punktnr punktnummer punktname pkt pktnr pktnummer pnr nummer zielpunkt ziel landmark marke",
+    PointColumn.EAST: "e east easting ost ostwert rechts rechtswert rw r",
+    PointColumn.NORTH: "n north northing nord nordwert hoch hochwert hw",
+    PointColumn.HEIGHT: "h z height elevation elev hoehe höhe hohe zh orthoheight",
+    PointColumn.CODE: "code pointcode featurecode description desc beschreibung punktcode art bemerkung",
+    PointColumn.STATION: "station stn setup standpunkt stp standpunktnr stationid",
+    PointColumn.SIGMA: "sigma sigmam sd std standardabweichung s",
+}
+_HEADER_WITHIN = 20
+"""Rows in which a header is looked for: instruments write a job's name and date first."""
+_COLUMN_OF = {name: column for column, names in _NAMES.items() for name in names.split()}
+_UNIT = re.compile(r"[\[(].*?[\])]")
+_NO_LETTER = re.compile(r"[^a-zäöü]")
+
+
+def known_column(text: str) -> PointColumn | None:
+    """The column that a header's field names: case, blanks, units in brackets and signs do not matter."""
+    return _COLUMN_OF.get(_plain(text))
+
+
+def _plain(text: str) -> str:
+    return _NO_LETTER.sub("", _UNIT.sub("", text.lower()))
+
+
+def parse_columns(text: str) -> tuple[PointColumn | None, ...]:
+    """Read ``point,E,N,H,code`` (``-``: not used); raises UsageError where a name is unknown, double or missing."""
+    columns: list[PointColumn | None] = []
+    for part in (part.strip() for part in text.split(",")):
+        column = None if part == SKIP else known_column(part)
+        if part != SKIP and column is None:
+            raise UsageError(f"--columns {text}: '{part}' is no column; there are {', '.join(PointColumn)} and {SKIP}")
+        columns.append(column)
+    named = [column for column in columns if column is not None]
+    if len(set(named)) < len(named):
+        raise UsageError(f"--columns {text}: a column is named twice")
+    if missing := [
+        column for column in (PointColumn.POINT, PointColumn.EAST, PointColumn.NORTH) if column not in named
+    ]:
+        raise UsageError(f"--columns {text}: {' and '.join(missing)} must be there")
+    return tuple(columns)
+
+
+def point_columns(
+    table: TextTable, given: Sequence[PointColumn | None] | None
+) -> tuple[dict[PointColumn, int], int, list[Finding]]:
+    """Index of each column, how many rows come before the first point, and what was assumed.
+
+    ``given`` (of :func:`parse_columns`) outdoes a header. Raises SurveyError where the first row is neither a header
+    nor a point.
+    """
+    row = next((i for i, (_, fields) in enumerate(table.rows[:_HEADER_WITHIN]) if _names_columns(fields)), None)
+    first = table.rows[row or 0][1]
+    if given is not None:
+        return _indexed(given), 0 if row is None and _has_numbers(table, first) else (row or 0) + 1, []
+    if row is None and _has_numbers(table, first):
+        message = "has no header and was read as point,E,N,H,code: give --columns where it is otherwise"
+        finding = Finding.at_lines("assumed_columns", table.file, [table.rows[0][0]], message, Severity.INFO)
+        return _indexed(CUSTOMARY), 0, [finding]
+    found, findings = _from_header(table, first)
+    missing = [
+        column.value for column in (PointColumn.POINT, PointColumn.EAST, PointColumn.NORTH) if column not in found
+    ]
+    if missing:
+        raise SurveyError(
+            f"{table.place(table.rows[row or 0][0])}: the header has no column for {' and '.join(missing)} "
+            f"({', '.join(first)}); name the columns by --columns, such as point,E,N,H,code"
+        )
+    return found, (row or 0) + 1, findings
+
+
+def _indexed(columns: Sequence[PointColumn | None]) -> dict[PointColumn, int]:
+    return {column: index for index, column in enumerate(columns) if column is not None}
+
+
+def _names_columns(fields: Sequence[str]) -> bool:
+    return sum(known_column(field) is not None or _plain(field) in ("x", "y") for field in fields) >= 3
+
+
+def _has_numbers(table: TextTable, fields: Sequence[str]) -> bool:
+    """Tell whether there are numbers where a point has its coordinates."""
+    try:
+        return any(math.isfinite(table.number(field)) for field in fields[1:3])
+    except ValueError:
+        return False
+
+
+def _from_header(table: TextTable, fields: Sequence[str]) -> tuple[dict[PointColumn, int], list[Finding]]:
+    found: dict[PointColumn, int] = {}
+    for index, field in enumerate(fields):
+        column = known_column(field)
+        if column is not None and column not in found:
+            found[column] = index
+    named = {_plain(field): index for index, field in enumerate(fields) if _plain(field) in ("x", "y")}
+    if len(named) < 2 or PointColumn.EAST in found or PointColumn.NORTH in found:
+        return found, []
+    # Surveyors' Y is east and their X north; they write Y first. Elsewhere X, first, is to the right.
+    geodetic = named["y"] < named["x"]
+    east, north = ("y", "x") if geodetic else ("x", "y")
+    taken = "Y stands before X and was taken for east" if geodetic else "X was taken for east (right), Y for north (up)"
+    message = f"{taken}: give --columns where it is otherwise"
+    finding = Finding.at_lines("assumed_columns", table.file, [table.rows[0][0]], message, Severity.INFO)
+    return found | {PointColumn.EAST: named[east], PointColumn.NORTH: named[north]}, [finding]
+
+
+GREATEST_M = 1e8
+"""National grids reach some ten thousand kilometres."""
+_MESSAGES: dict[FindingKind, str] = {
+    "malformed_lines": (
+        "a row needs a point's name and numbers for E and N (H may be empty); these rows are left out: correct them"
+    ),
+    "non_finite_values": f"coordinates must be at most {GREATEST_M:g} m; these rows are left out: correct them",
+}
+
+
+@dataclass(frozen=True)
+class PointRow:
+    """One row of a point file; metres, NaN where a value is absent."""
+
+    name: str
+    east_m: float
+    north_m: float
+    height_m: float
+    sigma_m: float
+    code: str
+    station: str
+    source: str
+    """File and 1-based line."""
+    decimals: int
+    """Digits after the decimal mark, as written: what a typing error can have changed."""
+
+
+def read_points(path: Path, given: Sequence[PointColumn | None] | None = None) -> tuple[list[PointRow], list[Finding]]:
+    """Read a file of points; rows that cannot be used are findings.
+
+    ``given`` names the columns in order where the file's own header does not. A row's ``station`` is empty where there
+    is no such column. Raises SurveyError where the file is no table of points, or has no usable row.
+    """
+    table = read_text_table(path)
+    columns, header_rows, findings = point_columns(table, given)
+    counts = LineCounts(table.file)
+    rows: list[PointRow] = []
+    for line, fields in table.rows[header_rows:]:
+        try:
+            row = _point(table, columns, line, fields)
+        except ValueError:
+            counts.add("malformed_lines", line)
+            continue
+        if max(abs(row.east_m), abs(row.north_m)) > GREATEST_M:
+            counts.add("non_finite_values", line)
+        else:
+            rows.append(row)
+    if not rows:
+        last = table.rows[min(header_rows, len(table.rows) - 1)]
+        raise SurveyError(
+            f"{path}: no line is a point (first tried: line {last[0]}, '{table.separator.join(last[1])}'); expected "
+            "point, E, N, H separated by ; , tab or blanks, or name the columns by --columns"
+        )
+    return rows, [*table.findings, *findings, *counts.findings(_MESSAGES)]
+
+
+def _point(table: TextTable, columns: dict[PointColumn, int], line: int, fields: tuple[str, ...]) -> PointRow:
+    def cell(column: PointColumn) -> str:
+        index = columns.get(column, len(fields))
+        return fields[index] if index < len(fields) else ""
+
+    name = landmark_id(cell(PointColumn.POINT))
+    east, north, height = (
+        table.number(cell(column)) for column in (PointColumn.EAST, PointColumn.NORTH, PointColumn.HEIGHT)
+    )
+    sigma = table.number(cell(PointColumn.SIGMA))
+    if not name or math.isnan(east) or math.isnan(north) or sigma <= 0:
+        raise ValueError(f"line {line} is no point")
+    return PointRow(
+        name=name,
+        east_m=east,
+        north_m=north,
+        height_m=height,
+        sigma_m=sigma,
+        code=cell(PointColumn.CODE),
+        station=cell(PointColumn.STATION),
+        source=table.place(line),
+        decimals=max(len(cell(column).partition(table.decimal)[2]) for column in (PointColumn.EAST, PointColumn.NORTH)),
+    )

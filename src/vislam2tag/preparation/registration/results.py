@@ -1,0 +1,377 @@
+"""The result of a registration: adjusted points as rows of its tables, and in the site's own files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.preparation.registration.least_squares import SingularError
+from vislam2tag.preparation.registration.names import Role, role_of
+from vislam2tag.preparation.registration.network import (
+    DistanceScale,
+    HeightFit,
+    KnownPoint,
+    PlaneFit,
+    Shot,
+    adjust_plane,
+)
+from vislam2tag.preparation.registration.record import (
+    PositionSource,
+    RegisteredPoint,
+    RegistrationSettings,
+    Residual,
+    ScaleTest,
+    StationRow,
+)
+from vislam2tag.preparation.registration.tape_and_clicks import Click
+from vislam2tag.preparation.registration.trilateration import TapedLandmark, TapeResult
+from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
+from vislam2tag.site.landmark_states import LandmarkState, StateRow, read_states
+from vislam2tag.site.names import landmark_id
+from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, SiteTable, finite_or_none, read_site_table
+
+LEAST_WIDTH_M = 0.05
+"""Edges nearer than this give no direction."""
+
+
+@dataclass(frozen=True)
+class SheetPose:
+    """Where a landmark's sheet hangs: centre, its covariance (2, 2), m^2, and direction of its X axis where known."""
+
+    place: complex
+    covariance: FloatArray
+    heading_rad: float | None = None
+    heading_sigma_rad: float | None = None
+
+
+def sheet_pose(fit: PlaneFit, landmark: str) -> SheetPose | None:
+    """Take a landmark from the shots of its centre, or of its two edges; None where neither is there.
+
+    The X axis points to the right for who looks at the sheet, from the left edge (shot as ``ID_L``) to the right one.
+    """
+    left, right = f"{landmark}_L", f"{landmark}_R"
+    both = left in fit.places and right in fit.places
+    heading, sigma = _heading(fit, left, right) if both else (None, None)
+    if landmark in fit.places:
+        return SheetPose(fit.places[landmark], fit.covariance(landmark), heading, sigma)
+    if not both:
+        return None
+    half = np.hstack((np.eye(2), np.eye(2))) / 2
+    covariance = half @ fit.covariance(left, right) @ half.T
+    return SheetPose((fit.places[left] + fit.places[right]) / 2, covariance, heading, sigma)
+
+
+def _heading(fit: PlaneFit, left: str, right: str) -> tuple[float | None, float | None]:
+    across = fit.places[right] - fit.places[left]
+    if abs(across) < LEAST_WIDTH_M:
+        return None, None
+    square = np.array((-across.imag, across.real)) / abs(across) ** 2
+    change = np.concatenate((-square, square))
+    sigma = math.sqrt(float(change @ fit.covariance(left, right) @ change))
+    return math.atan2(across.imag, across.real), sigma
+
+
+CERTAIN_SIGMAS = 3.29
+"""A scale this far from 1 is off (one in a thousand)."""
+
+
+def station_points(
+    fit: PlaneFit, known: Sequence[KnownPoint], heights: HeightFit, settings: RegistrationSettings
+) -> dict[str, RegisteredPoint]:
+    """Landmarks and control points that were shot and are not known, by key."""
+    given = {one.point for one in known}
+    found: dict[str, RegisteredPoint] = {}
+    for key in fit.places:
+        role, identity = role_of(key)
+        name = identity if role in (Role.LEFT, Role.RIGHT) else key
+        if role is Role.TIE or name in given or name in found:
+            continue
+        sheet = sheet_pose(fit, name)
+        if sheet is None:
+            continue
+        parts = [i for i, shot in enumerate(fit.shots) if shot.point in (name, f"{name}_L", f"{name}_R")]
+        checked = float(np.mean([fit.reliability(i) for i in parts]))
+        point = _point(identity, sheet, (PositionSource.STATION, len(parts), checked), settings)
+        if name in heights.heights:
+            z_m, z_sigma_m = heights.heights[name]
+            z = {"z_m": round(z_m, 4), "z_sigma_m": round(max(z_sigma_m, settings.least_sigma_m), 5)}
+            point = point.model_copy(update=z)
+        found[name] = point
+    return found
+
+
+def taped_point(name: str, taped: TapedLandmark, settings: RegistrationSettings) -> RegisteredPoint:
+    """A landmark placed by tape."""
+    checked = taped.redundancy / taped.distances
+    point = _point(
+        name, SheetPose(taped.place, taped.covariance), (PositionSource.TAPE, taped.distances, checked), settings
+    )
+    return point.model_copy(update={"note": taped.note})
+
+
+def clicked_point(click: Click, settings: RegistrationSettings) -> RegisteredPoint:
+    """A landmark clicked on the plan."""
+    sheet = SheetPose(click.place, np.eye(2) * click.sigma_m**2)
+    return _point(click.landmark, sheet, (PositionSource.CLICK, 1, 0.0), settings)
+
+
+def _point(
+    name: str, sheet: SheetPose, origin: tuple[PositionSource, int, float], settings: RegistrationSettings
+) -> RegisteredPoint:
+    """A point from its sheet; ``origin``: source, how many measurements, how much they are checked."""
+    covariance = _floored(sheet.covariance, settings.least_sigma_m)
+    (xx, xy), (_, yy) = covariance.tolist()
+    source, measurements, checked = origin
+    return RegisteredPoint(
+        point=name,
+        x_m=round(sheet.place.real, 4),
+        y_m=round(sheet.place.imag, 4),
+        sigma_m=round(math.sqrt((xx + yy) / 2), 5),
+        covariance_m2=((_short(xx), _short(xy)), (_short(xy), _short(yy))),
+        heading_rad=_rounded(sheet.heading_rad, 6),
+        heading_sigma_rad=_rounded(sheet.heading_sigma_rad, 6),
+        source=source,
+        measurements=measurements,
+        checked=round(checked, 3),
+    )
+
+
+def _floored(covariance: FloatArray, least_m: float) -> FloatArray:
+    """The covariance (2, 2), m^2, with no direction known better than the floor."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors @ np.diag(np.maximum(values, least_m**2)) @ vectors.T)
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(value, digits)
+
+
+def scale_test(fit: PlaneFit, settings: RegistrationSettings) -> ScaleTest | None:
+    """Tell whether distances differ between stations and building; None where nothing tells (too few points)."""
+    scale: DistanceScale | None = fit.scale
+    if scale is None:
+        try:
+            scale = adjust_plane(fit.shots, fit.known, fit.maps, settings.prior_freedom, free_scale=True).scale
+        except SingularError:
+            return None
+    if scale is None:
+        return None
+    off = abs(scale.value - 1) > CERTAIN_SIGMAS * scale.sigma
+    return ScaleTest(value=round(scale.value, 7), sigma=round(scale.sigma, 7), off=off)
+
+
+def station_rows(fit: PlaneFit) -> tuple[StationRow, ...]:
+    """Where each station's frame lies."""
+    return tuple(
+        StationRow(
+            station=name,
+            x_m=round(bcs_T_station.b.real, 4),
+            y_m=round(bcs_T_station.b.imag, 4),
+            turn_rad=round(bcs_T_station.rotation_rad, 7),
+            shots=sum(shot.station == name for shot in fit.shots),
+        )
+        for name, bcs_T_station in fit.maps.items()
+    )
+
+
+def plane_residuals(fit: PlaneFit) -> tuple[Residual, ...]:
+    """Residuals of all that others check at all."""
+    found = []
+    for i, one in enumerate(fit.measurements):
+        reduction, checks = fit.adjusted.reduction_without(fit.groups[i])
+        if checks:
+            off = fit.residual_m(i)
+            sigmas = math.sqrt(reduction / checks / fit.adjusted.variance_factor)
+            row = Residual(
+                measurement=one.label,
+                at_m=(round(fit.places[one.point].real, 3), round(fit.places[one.point].imag, 3)),
+                by_m=(round(off.real, 5), round(off.imag, 5)),
+                off_m=round(abs(off), 5),
+                sigmas=round(sigmas, 2),
+                checked=round(fit.reliability(i), 3),
+            )
+            found.append(row)
+    return tuple(found)
+
+
+def tape_residuals(taped: TapeResult) -> tuple[Residual, ...]:
+    """Residuals of all distances used."""
+    return tuple(
+        Residual(measurement=label, off_m=round(off_m, 4), sigmas=round(sigmas, 2), checked=round(checked, 3))
+        for label, off_m, sigmas, checked in taped.residuals
+    )
+
+
+def network_findings(
+    fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None, shots: Sequence[Shot], known: Sequence[KnownPoint]
+) -> list[Finding]:
+    """What is odd about the adjustment as a whole."""
+    messages: list[tuple[FindingKind, int, str]] = []
+    if scale is not None and scale.off:
+        text = (
+            f"distances in the building are {scale.value:.5f} ± {scale.sigma:.5f} times those of the stations: is the "
+            "plan's scale right, are all coordinates in metres, does a grid have a scale of its own (--scale free)?"
+        )
+        messages.append(("station_scale", 1, text))
+    if not fit.adjusted.plausible:
+        text = (
+            f"sigma0 is {fit.adjusted.sigma0:.2f}: the measurements scatter more than stated; sigmas are raised, but "
+            "look for the reason"
+        )
+        messages.append(("large_sigma0", 1, text))
+    used = {shot.point for shot in shots} & {one.point for one in known}
+    if len(used) < 3:
+        text = (
+            f"only {len(used)} known points were shot: one that is wrong, or east and north exchanged, would not be "
+            "noticed; shoot three or more"
+        )
+        messages.append(("few_known_points", 1, text))
+    if heights.untied and heights.heights:
+        text = f"no known height ties station {', '.join(heights.untied)}: its points get no z"
+        messages.append(("untied_heights", len(heights.untied), text))
+    return [Finding(kind=kind, file="", count=count, message=text) for kind, count, text in messages]
+
+
+SAME_M = 5e-5
+"""Positions that differ less are written alike."""
+_OPTIONAL = ("z", "sigma_m", "heading_rad", "heading_sigma_rad")
+
+
+def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[RegisteredPoint], *, replace: bool) -> str:
+    """The floor's landmark file with these landmarks in it: rows of others, and other columns, as they were.
+
+    A position that was only planned is replaced in any case. Raises OutputError where a landmark has another position
+    there and ``replace`` is not given, SurveyError where the file there is no landmark file.
+    """
+    table = _table(root, table_path(folder / LANDMARK_FILE))
+    header = list(table.header) if table.rows or table.header else ["id", "x", "y"]
+    if table.header and (problem := table.missing_columns(LANDMARKS)) is not None:
+        raise SurveyError(f"{folder / LANDMARK_FILE}: {problem}")
+    wanted = {one.point: one for one in landmarks}
+    header += [name for name in _OPTIONAL if name not in header and any(_cells(one)[name] for one in landmarks)]
+    rows: list[list[str]] = []
+    changed: list[str] = []
+    states, _ = read_states(root, folder)
+    for line, fields in table.rows:
+        row = [*fields, *[""] * (len(header) - len(fields))]
+        name = landmark_id(fields[0])
+        if name in wanted and landmark_id(table.cell(fields, "floor")) in ("", str(floor)):
+            if _differs(table, fields, wanted[name]) and not _is_planned(table, fields, states.get(name)):
+                changed.append(f"{name} ({table.place(line)})")
+            _fill(row, header, wanted.pop(name))
+        rows.append(row)
+    if changed and not replace:
+        raise OutputError(
+            f"{folder / LANDMARK_FILE}: holds other positions of landmark {', '.join(changed)}; give --replace to put "
+            "the registered ones in their place"
+        )
+    for one in wanted.values():
+        row = [""] * len(header)
+        row[0] = one.point
+        if "floor" in header:
+            row[header.index("floor")] = str(floor)
+        _fill(row, header, one)
+        rows.append(row)
+    return csv_rows([header, *rows])
+
+
+def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoint], *, replace: bool) -> str:
+    """The floor's control point file with these in it, each in the row of its number.
+
+    Raises OutputError where one has another position there and ``replace`` is not given, or the numbers leave a gap.
+    """
+    path = table_path(folder / CONTROL_POINT_FILE)
+    try:
+        rows = [
+            list(fields) for _, fields in read_site_table(root, path, has_header=False, columns=CONTROL_POINTS).rows
+        ]
+    except FileNotFoundError:
+        rows = []
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
+    for one in sorted(points, key=lambda one: int(one.point)):
+        number, cells = int(one.point), [f"{one.x_m:.4f}", f"{one.y_m:.4f}"]
+        if number > len(rows):
+            raise OutputError(f"{path}: control point {len(rows)} is missing: they are numbered from 0 without gaps")
+        if number == len(rows):
+            rows.append(cells)
+            continue
+        if not replace and not _same(rows[number][:2], one):
+            raise OutputError(
+                f"{path}: has another position of control point {number} (line {number + 1}); give --replace to put "
+                "the registered one in its place"
+            )
+        rows[number] = cells
+    return csv_rows(rows)
+
+
+def _table(root: Path, path: Path) -> SiteTable:
+    try:
+        return read_site_table(root, path, columns=LANDMARKS)
+    except FileNotFoundError:
+        return SiteTable(path.relative_to(root).as_posix(), (), ())
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
+
+
+def _differs(table: SiteTable, fields: tuple[str, ...], one: RegisteredPoint) -> bool:
+    """Whether a row has a position, and another one."""
+    cells = [table.cell(fields, "x"), table.cell(fields, "y")]
+    return any(cells) and not _same(cells, one)
+
+
+def _is_planned(table: SiteTable, fields: tuple[str, ...], state: StateRow | None) -> bool:
+    """Whether the position of a row was only planned."""
+    try:
+        x, y = (finite_or_none(table.cell(fields, column)) for column in ("x", "y"))
+    except ValueError:
+        return False
+    return state is not None and x is not None and y is not None and state.plans(x, y)
+
+
+def measured_states(landmarks: Sequence[RegisteredPoint]) -> list[StateRow]:
+    """The states of registered landmarks, with positions as the landmark file has them."""
+    return [
+        StateRow(one.point, LandmarkState.MEASURED, one.source.value, round(one.x_m, 4), round(one.y_m, 4))
+        for one in landmarks
+    ]
+
+
+def _same(cells: Sequence[str], one: RegisteredPoint) -> bool:
+    try:
+        x, y = (float(cell) for cell in cells)
+    except ValueError:
+        return False
+    return math.isclose(x, one.x_m, abs_tol=SAME_M) and math.isclose(y, one.y_m, abs_tol=SAME_M)
+
+
+def _cells(one: RegisteredPoint) -> Mapping[str, str]:
+    """Text of every column of a landmark, empty where nothing is known."""
+    return {
+        "x": f"{one.x_m:.4f}",
+        "y": f"{one.y_m:.4f}",
+        "z": "" if one.z_m is None else f"{one.z_m:.4f}",
+        "sigma_m": f"{one.sigma_m:.5f}",
+        "heading_rad": "" if one.heading_rad is None else f"{one.heading_rad:.6f}",
+        "heading_sigma_rad": "" if one.heading_sigma_rad is None else f"{one.heading_sigma_rad:.6f}",
+    }
+
+
+def _fill(row: list[str], header: Sequence[str], one: RegisteredPoint) -> None:
+    """Put what was registered into a row; a height or heading that was not measured stays as it is."""
+    for column, text in _cells(one).items():
+        if text:
+            row[header.index(column)] = text

@@ -1,0 +1,188 @@
+"""Tape distances and clicks on a plan, from their files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding
+from vislam2tag.preparation.registration.point_file import TextTable, read_text_table
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.site.landmark_file import GREATEST_M
+from vislam2tag.site.names import landmark_id
+from vislam2tag.site.site_table import LineCounts
+
+LONGEST_M = 200.0
+"""No tape, nor a laser held by hand indoors, is longer."""
+
+
+@dataclass(frozen=True)
+class TapeDistance:
+    """One distance from a landmark to a target or another landmark, horizontal, metres."""
+
+    landmark: str
+    to: str
+    distance_m: float
+    sigma_m: float
+    source: str = ""
+    decimals: int = 2
+
+    @property
+    def label(self) -> str:
+        """How messages call it."""
+        where = f" ({self.source})" if self.source else ""
+        return f"distance {self.landmark} to {self.to}{where}"
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a distance leads to: a point, or a wall from ``start`` to ``stop`` (the distance is square to it)."""
+
+    name: str
+    start: complex
+    stop: complex | None
+    sigma_m: float
+
+
+def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[TapeDistance], list[Finding]]:
+    """Read rows landmark, to, distance and, where known, sigma (metres), with or without a header.
+
+    Raises SurveyError where the file cannot be read or has no usable row.
+    """
+    table = read_text_table(path)
+    found: list[TapeDistance] = []
+    counts = LineCounts(table.file)
+    for line, fields in _rows(table, number_at=2):
+        try:
+            found.append(_distance(table, line, fields, settings))
+        except (ValueError, IndexError):
+            counts.add("malformed_lines", line)
+    if not found:
+        raise SurveyError(f"{path}: has no distance; expected rows landmark,to,distance_m[,sigma_m]")
+    message = (
+        f"a row needs a landmark, what the distance leads to, and a distance up to {LONGEST_M:g} m; these rows are "
+        "left out: correct them"
+    )
+    return found, [*table.findings, *counts.findings({"malformed_lines": message})]
+
+
+def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, Target], list[Finding]]:
+    """Read rows name, x, y of a corner or column, or name, x, y, x2, y2 of a wall, then sigma where known; metres, BCS.
+
+    Raises SurveyError where the file cannot be read or has no usable row.
+    """
+    table = read_text_table(path)
+    found: dict[str, Target] = {}
+    counts = LineCounts(table.file)
+    for line, fields in _rows(table, number_at=1):
+        try:
+            target = _target(table, fields, settings)
+        except (ValueError, IndexError):
+            counts.add("malformed_lines", line)
+            continue
+        if target.name in found:
+            counts.add("duplicate_targets", line)
+        else:
+            found[target.name] = target
+    if not found:
+        raise SurveyError(f"{path}: has no target; expected rows name,x,y or name,x,y,x2,y2 and then sigma_m")
+    messages: dict[FindingKind, str] = {
+        "malformed_lines": (
+            "a row needs a name and x,y of a point, or x,y,x2,y2 of a wall that has a length; these rows are left out: "
+            "correct them"
+        ),
+        "duplicate_targets": "a name may appear once; the first row counts: remove the others",
+    }
+    return found, [*table.findings, *counts.findings(messages)]
+
+
+def _rows(table: TextTable, number_at: int) -> tuple[tuple[int, tuple[str, ...]], ...]:
+    """All rows but a header: a first row without a number where there should be one."""
+    first = table.rows[0][1]
+    try:
+        table.number(first[number_at])
+    except ValueError:
+        return table.rows[1:]
+    except IndexError:
+        return table.rows
+    return table.rows
+
+
+def _distance(table: TextTable, line: int, fields: tuple[str, ...], settings: RegistrationSettings) -> TapeDistance:
+    distance, sigma = table.number(fields[2]), table.number(fields[3]) if len(fields) > 3 else math.nan
+    name, to = landmark_id(fields[0]), landmark_id(fields[1])
+    if not name or not to or name == to or not 0 <= distance <= LONGEST_M or sigma <= 0:
+        raise ValueError(f"line {line} is no distance")
+    return TapeDistance(
+        landmark=name,
+        to=to,
+        distance_m=distance,
+        sigma_m=settings.tape_sigma_m if math.isnan(sigma) else sigma,
+        source=table.place(line),
+        decimals=len(fields[2].partition(table.decimal)[2]),
+    )
+
+
+def _target(table: TextTable, fields: tuple[str, ...], settings: RegistrationSettings) -> Target:
+    x, y, x2, y2, sigma = (table.number(fields[i]) if i < len(fields) else math.nan for i in range(1, 6))
+    if len(fields) == 4:
+        x2, sigma = math.nan, x2
+    name = landmark_id(fields[0])
+    wall = not math.isnan(x2)
+    if not name or math.isnan(x) or math.isnan(y) or sigma <= 0 or math.isnan(x2) != math.isnan(y2):
+        raise ValueError(f"'{name}' is no target")
+    if wall and (x, y) == (x2, y2):
+        raise ValueError(f"wall '{name}' has no length")
+    stop = complex(x2, y2) if wall else None
+    return Target(name, complex(x, y), stop, settings.target_sigma_m if math.isnan(sigma) else sigma)
+
+
+HEADER = ("id", "floor", "x", "y", "screen_pixel_m", "plan_pixel_m")
+_MESSAGES: dict[FindingKind, str] = {
+    "malformed_lines": f"a row must be {','.join(HEADER)}; these rows are left out: correct them",
+    "duplicate_landmarks": "an id may appear once; the last row counts: remove the others",
+    "other_floor": "these rows are of another floor and left out",
+}
+
+
+@dataclass(frozen=True)
+class Click:
+    """A landmark where somebody clicked it, BCS metres; ``sigma_m`` per axis."""
+
+    landmark: str
+    place: complex
+    sigma_m: float
+    source: str
+
+
+def read_clicks(path: Path, floor: int, settings: RegistrationSettings) -> tuple[dict[str, Click], list[Finding]]:
+    """Read the clicks of one floor, by landmark; raises SurveyError where the file is no file of clicks."""
+    table = read_text_table(path)
+    if tuple(field.lower() for field in table.rows[0][1]) != HEADER:
+        raise SurveyError(f"{table.place(table.rows[0][0])}: expected the header {','.join(HEADER)}")
+    found: dict[str, Click] = {}
+    counts = LineCounts(table.file)
+    for line, fields in table.rows[1:]:
+        try:
+            name, number = landmark_id(fields[0]), int(fields[1])
+            x, y, screen_m, plan_m = (table.number(field) for field in fields[2:6])
+            if not name or not max(abs(x), abs(y)) <= GREATEST_M or not (screen_m > 0 and plan_m > 0):
+                raise ValueError(f"line {line} is no click")
+        except (ValueError, IndexError):
+            counts.add("malformed_lines", line)
+            continue
+        if number != floor:
+            counts.add("other_floor", line)
+            continue
+        if name in found:
+            counts.add("duplicate_landmarks", line)
+        found[name] = Click(name, complex(x, y), click_sigma_m(screen_m, plan_m, settings), table.place(line))
+    return found, [*table.findings, *counts.findings(_MESSAGES)]
+
+
+def click_sigma_m(screen_pixel_m: float, plan_pixel_m: float, settings: RegistrationSettings) -> float:
+    """Standard deviation per axis: of the hand on the screen, of the plan's pixels, and of plan against building."""
+    return math.hypot(settings.click_px * screen_pixel_m, plan_pixel_m / math.sqrt(12), settings.plan_sigma_m)

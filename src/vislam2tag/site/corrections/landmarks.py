@@ -1,0 +1,180 @@
+"""Corrections of landmarks, applied; corrections that change nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vislam2tag.common.findings import Finding
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.site.corrections.file import (
+    CORRECTIONS_FILE,
+    OF_SESSIONS,
+    UNITS_M,
+    Correction,
+    Corrections,
+    ExcludeLandmark,
+    LandmarkUnits,
+    MoveLandmark,
+    SetLandmarkFloor,
+    TurnLandmarks,
+)
+from vislam2tag.site.model import Floor, SessionKey, Site
+from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.site_table import site_finding
+
+
+def corrected_landmarks(
+    landmarks: Landmarks,
+    corrections: Corrections,
+    key: SessionKey,
+    default_sigma_m: float = SurveySettings().landmark_sigma_m,
+) -> tuple[Landmarks, tuple[str, ...]]:
+    """Landmarks that a session may use with its corrections applied, and one sentence for each use.
+
+    An entry's ``floor`` is the landmark's. Tables are put into metres, then mirrored, turned and shifted. Excluded
+    landmarks go. A moved one keeps its sigma (``default_sigma_m`` if it was unsurveyed) and loses its heading.
+    """
+    landmarks, table_uses = _with_tables_corrected(landmarks, corrections, key)
+    plain = {entry.name: entry.id for entry in corrections.set_landmark_floor}
+    places = [
+        (plain.get(name, name), floor) for name, floor in zip(landmarks.ids, landmarks.floor.tolist(), strict=True)
+    ]
+
+    def concerns(entry: ExcludeLandmark | MoveLandmark, name: str, floor: int) -> bool:
+        return entry.id == name and entry.applies(replace(key, floor=floor))
+
+    gone = {place for place in places for entry in corrections.exclude_landmark if concerns(entry, *place)}
+    kept = [place for place in places if place not in gone]
+    chosen = landmarks.select([i for i, place in enumerate(places) if place not in gone])
+    uses = list(table_uses)
+    for entry in corrections.move_landmark:
+        for index, place in enumerate(kept):
+            if concerns(entry, *place):
+                _move(chosen, index, entry, default_sigma_m)
+                uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
+    # Whoever corrects places by hand knows better than what the others shared with them.
+    return replace(chosen, joint_covariance=None) if uses else chosen, tuple(uses)
+
+
+def named_by_floor(landmarks: Landmarks, corrections: Corrections, key: SessionKey) -> Landmarks:
+    """Call sheets of other floors as the session's corrections do; of their ids only these and the own floor's stay."""
+    named = {(entry.to, entry.id): entry.name for entry in corrections.set_landmark_floor if entry.applies(key)}
+    if not named:
+        return landmarks
+    told = {name for _, name in named}
+    places = list(zip(landmarks.floor.tolist(), landmarks.ids, strict=True))
+    kept = landmarks.select(
+        [
+            i
+            for i, (floor, name) in enumerate(places)
+            if name not in told or floor == key.floor or (floor, name) in named
+        ]
+    )
+    return replace(
+        kept, ids=tuple(named.get(place, place[1]) for place in zip(kept.floor.tolist(), kept.ids, strict=True))
+    )
+
+
+def with_control_points_corrected(site: Site, corrections: Corrections) -> Site:
+    """The site with its control points where corrections put them."""
+    if not corrections.move_control_point:
+        return site
+    return replace(site, floors=tuple(_with_points_moved(floor, corrections) for floor in site.floors))
+
+
+def _with_points_moved(floor: Floor, corrections: Corrections) -> Floor:
+    points = floor.control_points
+    position = points.position_bcs.copy()
+    for entry in corrections.move_control_point:
+        if entry.floor == floor.number and entry.id in points.ids:
+            position[points.ids.index(entry.id)] = entry.x, entry.y
+    return replace(floor, control_points=replace(points, position_bcs=position))
+
+
+def _with_tables_corrected(
+    landmarks: Landmarks, corrections: Corrections, key: SessionKey
+) -> tuple[Landmarks, tuple[str, ...]]:
+    """Correct units, mirror and turn whole floors."""
+    chosen, uses = landmarks, []
+    entries: tuple[LandmarkUnits | TurnLandmarks, ...] = (*corrections.landmark_units, *corrections.turn_landmarks)
+    for entry in entries:
+        rows = np.flatnonzero(chosen.floor == entry.floor)
+        if len(rows) == 0 or not entry.applies(replace(key, floor=int(chosen.floor[rows[0]]))):
+            continue
+        if chosen is landmarks:
+            chosen = landmarks.select(list(range(len(landmarks.ids))))
+        if isinstance(entry, LandmarkUnits):
+            chosen.position_bcs[rows] *= UNITS_M[entry.unit]
+            chosen.z_m[rows] *= UNITS_M[entry.unit]
+            uses.append(f"The landmarks of floor {entry.floor} are taken to be in {entry.unit}{entry.because()}.")
+        else:
+            _turn(chosen, rows, entry)
+            how = "mirrored" if entry.mirrored else "turned"
+            uses.append(f"The landmarks of floor {entry.floor} are {how}{entry.because()}.")
+    return chosen, tuple(uses)
+
+
+def _turn(own: Landmarks, rows: IntArray, entry: TurnLandmarks) -> None:
+    """Mirror, turn and shift landmarks in arrays of our own."""
+    turn_rad = np.radians(entry.turn_deg)
+    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+    matrix = np.array([[cosine, -sine], [sine, cosine]]) @ np.diag([-1.0 if entry.mirrored else 1.0, 1.0])
+    own.position_bcs[rows] = own.position_bcs[rows] @ matrix.T + entry.shift_m
+    surveyed = rows[own.surveyed[rows]]
+    own.covariance_bcs[surveyed] = matrix @ own.covariance_bcs[surveyed] @ matrix.T
+    heading = np.pi - own.heading_rad[rows] if entry.mirrored else own.heading_rad[rows]
+    own.heading_rad[rows] = heading + turn_rad
+
+
+def _move(own: Landmarks, index: int, entry: MoveLandmark, default_sigma_m: float) -> None:
+    """Write the new place of a landmark into arrays of our own (a selection copies)."""
+    own.position_bcs[index] = entry.x, entry.y
+    if not np.isfinite(own.covariance_bcs[index]).all():
+        own.covariance_bcs[index] = np.eye(2) * default_sigma_m**2
+    own.heading_rad[index] = own.heading_sigma_rad[index] = np.nan
+
+
+def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], site: Site) -> list[Finding]:
+    """Find entries that match no session, and moves of what the files of their floors do not have.
+
+    Whether a landmark to exclude or to swap was seen is known only to those who read the sessions: such entries may
+    well concern landmarks without a surveyed position.
+    """
+    known = set(zip(site.landmarks.floor.tolist(), site.landmarks.ids, strict=True))
+    points = {(floor.number, name) for floor in site.floors for name in floor.control_points.ids}
+    findings = [
+        _unused("move_control_point", number, f"floor {entry.floor} has no control point {entry.id}")
+        for number, entry in enumerate(corrections.move_control_point, start=1)
+        if (entry.floor, entry.id) not in points
+    ]
+    for table in OF_SESSIONS:
+        entries: tuple[Correction, ...] = getattr(corrections, table)
+        for number, entry in enumerate(entries, start=1):
+            floors = {key.floor for key in keys if entry.applies(key)} | _visited_floor(entry, keys, known)
+            if not floors:
+                problem = "no session matches"
+            elif isinstance(entry, MoveLandmark) and not any((floor, entry.id) in known for floor in floors):
+                problem = f"no landmark {entry.id} in the files of the floors it is for"
+            elif isinstance(entry, SetLandmarkFloor) and (entry.to, entry.id) not in known:
+                problem = f"no landmark {entry.id} in the file of floor {entry.to}"
+            else:
+                continue
+            findings.append(_unused(table, number, problem))
+    return findings
+
+
+def _unused(table: str, number: int, problem: str) -> Finding:
+    message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
+    return site_finding("unused_correction", CORRECTIONS_FILE, message)
+
+
+def _visited_floor(entry: Correction, keys: Sequence[SessionKey], known: set[tuple[int, str]]) -> set[int]:
+    """The floor of a landmark entry, where sessions of other floors may go there and find that landmark."""
+    if entry.floor is None or not isinstance(entry, ExcludeLandmark | MoveLandmark):
+        return set()
+    possible = (entry.floor, entry.id) in known and any(entry.applies(replace(key, floor=entry.floor)) for key in keys)
+    return {entry.floor} if possible else set()
