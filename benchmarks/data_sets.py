@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tarfile
-from vislam2tag.simulation.survey import simulated_floor
 import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -26,7 +25,7 @@ from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate, walk_and_track
-from vislam2tag.survey.model import Survey
+from vislam2tag.site.model import Survey
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 TRUTH_FILE = "truth.csv"

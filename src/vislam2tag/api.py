@@ -157,6 +157,11 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.registry import model_named as model_named
     from vislam2tag.positioning.scan_file import Tracks as Tracks
     from vislam2tag.positioning.settings import SequenceMethod as SequenceMethod
+    from vislam2tag.preparation.registration.names import NameRules as NameRules
+    from vislam2tag.preparation.registration.point_file import PointColumn as PointColumn
+    from vislam2tag.preparation.registration.record import Registration as Registration
+    from vislam2tag.preparation.registration.record import RegistrationSettings as RegistrationSettings
+    from vislam2tag.preparation.sheets.sheet_folder import make_sheets as _make_sheets
     from vislam2tag.quality.diagnosis.alignment import WalkPasses as WalkPasses
     from vislam2tag.quality.diagnosis.record import Diagnosis as Diagnosis
     from vislam2tag.quality.diagnosis.stream_faults import StreamSigns as StreamSigns
@@ -167,10 +172,6 @@ if TYPE_CHECKING:
     from vislam2tag.quality.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.quality.self_check_record import SessionCheck as SessionCheck
     from vislam2tag.quality.self_check_record import SurveyCheck as SurveyCheck
-    from vislam2tag.registration.names import NameRules as NameRules
-    from vislam2tag.registration.point_file import PointColumn as PointColumn
-    from vislam2tag.registration.record import Registration as Registration
-    from vislam2tag.registration.settings import RegistrationSettings as RegistrationSettings
     from vislam2tag.sessions.companions.tie import TableColumns as TableColumns
     from vislam2tag.sessions.companions.tie import Tie as Tie
     from vislam2tag.sessions.inspection import Inspection as Inspection
@@ -305,10 +306,9 @@ _NAMES = {
     "positioning.registry": "Positioner model_named",
     "positioning.scan_file": "Tracks",
     "positioning.settings": "SequenceMethod",
-    "registration.names": "NameRules",
-    "registration.point_file": "PointColumn",
-    "registration.record": "Registration",
-    "registration.settings": "RegistrationSettings",
+    "preparation.registration.names": "NameRules",
+    "preparation.registration.point_file": "PointColumn",
+    "preparation.registration.record": "Registration RegistrationSettings",
     "quality.self_check_record": "SessionCheck SurveyCheck",
     "sessions.inspection": "Inspection inspect=inspect_survey",
     "sessions.model": "Attachment Session",

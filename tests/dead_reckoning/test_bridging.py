@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from vislam2tag.site.corrections.file import Corrections
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +26,7 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.simulation.tracker_camera import CameraFrames, DeadReckoning, dead_reckon
+from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
 

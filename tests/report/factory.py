@@ -28,7 +28,7 @@ from vislam2tag.labeling.results import (
     VisitMark,
 )
 from vislam2tag.quality.evaluation.reliability import reduce_errors
-from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, SessionRef, Site, Survey
+from vislam2tag.site.model import ControlPoints, Floor, SessionKey, SessionRef, Site, Survey
 
 WIDTH_M, HEIGHT_M = 84.0, 42.0
 MAPPED = ("ok", "uncertain")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from vislam2tag.preparation.planning.settings import PlanSettings
 from importlib import resources
 from pathlib import Path
 from typing import Literal
@@ -33,6 +32,7 @@ from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
 from vislam2tag.positioning.benchmark_record import Benchmark, benchmark_rows
 from vislam2tag.positioning.benchmark_tables import best_models
+from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.quality.evaluation.paper import PaperTable
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
 from vislam2tag.report.pages.click_page import write_click_page

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from vislam2tag.simulation.survey import simulated_floor
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import WalkStyle, walk_settings
 from vislam2tag.simulation.survey import WritingOptions, simulate, walk_and_track
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.site.model import ControlPoints
 
 
 def simulated(out: Path, layout: SessionLayout = SessionLayout.PUBLISHED) -> Path:

@@ -21,7 +21,7 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.traps import TABLE_TRAPS
-from vislam2tag.survey.discover import read_site
+from vislam2tag.site.discover import read_site
 
 NUMBER = rb"-?\d+,\d{6}"
 LINE = {

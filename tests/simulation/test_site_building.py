@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.walkable.hand_made import CORRIDOR, HEIGHT_M, MARGIN_M, WIDTH_M, plan, rectangles
+from tests.site.walkable.hand_made import CORRIDOR, HEIGHT_M, MARGIN_M, WIDTH_M, plan, rectangles
 from vislam2tag.cli import main
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
@@ -24,10 +24,10 @@ from vislam2tag.simulation.site_building import (
 )
 from vislam2tag.simulation.tracker import track
 from vislam2tag.simulation.walk import make_walk
-from vislam2tag.survey.discover import read_site
-from vislam2tag.walkable.graph import NodeKind, corridor_graph
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.walkable.graph import NodeKind, corridor_graph
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
 
 WIDE = rectangles(40, 12, (1, 2, 39, 9))
 """One corridor, 7 m wide."""

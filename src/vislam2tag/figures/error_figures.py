@@ -26,7 +26,7 @@ from vislam2tag.figures.style import COLUMN_IN, PAGE_IN, TRUTH, colour_of, name_
 from vislam2tag.quality.evaluation.metrics import ErrorCurve
 from vislam2tag.quality.evaluation.reliability import CoverageCurve
 from vislam2tag.quality.evaluation.truth import PointErrors
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 
 @print_quality

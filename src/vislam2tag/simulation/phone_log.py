@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import io
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -20,7 +19,7 @@ from vislam2tag.simulation.radio import BURST, RangeLog, WifiLog
 from vislam2tag.simulation.raw_files import chosen
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.tracker_map import set_anchors
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 DELIVERY_NS = 100_000_000
 """A scan's results are delivered this long after its last reading."""

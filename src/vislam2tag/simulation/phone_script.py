@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.simulation.phone_log import SLEPT_NS, PhoneLog
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 _POSE = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
 _VALUES = tuple(f"v{number}" for number in range(1, 7))

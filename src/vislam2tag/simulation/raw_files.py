@@ -20,7 +20,7 @@ from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, Track
 from vislam2tag.simulation.phones import SimulatedSession
 from vislam2tag.simulation.radio import WifiLog
 from vislam2tag.simulation.settings import stream
-from vislam2tag.survey.settings import SurveySettings
+from vislam2tag.site.settings import SurveySettings
 
 PUBLISHED_NAMES = {
     "poses": "poses.csv",

@@ -19,20 +19,19 @@ from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths, points_along
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.simulation.building import furnished
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import SiteBuildingSettings, stream
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
-from vislam2tag.survey.discover import read_site, site_files
-from vislam2tag.survey.floor_file import FLOOR_FILE
-from vislam2tag.survey.model import Floor, Site
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.sheet_size import SHEET_SIZES
-from vislam2tag.survey.site_file import SITE_FILE, has_site_file
-from vislam2tag.walkable.correction import floor_mask
-from vislam2tag.walkable.graph import CorridorGraph, NodeKind, corridor_graph
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import WalkableSpace, walkable_space
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE
+from vislam2tag.site.discover import read_site, site_files
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, has_site_file
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind, corridor_graph
+from vislam2tag.site.walkable.plan_cells import floor_mask
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 PASSED_M = 1.8
 """Who walks by a sheet within this distance passes it without leaving the way."""

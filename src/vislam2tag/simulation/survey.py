@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from vislam2tag.simulation.writing.writer import PAPER_NAMES
 import os
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -45,7 +44,7 @@ from vislam2tag.simulation.station import (
 from vislam2tag.simulation.tracker import track
 from vislam2tag.simulation.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
 from vislam2tag.simulation.walk import make_walk
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 STALE_SHARE = 0.04
 """Share of lost access points whose row is repeated at severity 1."""

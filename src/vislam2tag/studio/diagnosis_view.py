@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from vislam2tag.site.corrections.edits import AddEntry
-from vislam2tag.site.corrections.edits import corrections_text
 import tomllib
 from collections.abc import Mapping
 from datetime import date, time
@@ -15,6 +13,7 @@ from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
 from vislam2tag.pipeline.labels.process import kept_faults
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.site.corrections.edits import AddEntry, corrections_text
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.work_messages import DiagnosisView, FaultPlace, FaultView

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
-from vislam2tag.site.corrections.edits import Change
 
 from pydantic import Field
 
@@ -12,6 +11,7 @@ from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.label_comparison import LabelComparison
 from vislam2tag.quality.diagnosis.record import Gain
+from vislam2tag.site.corrections.edits import Change
 from vislam2tag.studio.messages import OutputView, Point
 
 JobKind: TypeAlias = Literal["process", "diagnose", "radio", "dataset", "page"]

@@ -15,7 +15,7 @@ from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, error_record
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
-from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.site.model import ControlPoints, Floor
 
 
 def floor_with(points: ControlPoints) -> Floor:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from vislam2tag.site.model import SessionKey
 
 import numpy as np
 
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
+from vislam2tag.site.model import SessionKey
 from vislam2tag.smoother.drift import STATES
 
 SIGHTING_M = 0.15

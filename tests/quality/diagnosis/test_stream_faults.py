@@ -10,7 +10,7 @@ from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, sensor_clock_offset_s, stream_faults
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 SOUND = StreamSigns(switched_on_s=1000.0, scans=40, repeated=0, sensor_offset_s=0.05)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
 import pytest
 
 from tests.quality.diagnosis.made_walks import PLACES, evidence, made_survey
@@ -14,7 +13,7 @@ from vislam2tag.quality.diagnosis.evidence import Way
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind
 from vislam2tag.quality.diagnosis.search import found_faults
 from vislam2tag.quality.diagnosis.turned_tables import Inside, walls_crossed, with_turns_by_plan
-from vislam2tag.survey.corrections.file import TurnLandmarks
+from vislam2tag.site.corrections.file import TurnLandmarks
 
 WIDTH_M, HEIGHT_M = 45.0, 30.0
 

@@ -22,7 +22,7 @@ from vislam2tag.quality.evaluation.paper import (
     walks_csv,
 )
 from vislam2tag.quality.evaluation.truth import PointErrors, TruthKind
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 
 def log_of(*landmarks: list[tuple[float, float]], lost: bool = False) -> LandmarkLog:

@@ -21,7 +21,7 @@ from vislam2tag.quality.evaluation.press_truth import (
     press_truth_findings,
     walk_error,
 )
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 POINTS = np.array([[2.0, 0.5], [6.0, -0.5]])
 

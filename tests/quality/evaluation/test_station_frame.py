@@ -24,7 +24,7 @@ from vislam2tag.quality.evaluation.station_frame import (
     read_station_track,
     shot_points,
 )
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.site.model import ControlPoints
 
 
 def test_reads_the_stations_file(tmp_path: Path) -> None:

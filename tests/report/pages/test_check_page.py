@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.report.markup import own_part, tags_in_figures
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from vislam2tag.quality.landmark_gain import GainMap, Gains, session_gains
 from vislam2tag.quality.self_check_record import BadLandmark, Fault, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.report.pages.check_page import median_left_out_m, write_check_page

@@ -22,7 +22,7 @@ from vislam2tag.quality.evaluation.truth import (
     residuals_at_presses,
     residuals_at_truth,
 )
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 TRUTH_FILE = "truth.csv"
 _UNREADABLE = (

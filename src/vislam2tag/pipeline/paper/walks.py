@@ -20,7 +20,7 @@ from vislam2tag.quality.evaluation.paper import (
     station_walks,
 )
 from vislam2tag.quality.evaluation.station_frame import TRACK_FILE, fit_frame, read_station_track, shot_points
-from vislam2tag.survey.model import SessionKey, SessionRef, Survey
+from vislam2tag.site.model import SessionKey, SessionRef, Survey
 
 Phone = tuple[int, str]
 """Floor and device: what shares a clock offset."""

@@ -32,9 +32,16 @@ from vislam2tag.preparation.planning.prediction import (
     smoothed_walk,
 )
 from vislam2tag.preparation.planning.sheet_places import SheetPlaces, Stations
-from vislam2tag.self_check.accuracy import expected_error_m
-from vislam2tag.self_check.gain_map import APART_M, BESIDE_M, GainMap, session_gains
-from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
+from vislam2tag.quality.landmark_gain import (
+    APART_M,
+    BESIDE_M,
+    CELL_M,
+    GainMap,
+    gains,
+    positions_each_metre,
+    session_gains,
+)
+from vislam2tag.quality.self_check import expected_error_m
 from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WalkingDistances
 

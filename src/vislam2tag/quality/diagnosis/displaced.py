@@ -14,7 +14,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.quality.diagnosis.evidence import Evidence, Hypothesis, Mark, Sight, choices, misfit_of_passes
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind, proposed
-from vislam2tag.survey.corrections.file import session_start
+from vislam2tag.site.corrections.file import session_start
 
 TOGETHER = 16.0
 """Two sights are of one place where their squared distance is less than this many variances ..."""

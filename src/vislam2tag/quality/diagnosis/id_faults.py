@@ -19,7 +19,7 @@ from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, listed
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.quality.diagnosis.search import LEAST_GAIN
 from vislam2tag.sessions.id_findings import SAME_IDS, compared_with_logs
-from vislam2tag.survey.landmark_states import LandmarkCounts, names_shown
+from vislam2tag.site.landmark_states import LandmarkCounts, names_shown
 
 Walk = tuple[WalkPasses, dict[str, tuple[int, complex]]]
 """The passes of a walk, and floor and place of each surveyed landmark that it may use."""

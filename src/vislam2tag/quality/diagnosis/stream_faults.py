@@ -7,8 +7,6 @@ stamps, at most half a second, is another thing (:mod:`vislam2tag.core.pose_lag`
 from __future__ import annotations
 
 from collections import defaultdict
-from vislam2tag.diagnosis.record import CorrectionEntry
-from vislam2tag.diagnosis.words import REASON
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
@@ -26,8 +24,8 @@ from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.sessions.tables.sensor_table import readings_of
-from vislam2tag.survey.corrections.file import session_start
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.corrections.file import session_start
+from vislam2tag.site.model import SessionKey
 
 LEAST_CORRELATION = 0.7
 """Below this the two do not describe the same motion: they are of one phone."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from vislam2tag.quality.diagnosis.evidence import Evidence, Hypothesis, Mark, choices, listed, misfit_of_passes
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
-from vislam2tag.survey.corrections.file import UNITS_M
+from vislam2tag.site.corrections.file import UNITS_M
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,6 @@ halves are alike cannot distinguish are not named.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from vislam2tag.diagnosis.record import CorrectionEntry
-from vislam2tag.diagnosis.words import REASON
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -20,7 +18,7 @@ from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.similarity import as_points
 from vislam2tag.quality.diagnosis.evidence import Evidence, Table, Way, listed
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 BESIDE_M = 1.0
 """A landmark farther outside the plan than this does not hang on its outer wall."""

@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.limits import MAX_LEVEL_CELLS
 from vislam2tag.quality.diagnosis.evidence import Evidence, Way
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 
 CELL_M = 1.0
 """Side of a cell, metres; larger where there would be more than :data:`MAX_LEVEL_CELLS`."""

@@ -25,7 +25,7 @@ from vislam2tag.quality.evaluation.station_errors import JUMP_M, clock_offset, s
 from vislam2tag.quality.evaluation.station_frame import StationTrack
 from vislam2tag.quality.evaluation.truth import PointErrors, Truth
 from vislam2tag.sessions.model import Session
-from vislam2tag.survey.model import Floor, SessionKey
+from vislam2tag.site.model import Floor, SessionKey
 
 PAPER_TABLE_1 = {
     "local": (0.91, 0.63, 4.51),

@@ -17,7 +17,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.ids import NamedIds, compare_ids
-from vislam2tag.survey.site_table import SiteTable, is_file, read_site_table
+from vislam2tag.site.site_table import SiteTable, is_file, read_site_table
 
 ROUTE_FILE = "route.csv"
 

@@ -28,7 +28,7 @@ from vislam2tag.quality.evaluation.truth import (
     usable_path,
     walking_velocity,
 )
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 
 MIN_PRESSES = 4
 """Below this many presses made while walking no lead is estimated."""

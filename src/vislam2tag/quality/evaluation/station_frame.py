@@ -23,7 +23,7 @@ from vislam2tag.core.similarity import Similarity2, as_complex
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.quality.evaluation.press_truth import PressTruth
 from vislam2tag.quality.evaluation.truth import MAX_GAP_S, usable_path, walking_velocity
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.site.model import ControlPoints
 
 TRACK_FILE = "tachy.csv"
 SHOTS_FOLDER = "tachymeter"

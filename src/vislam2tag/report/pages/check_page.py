@@ -16,9 +16,8 @@ from vislam2tag.report.floor_map.figures import colour_bar, site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text, walk_to_fill
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import write_page
-from vislam2tag.survey.model import Floor, Survey
-from vislam2tag.walkable.walked.walked_record import WalkedFloor
-from vislam2tag.walkable.walked.walked_space import WalkedSpace
+from vislam2tag.site.model import Floor, Survey
+from vislam2tag.site.walkable.walked import WalkedFloor, WalkedSpace
 
 FAULTS = {
     Fault.OFFSET: "the walks put it elsewhere, all at one place: measure it again",

@@ -16,7 +16,7 @@ from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.pipeline.labels.kept_passes import Places
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.survey.model import SessionRef, Site, Survey
+from vislam2tag.site.model import SessionRef, Site, Survey
 
 if TYPE_CHECKING:
     from vislam2tag.site.walkable.walked import Areas

@@ -21,7 +21,7 @@ from vislam2tag.quality.diagnosis.wifi_clock import (
     heard_on_floors,
     wifi_clock_offsets,
 )
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.site.model import SessionKey
 from vislam2tag.walk_ties.heard_floor import HeardFloor, ScanLag
 from vislam2tag.walk_ties.traces import HOLE_S, WalkTrace
 
