@@ -23,14 +23,14 @@ def told_session(frames: list[int], floors: list[int]) -> Session:
 
 
 @pytest.fixture(scope="module")
-def landmarks() -> Landmarks:
+def two_floors() -> Landmarks:
     return site_of(TWO_FLOORS).landmarks
 
 
-def test_an_id_of_two_floors_is_that_floor_s_which_the_walker_told(landmarks: Landmarks) -> None:
+def test_an_id_of_two_floors_is_that_floor_s_which_the_walker_told(two_floors: Landmarks) -> None:
     session = told_session([100, 200], [2, 1])
     assert floors_told(session) == (1, 2)
-    corrections = with_told_floors(Corrections(), session, landmarks)
+    corrections = with_told_floors(Corrections(), session, two_floors)
     corrected, uses = corrected_session(session, corrections)
     (use,) = uses
     assert use == "100 rows of landmark a are taken for those of a (floor 2) (the walker said so)."
@@ -40,16 +40,16 @@ def test_an_id_of_two_floors_is_that_floor_s_which_the_walker_told(landmarks: La
     assert set(log.ids) == {"a", "b", "c", "x", "a (floor 2)"}  # c hangs on floor 2 alone, b on 1, x nowhere
 
 
-def test_what_the_corrections_say_of_an_id_goes_before(landmarks: Landmarks) -> None:
+def test_what_the_corrections_say_of_an_id_goes_before(two_floors: Landmarks) -> None:
     said = Corrections(set_landmark_floor=(SetLandmarkFloor(id="a", to=2, from_s=1.0, to_s=2.0),))
-    assert with_told_floors(said, told_session([100], [2]), landmarks) is said
+    assert with_told_floors(said, told_session([100], [2]), two_floors) is said
 
 
-def test_nothing_changes_where_nobody_told_or_it_was_the_own_floor(landmarks: Landmarks) -> None:
+def test_nothing_changes_where_nobody_told_or_it_was_the_own_floor(two_floors: Landmarks) -> None:
     session = told_session([100], [1])
     silent = replace(session, camera=replace(session.camera, told_floors=None))
     for each in (session, silent):
-        assert with_told_floors(Corrections(), each, landmarks) == Corrections()
+        assert with_told_floors(Corrections(), each, two_floors) == Corrections()
     assert floors_told(silent) == ()
 
 
