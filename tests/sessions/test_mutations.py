@@ -13,8 +13,7 @@ from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.clock import clock_mismatch
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated_ble, parse_ble
 from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
 from vislam2tag.sessions.tables.raw_table import RawTable, parse_table

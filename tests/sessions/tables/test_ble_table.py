@@ -8,7 +8,7 @@ import pytest
 
 from tests.sessions.raw import clean_files, count_lines, frame_ns, kinds, read_files, to_bytes
 from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated, parse_ble
+from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated_ble, parse_ble
 from vislam2tag.sessions.tables.raw_table import RawTable
 
 UUID = "32ff6e37-9a5b-457c-a5f3-bf91dfa4426e"
@@ -84,7 +84,7 @@ def test_undecodable_names_and_cut_lines() -> None:
 
 
 def test_an_advertisement_counts_once() -> None:
-    rows = mark_repeated(
+    rows = mark_repeated_ble(
         parse(
             f"1; {SENDER}; a; -50",
             f"1; {SENDER}; a; -52",

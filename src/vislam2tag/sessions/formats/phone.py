@@ -42,8 +42,7 @@ from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated_ble
 from vislam2tag.sessions.tables.camera import poses_of
 from vislam2tag.sessions.tables.landmark_log import frames_of, landmark_log
 from vislam2tag.sessions.tables.raw_table import RawTable

@@ -16,8 +16,7 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated_ble, parse_ble
 from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
 from vislam2tag.sessions.tables.raw_table import parse_table

@@ -24,7 +24,7 @@ from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.ble_table import mark_repeated_ble
 from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, sensor_table

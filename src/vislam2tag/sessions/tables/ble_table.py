@@ -20,7 +20,7 @@ _GREATEST_NUMBER = 65535
 
 # The name may hold the separator, so that the fields after it are found from the end of the line: the shortest name
 # that leaves a level, with or without an identity after it.
-_LINE = (
+_BLE_LINE = (
     r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
     r"(?:;\s*(?<uuid>[0-9A-Fa-f-]{32,36})?\s*;\s*(?<major>\d+)?\s*;\s*(?<minor>\d+)?\s*)?$"
 )
@@ -33,7 +33,7 @@ def parse_ble(data: bytes, file: str) -> RawTable:
     bytes become U+FFFD and a finding. An identity is whole or missing (null).
     """
     data = data.removeprefix(codecs.BOM_UTF8)
-    fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
+    fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_BLE_LINE).struct.unnest()
     table = fields.select(
         pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
         pl.col("time_ns").cast(pl.Int64, strict=False),
@@ -50,7 +50,7 @@ def parse_ble(data: bytes, file: str) -> RawTable:
     return replace(raw, findings=(*raw.findings, *undecodable_findings(data, raw, "name")))
 
 
-def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
+def mark_repeated_ble(rows: pl.DataFrame) -> pl.DataFrame:
     """Add ``repeated``: an earlier row has the same transmitter and time."""
     sender = pl.struct("address", "uuid", "major", "minor", "time_ns")
     return rows.with_columns(sender.is_first_distinct().not_().alias("repeated"))
