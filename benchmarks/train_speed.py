@@ -17,7 +17,7 @@ from training import carried_walks, train
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.dead_reckoning.features import NAMES
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 
 

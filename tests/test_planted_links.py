@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import vislam2tag
-from tests.sessions.companions.walks import OtherClock, write_sensor_logger
+from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.sightings.rendered_walk import Walk, write_stray_scanner
 from tests.survey.plans import drawn_floor
 from tests.survey.site import write_survey

@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
-    from vislam2tag.intake.shifted_ids import IdShift as IdShift
+    from vislam2tag.intake.ids import IdShift as IdShift
     from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
@@ -174,16 +174,16 @@ if TYPE_CHECKING:
     from vislam2tag.registration.settings import RegistrationSettings as RegistrationSettings
     from vislam2tag.self_check.record import SessionCheck as SessionCheck
     from vislam2tag.self_check.record import SurveyCheck as SurveyCheck
-    from vislam2tag.sessions.companions.tie import TableColumns as TableColumns
-    from vislam2tag.sessions.companions.tie import Tie as Tie
+    from vislam2tag.sessions.companion_ties import TableColumns as TableColumns
+    from vislam2tag.sessions.companion_ties import Tie as Tie
+    from vislam2tag.sessions.foreign_tables import Clock as Clock
     from vislam2tag.sessions.inspection import Inspection as Inspection
     from vislam2tag.sessions.inspection import inspect_survey as _inspect_survey
     from vislam2tag.sessions.model import Attachment as Attachment
+    from vislam2tag.sessions.model import FindingSettings as FindingSettings
     from vislam2tag.sessions.model import Session as Session
     from vislam2tag.sessions.registry import open_survey as open_survey
     from vislam2tag.sessions.registry import read_session as read_session
-    from vislam2tag.sessions.settings import FindingSettings as FindingSettings
-    from vislam2tag.sessions.tables.clocks import Clock as Clock
     from vislam2tag.settings import Settings as Settings
     from vislam2tag.settings import read_settings as read_settings
     from vislam2tag.sheets.making import SheetOptions as SheetOptions
@@ -256,7 +256,7 @@ _NAMES = {
     "evaluation.metrics": "ErrorSummary",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
-    "intake.shifted_ids": "IdShift",
+    "intake.ids": "IdShift",
     "labeling.mapped_walk": "MappedWalk",
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
@@ -319,11 +319,10 @@ _NAMES = {
     "registration.settings": "RegistrationSettings",
     "self_check.record": "SessionCheck SurveyCheck",
     "sessions.inspection": "Inspection inspect=inspect_survey",
-    "sessions.model": "Attachment Session",
+    "sessions.model": "Attachment FindingSettings Session",
     "sessions.registry": "open_survey read_session",
-    "sessions.companions.tie": "TableColumns Tie",
-    "sessions.settings": "FindingSettings",
-    "sessions.tables.clocks": "Clock",
+    "sessions.companion_ties": "TableColumns Tie",
+    "sessions.foreign_tables": "Clock",
     "settings": "Settings read_settings",
     "sheets.making": "SheetOptions sheets=make_sheets",
     "sheets.sheet_folder": "SheetsRecord",

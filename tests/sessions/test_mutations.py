@@ -11,14 +11,20 @@ import pytest
 from tests.mutations import mutate, some_or_many
 from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.sessions.clock import clock_mismatch
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated_ble, parse_ble
-from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
-from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
-from vislam2tag.sessions.tables.raw_table import RawTable, parse_table
-from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
+from vislam2tag.sessions.clocks import clock_mismatch
+from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.readings import (
+    SENSOR_SCHEMA,
+    ble_findings,
+    mark_repeated,
+    mark_repeated_ble,
+    parse_ble,
+    parse_wifi,
+    sensor_table,
+    wifi_findings,
+)
+from vislam2tag.sessions.text_tables import RawTable, parse_table
+from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.survey.names import landmark_id
 
 LINES = 30

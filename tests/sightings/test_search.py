@@ -14,7 +14,7 @@ import pytest
 
 from tests.cli.command import vislam2tag
 from tests.sightings.rendered_walk import HEIGHT_M, Walk, posters_round_the_room, write_stray_scanner
-from vislam2tag.sessions.apps.pictures import Pictures
+from vislam2tag.sessions.apps import Pictures
 from vislam2tag.sheets.features import GreyImage
 from vislam2tag.sheets.images import read_grey
 from vislam2tag.sightings.detectors import Seen

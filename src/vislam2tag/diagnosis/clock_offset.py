@@ -12,7 +12,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.clock_alignment import LEAST_MARGIN, best_shift, comparable, resampled
 from vislam2tag.core.orientation import turns_rad
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.sessions.tables.sensor_table import readings_of
+from vislam2tag.sessions.readings import readings_of
 
 LEAST_CORRELATION = 0.7
 """Below this the two do not describe the same motion: they are of one phone."""

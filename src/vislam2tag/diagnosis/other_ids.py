@@ -9,7 +9,7 @@ from dataclasses import replace
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.intake.shifted_ids import IdShift
+from vislam2tag.intake.ids import IdShift
 from vislam2tag.sessions.id_findings import SAME_IDS, compared_with_logs
 from vislam2tag.survey.landmark_states import LandmarkCounts, names_shown
 

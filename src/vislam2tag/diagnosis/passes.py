@@ -15,7 +15,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.similarity import as_points
-from vislam2tag.intake.shifted_ids import IdShift
+from vislam2tag.intake.ids import IdShift
 from vislam2tag.smoother.drift import STATES, transitions
 from vislam2tag.smoother.equations import Weights, sighting_variance, stretch_drift
 from vislam2tag.smoother.model import Model

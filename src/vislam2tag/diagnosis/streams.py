@@ -8,7 +8,7 @@ from datetime import datetime
 from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
 from vislam2tag.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.repeated_scans import repeated_scans
+from vislam2tag.sessions.readings import repeated_scans
 from vislam2tag.survey.corrections.file import session_start
 
 _EPOCH = datetime(1970, 1, 1)

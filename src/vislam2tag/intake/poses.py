@@ -10,10 +10,11 @@ import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.intake.pose_conventions import CONVENTIONS, Convention
 from vislam2tag.intake.pose_evidence import (
+    CONVENTIONS,
     FAST_M_S,
     MIN_WAY_M,
+    Convention,
     Inertial,
     InertialMatch,
     PoseEvidence,

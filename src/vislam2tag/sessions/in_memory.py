@@ -13,13 +13,10 @@ import polars as pl
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
-from vislam2tag.sessions.model import FileRecord, Session
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
-from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
-from vislam2tag.sessions.tables.recognised_times import clock_of, with_frame_times, with_landmark_times
-from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_frame_times, with_landmark_times
+from vislam2tag.sessions.model import FileRecord, FindingSettings, Session
+from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table
+from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.survey.landmark_file import landmarks_from, landmarks_in
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.names import landmark_id

@@ -13,22 +13,22 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.intake.poses import pose_findings
-from vislam2tag.sessions.companions.attached import with_companions
-from vislam2tag.sessions.corrected import corrected_session
-from vislam2tag.sessions.corrected_taps import with_taps_corrected
+from vislam2tag.sessions.companions import with_companions
+from vislam2tag.sessions.corrected import corrected_session, with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.id_findings import shifted_ids_findings
-from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import (
+    ToldLandmarks,
     ambiguous_floor,
     candidate_landmarks,
+    floors_told,
     landmarks_of_session,
+    on_known_floors,
     with_fewer_landmarks,
+    with_told_floors,
 )
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
-from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import FILES_OF_POSES, inertial_log, with_presses_as_fixes
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections.file import Corrections, SetTap

@@ -21,11 +21,10 @@ from vislam2tag.common.files.store import at_once
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.sessions.companions.tie import FOLDER as COMPANIONS
-from vislam2tag.sessions.companions.tie import companion_hashes, tied_recordings
-from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.zipped import named_alike, unpacked
+from vislam2tag.sessions.companion_ties import FOLDER as COMPANIONS
+from vislam2tag.sessions.companion_ties import companion_hashes, tied_recordings
+from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.session_files import named_alike, unpacked
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
 from vislam2tag.survey.corrections.unused import unused_corrections

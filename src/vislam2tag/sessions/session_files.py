@@ -1,20 +1,25 @@
-"""One session's files while they are read: what was opened, what was found, what is missing and how grave that is."""
+"""A session's files: the account of what was opened and what is missing, and recordings in the zips that apps share."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
 
 import polars as pl
 
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of, zip_names
+from vislam2tag.common.files.folder import Folder, scratch_folder
+from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.model import FileRecord
-from vislam2tag.sessions.tables.raw_table import RawTable
-from vislam2tag.sessions.tables.sensor_table import PRESSURE
+from vislam2tag.sessions.readings import PRESSURE
+from vislam2tag.sessions.text_tables import RawTable
+from vislam2tag.survey.model import SessionRef
 from vislam2tag.survey.site_table import is_file
 
 MISSING = {
@@ -106,3 +111,43 @@ def _unreadable(role: str, error: OSError) -> tuple[str, Severity]:
     """Message and severity for a file that cannot be opened: as grave as if it were missing."""
     consequence, severity = (MISSING | _OPTIONAL)[role]
     return f"cannot be opened ({error.strerror}): {consequence}; check its permissions", severity
+
+
+@contextmanager
+def named_alike(names: Iterable[PurePosixPath]) -> Iterator[Path]:
+    """Yield a folder with empty files of these names, as long as the block lasts."""
+    with scratch_folder() as scratch:
+        folder = scratch.folder("zip").make()
+        for name in names:
+            with suppress(OSError):  # a name that this system does not allow, or one that is there twice
+                folder.create(name.as_posix())
+        yield folder.path
+
+
+def unpacked(
+    ref: SessionRef,
+    packed: Path,
+    scratch: Folder,
+    inner: Callable[[Path], Path],
+    read: Callable[[Path], list[Path]] | None,
+) -> SessionRef:
+    """A session as one folder below ``scratch``: the files of its zip, and those that lie in the folder beside.
+
+    ``inner`` finds the recording's folder in what the zip holds. Only the files that ``read`` lists of it are unpacked;
+    None: all. Where the zip cannot be unpacked the session is as it was, and reading it tells.
+    """
+    try:
+        with plain(packed).open("rb") as file, named_alike(zip_names(file)) as names:
+            within = inner(names).relative_to(names)
+            wanted = None if read is None else {_inside(path, names) for path in read(names / within)}
+        folder = Folder.at(folder_of(packed, scratch, wanted=wanted) / within).make()
+        for path in ref.folder.iterdir() if ref.folder.is_dir() else ():
+            if path.is_file():
+                folder.copy(path, path.name)
+    except (DatasetError, OSError):
+        return ref
+    return replace(ref, folder=folder.path, packed=None, beside=ref.folder)
+
+
+def _inside(path: Path, folder: Path) -> PurePosixPath:
+    return PurePosixPath(path.relative_to(folder).as_posix())

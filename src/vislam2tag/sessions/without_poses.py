@@ -12,12 +12,11 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.sessions.fixes import too_few_fixes
-from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.clocks import clock_of, with_times_of
+from vislam2tag.sessions.model import Session, too_few_fixes
+from vislam2tag.sessions.readings import pressure_log, readings_of
 from vislam2tag.sessions.session_files import SessionFiles
-from vislam2tag.sessions.tables.raw_table import parse_table
-from vislam2tag.sessions.tables.recognised_times import clock_of, with_times_of
-from vislam2tag.sessions.tables.sensor_table import pressure_log, readings_of
+from vislam2tag.sessions.text_tables import parse_table
 from vislam2tag.survey.model import ControlPoints
 
 FIXES_FILE = "fixes.csv"

@@ -13,7 +13,7 @@ import numpy as np
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.sessions.apps.pictures import Pictures
+from vislam2tag.sessions.apps import Pictures
 from vislam2tag.sheets.features import GreyImage
 
 Picture: TypeAlias = Callable[[], GreyImage | None]

@@ -10,7 +10,7 @@ import numpy as np
 
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.sessions.apps.pictures import Pictures
+from vislam2tag.sessions.apps import Pictures
 from vislam2tag.sightings.detectors import Detector, Seen
 from vislam2tag.sightings.pictures import Picture, in_order
 from vislam2tag.sightings.placing import Placed, placed

@@ -16,13 +16,19 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import AnchorLog, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.intake.addresses import normal_uuids
-from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
-from vislam2tag.sessions.model import Recording, Session
-from vislam2tag.sessions.phone.camera import phone_camera
-from vislam2tag.sessions.phone.record import RECORD_FILE, STOPPED, PhoneRecord, parse_record
-from vislam2tag.sessions.phone.schemas import (
+from vislam2tag.intake.readings import admitted, normal_uuids
+from vislam2tag.sessions.clocks import (
+    clock_mismatch,
+    clock_of,
+    pose_lag_of,
+    with_frame_times,
+    with_landmark_times,
+    with_reading_times,
+    with_scan_times,
+    with_times_of,
+)
+from vislam2tag.sessions.model import FindingSettings, Recording, Session
+from vislam2tag.sessions.phone_app import (
     ANCHORS,
     BLE,
     CAMERA,
@@ -30,32 +36,32 @@ from vislam2tag.sessions.phone.schemas import (
     FIRST_COLUMN,
     LANDMARKS,
     PRESSES,
+    RECORD_FILE,
     RTT,
     SENSORS,
     SIGHTING,
+    STOPPED,
     TAPS,
     TRACKING,
     WIFI,
+    PhoneRecord,
+    parse_record,
+    phone_camera,
     unit_poses,
 )
-from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
+from vislam2tag.sessions.readings import (
+    SENSOR_VALUES,
+    ble_findings,
+    mark_repeated,
+    mark_repeated_ble,
+    pressure_log,
+    sensor_table,
+    wifi_findings,
+)
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated_ble
-from vislam2tag.sessions.tables.camera import poses_of
-from vislam2tag.sessions.tables.landmark_log import frames_of, landmark_log
-from vislam2tag.sessions.tables.raw_table import RawTable
-from vislam2tag.sessions.tables.recognised_times import (
-    clock_of,
-    with_frame_times,
-    with_landmark_times,
-    with_reading_times,
-    with_scan_times,
-    with_times_of,
-)
-from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
+from vislam2tag.sessions.text_tables import PhoneSchema, RawTable, parse_phone_table
+from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
 from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.site_table import is_file

@@ -11,25 +11,32 @@ import polars as pl
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
-from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings, mark_repeated_ble, parse_ble
-from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
-from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
-from vislam2tag.sessions.tables.raw_table import parse_table
-from vislam2tag.sessions.tables.recognised_times import (
+from vislam2tag.sessions.clocks import (
+    clock_mismatch,
     clock_of,
+    pose_lag_of,
     with_frame_times,
     with_landmark_times,
     with_reading_times,
     with_scan_times,
     with_times_of,
 )
-from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
+from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.readings import (
+    SENSOR_SCHEMA,
+    ble_findings,
+    mark_repeated,
+    mark_repeated_ble,
+    parse_ble,
+    parse_wifi,
+    pressure_log,
+    sensor_table,
+    wifi_findings,
+)
+from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.session_files import SessionFiles, existing_files
+from vislam2tag.sessions.text_tables import parse_table
+from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
 from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.site_table import is_file

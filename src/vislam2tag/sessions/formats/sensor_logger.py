@@ -19,16 +19,12 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.formats.published import SENSOR_LOGGER_METADATA
-from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
+from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.readings import SENSOR_VALUES, mark_repeated, mark_repeated_ble, sensor_table, wifi_findings
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import mark_repeated_ble
-from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
-from vislam2tag.sessions.tables.raw_table import RawTable
-from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
+from vislam2tag.sessions.text_tables import PhoneSchema, RawTable, parse_phone_table
+from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.without_poses import FIXES_FILE, no_landmarks, with_fixes
 from vislam2tag.survey.model import SessionRef
 from vislam2tag.survey.site_table import is_file

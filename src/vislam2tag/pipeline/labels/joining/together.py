@@ -35,7 +35,7 @@ from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
-from vislam2tag.sessions.told_landmarks import ToldLandmarks
+from vislam2tag.sessions.session_landmarks import ToldLandmarks
 from vislam2tag.smoother.device_noise import told_by_others
 from vislam2tag.survey.model import SessionKey, Survey
 from vislam2tag.walk_ties.told import rounded_covariance

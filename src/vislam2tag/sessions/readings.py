@@ -1,0 +1,254 @@
+"""Readings of a session: sensors, Wi-Fi scans and Bluetooth advertisements, and which of them repeat others."""
+
+from __future__ import annotations
+
+import codecs
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.context import PressureLog
+from vislam2tag.core.limits import of_one_recording
+from vislam2tag.intake.readings import normal_uuids
+from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.text_tables import RawTable, level_dbm, parsed_rows, text_lines, undecodable_findings
+from vislam2tag.sessions.tracker_tables import FAR_TIMES
+
+SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
+SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
+
+
+def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Make the ``sensors`` table of the parsed rows of a sensor file: ``row`` first, ``repeated`` added.
+
+    A row is ``repeated`` where an earlier one has the same sensor and time. All rows are kept as they are.
+    """
+    time_ns = rows["time_ns"].to_numpy()
+    repeated = np.zeros(len(time_ns), dtype=bool)
+    backward = np.zeros(len(time_ns), dtype=bool)
+    in_order = bool(np.all(np.diff(time_ns) > 0))
+    for index in [] if in_order else _rows_by_sensor(rows["sensor"]):
+        repeated[index], backward[index] = _irregular(time_ns[index])
+    table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
+    infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
+    findings = []
+    far = ~of_one_recording(time_ns)
+    odd: tuple[tuple[FindingKind, BoolArray, str, Severity], ...] = (
+        ("far_times", far, FAR_TIMES, Severity.WARNING),
+        (
+            "repeated_rows",
+            repeated,
+            "readings have the sensor and time of an earlier one; the first counts",
+            Severity.INFO,
+        ),
+        (
+            "backward_times",
+            backward,
+            "readings are earlier than one before them of the same sensor; kept",
+            Severity.WARNING,
+        ),
+        ("non_finite_values", infinite, "values are not finite; kept as they are", Severity.WARNING),
+    )
+    for kind, mask, message, severity in odd:
+        if mask.any():
+            lines = rows["row"].to_numpy()[mask].tolist()
+            findings.append(Finding.at_lines(kind, file, lines, message, severity))
+    return table, findings
+
+
+def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
+    """Row indices (k,) of each sensor, in file order."""
+    names = sensor.unique().to_list()
+    code = sensor.cast(pl.Enum(names)).to_physical().to_numpy()
+    order = np.argsort(code, kind="stable")
+    starts = np.searchsorted(code[order], np.arange(len(names) + 1))
+    return [order[start:stop] for start, stop in itertools.pairwise(starts.tolist())]
+
+
+def _irregular(time_ns: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Masks (k,) of one sensor's readings at times (k,), ns, that were there before, and of those that go back."""
+    n = len(time_ns)
+    repeated = np.zeros(n, dtype=bool)
+    step = np.diff(time_ns)
+    if np.all(step > 0):
+        return repeated, repeated
+    backward = np.zeros(n, dtype=bool)
+    backward[1:] = time_ns[1:] < np.maximum.accumulate(time_ns)[:-1]
+    repeated[:] = True
+    repeated[np.unique(time_ns, return_index=True)[1]] = False
+    return repeated, backward & ~repeated
+
+
+def readings_of(sensors: pl.DataFrame, sensor: str, values: Sequence[str]) -> tuple[IntArray, FloatArray]:
+    """Times (k,), increasing strictly, ns, and values (k, v) of a sensor's readings in a ``sensors`` table.
+
+    Repeated readings are left out, and those whose times cannot be of one recording.
+    """
+    rows = np.flatnonzero(((sensors["sensor"] == sensor) & ~sensors["repeated"]).to_numpy())
+    all_ns = sensors["time_ns"].to_numpy()
+    rows = rows[of_one_recording(all_ns[rows])]
+    if np.any(np.diff(all_ns[rows]) < 0):
+        rows = rows[np.argsort(all_ns[rows], kind="stable")]
+    return all_ns[rows], np.column_stack([sensors[name].to_numpy()[rows] for name in values])
+
+
+PRESSURE = "PRESSURE"
+"""Sensor type of the barometer; ``v1`` is in hPa."""
+PLAUSIBLE_HPA = (500.0, 1200.0)
+"""What the air around somebody walking may press with; other numbers are faults."""
+
+
+def pressure_log(sensors: pl.DataFrame) -> PressureLog | None:
+    """Take the barometer's readings out of a ``sensors`` table, in time order; None where there are not two."""
+    time_ns, values = readings_of(sensors, PRESSURE, ("v1",))
+    sound = (values[:, 0] >= PLAUSIBLE_HPA[0]) & (values[:, 0] <= PLAUSIBLE_HPA[1])
+    return PressureLog(time_ns[sound], values[sound, 0]) if sound.sum() > 1 else None
+
+
+_US_TO_NS = 1000
+_GREATEST_US = (2**63 - 1) // _US_TO_NS
+
+# The ssid may hold the separator, so that the fields after it are found from the end of the line; a blank before it
+# belongs to the separator where the line's first separator has one.
+_LINE = (
+    r"^\s*(?<scan>[+-]?\d+)\s*;(?<blank>\s*)(?<time_us>\d+)\s*;\s*WLAN\s*;(?<ssid>.*);\s*(?<bssid>[^;\s]*)\s*;"
+    r"\s*(?<rssi_dbm>[^;\s]+)\s*$"
+)
+
+
+def parse_wifi(data: bytes, file: str) -> RawTable:
+    """Parse a Wi-Fi file into ``row``, ``time_ns``, ``scan``, ``bssid``, ``ssid``, ``rssi_dbm``, ``frequency_mhz``.
+
+    Undecodable bytes become U+FFFD and a finding. Addresses and levels are as the file has them; ``bssid`` may be
+    empty. The published layout has no frequency (null).
+    """
+    data = data.removeprefix(codecs.BOM_UTF8)
+    fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
+    table = fields.select(
+        pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
+        _times_ns().alias("time_ns"),
+        pl.col("scan").cast(pl.Int32, strict=False),
+        pl.col("bssid"),
+        pl.when(pl.col("blank") == "").then("ssid").otherwise(pl.col("ssid").str.strip_prefix(" ")).alias("ssid"),
+        level_dbm(pl.col("rssi_dbm")),
+        pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
+    )
+    parsed = ("time_ns", "scan", "bssid", "ssid", "rssi_dbm")
+    raw = parsed_rows(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
+    return replace(raw, findings=(*raw.findings, *undecodable_findings(data, raw, "ssid")))
+
+
+def _times_ns() -> pl.Expr:
+    time_us = pl.col("time_us").cast(pl.Int64, strict=False)
+    return pl.when(time_us <= _GREATEST_US).then(time_us) * _US_TO_NS
+
+
+def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row has the same bssid and time, as when a scan returns stale results."""
+    return rows.with_columns(pl.struct("bssid", "time_ns").is_first_distinct().not_().alias("repeated"))
+
+
+def wifi_findings(rows: pl.DataFrame, file: str, settings: FindingSettings) -> list[Finding]:
+    """Report stale rows and throttled scanning; ``rows`` carry ``repeated``."""
+    findings = []
+    stale = rows.filter("repeated")["row"].to_list()
+    if stale:
+        message = "a scan repeats readings of an earlier one (same bssid and time); each counts once"
+        findings.append(Finding.at_lines("stale_wifi_rows", file, stale, message, Severity.INFO))
+    interval_s = median_scan_interval_s(rows)
+    if interval_s is not None and interval_s > settings.scan_interval_s:
+        message = (
+            f"scans start every {interval_s:.1f} s (median): the phone throttles scanning; switch off "
+            "'Wi-Fi scan throttling' in its developer options"
+        )
+        scans = rows["scan"].n_unique()
+        findings.append(Finding(kind="scan_throttling", file=file, count=scans, message=message))
+    return findings
+
+
+def median_scan_interval_s(rows: pl.DataFrame) -> float | None:
+    """Median time between the starts of successive scans, seconds; None for fewer than two scans.
+
+    A scan starts with its earliest fresh reading.
+    """
+    fresh = ~rows["repeated"].to_numpy()
+    scan, time_ns = rows["scan"].to_numpy()[fresh], rows["time_ns"].to_numpy()[fresh]
+    order = np.argsort(time_ns, kind="stable")
+    starts_ns = np.sort(time_ns[order[np.unique(scan[order], return_index=True)[1]]])
+    return float(np.median(np.diff(starts_ns))) / 1e9 if len(starts_ns) > 1 else None
+
+
+_GREATEST_NUMBER = 65535
+"""Of major and minor, which have 16 bits."""
+
+# The name may hold the separator, so that the fields after it are found from the end of the line: the shortest name
+# that leaves a level, with or without an identity after it.
+_BLE_LINE = (
+    r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
+    r"(?:;\s*(?<uuid>[0-9A-Fa-f-]{32,36})?\s*;\s*(?<major>\d+)?\s*;\s*(?<minor>\d+)?\s*)?$"
+)
+
+
+def parse_ble(data: bytes, file: str) -> RawTable:
+    """Parse a BLE file into ``row``, ``time_ns``, ``address``, ``name``, ``uuid``, ``major``, ``minor``, ``rssi_dbm``.
+
+    UUIDs come out in one notation; addresses, which may be empty, and levels are as the file has them. Undecodable
+    bytes become U+FFFD and a finding. An identity is whole or missing (null).
+    """
+    data = data.removeprefix(codecs.BOM_UTF8)
+    fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_BLE_LINE).struct.unnest()
+    table = fields.select(
+        pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
+        pl.col("time_ns").cast(pl.Int64, strict=False),
+        pl.col("address"),
+        pl.when(pl.col("blank") == "").then("name").otherwise(pl.col("name").str.strip_prefix(" ")).alias("name"),
+        normal_uuids(fields["uuid"]),
+        pl.col("major", "minor").cast(pl.Int32, strict=False),
+        level_dbm(pl.col("rssi_dbm")),
+    )
+    parsed = [pl.col(name).is_not_null() for name in ("time_ns", "address", "name", "rssi_dbm")]
+    given = pl.sum_horizontal(pl.col("uuid", "major", "minor").is_not_null())
+    numbers = pl.max_horizontal("major", "minor").fill_null(0) <= _GREATEST_NUMBER
+    raw = parsed_rows(data, file, table, pl.all_horizontal(*parsed, given.is_in((0, 3)), numbers))
+    return replace(raw, findings=(*raw.findings, *undecodable_findings(data, raw, "name")))
+
+
+def mark_repeated_ble(rows: pl.DataFrame) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row has the same transmitter and time."""
+    sender = pl.struct("address", "uuid", "major", "minor", "time_ns")
+    return rows.with_columns(sender.is_first_distinct().not_().alias("repeated"))
+
+
+def ble_findings(rows: pl.DataFrame, file: str) -> list[Finding]:
+    """Report repeated rows; ``rows`` carry ``repeated``."""
+    repeated = rows.filter("repeated")["row"].to_list()
+    if not repeated:
+        return []
+    message = "advertisements have the transmitter and time of an earlier one; each counts once"
+    return [Finding.at_lines("repeated_rows", file, repeated, message, Severity.INFO)]
+
+
+FEWEST_READINGS = 4
+"""Scans of fewer readings may be alike by chance."""
+
+
+def repeated_scans(wifi: pl.DataFrame) -> list[int]:
+    """Numbers of the scans whose readings are those of the scan before, in order; ``wifi`` as in a session."""
+    scans = (
+        wifi.filter(~pl.col("repeated") & pl.col("rssi_dbm").is_not_null())
+        .group_by("scan", maintain_order=True)
+        .agg(
+            pl.col("time_ns").min().alias("first_ns"),
+            pl.struct("bssid", "rssi_dbm").hash(seed=0).sort().alias("readings"),
+            pl.len().alias("count"),
+        )
+        .sort("first_ns")
+    )
+    alike = (pl.col("readings") == pl.col("readings").shift(1)) & (pl.col("count") >= FEWEST_READINGS)
+    return scans.filter(alike.fill_null(value=False))["scan"].to_list()
