@@ -17,12 +17,12 @@ from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.readings import (
+    BLE_LINES,
     SENSOR_SCHEMA,
     ble_findings,
     mark_repeated,
     mark_repeated_ble,
     median_scan_interval_s,
-    parse_ble,
     parse_wifi,
     repeated_scans,
     sensor_table,
@@ -230,7 +230,7 @@ SENDER = "c2:ca:b5:46:df:bb"
 
 
 def parsed_ble(*lines: str) -> RawTable:
-    return parse_ble(to_bytes(list(lines)), "ble.csv")
+    return BLE_LINES.read(to_bytes(list(lines)), "ble.csv")
 
 
 def test_columns_units_and_types_of_bluetooth() -> None:
@@ -255,7 +255,7 @@ def test_a_name_may_be_anything() -> None:
     for name, identity, separator in product(names, ["", f"; {UUID}; 3; 4", "; ; ; "], ["; ", ";"]):
         line = f"7; {SENDER}; NAME; -60{identity}".replace("; ", separator).replace("NAME", name)
         for newline in ("\n", "\r\n"):
-            table = parse_ble(f"{line}{newline}".encode(), "ble.csv")
+            table = BLE_LINES.read(f"{line}{newline}".encode(), "ble.csv")
             minor = 4 if UUID in identity else None
             assert table.rows.select("name", "rssi_dbm", "minor").rows() == [(name, -60.0, minor)], line
             assert not table.findings
@@ -291,7 +291,7 @@ def test_levels_that_no_controller_reports_become_null() -> None:
 
 def test_undecodable_names_and_cut_lines() -> None:
     data = f"1; {SENDER}; ".encode() + b"\xff; -50\n" + f"2; {SENDER}; a; -5".encode()[:-4]
-    table = parse_ble(data, "ble.csv")
+    table = BLE_LINES.read(data, "ble.csv")
     assert table.rows["name"].to_list() == ["\ufffd"]
     assert {finding.kind for finding in table.findings} == {"undecodable_text", "partial_last_line"}
     assert table.lines == count_lines(data)

@@ -6,13 +6,13 @@ import polars as pl
 import pytest
 
 from tests.sessions.raw import count_lines
-from vislam2tag.sessions.text_tables import RawTable, parse_table
+from vislam2tag.sessions.text_tables import FieldTable, RawTable
 
 SCHEMA = {"time_ns": pl.Int64, "name": pl.String, "value": pl.Float64}
 
 
 def parse(text: str | bytes) -> RawTable:
-    return parse_table(text if isinstance(text, bytes) else text.encode(), "file.csv", SCHEMA)
+    return FieldTable(SCHEMA).read(text if isinstance(text, bytes) else text.encode(), "file.csv")
 
 
 def kinds(table: RawTable) -> dict[str, tuple[int, ...]]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -19,40 +18,34 @@ from vislam2tag.core.orientation import multiply, rotated
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.model import FileRecord, FindingSettings, Session
-from vislam2tag.sessions.readings import SENSOR_SCHEMA, SENSOR_VALUES, mark_repeated, parse_wifi, sensor_table
+from vislam2tag.sessions.readings import SENSOR_SCHEMA, mark_repeated, parse_wifi, sensor_rows, sensor_table
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
-from vislam2tag.sessions.text_tables import delimited, parse_table
+from vislam2tag.sessions.text_tables import FieldTable, Parser, ns_of_seconds
 from vislam2tag.sessions.tracker_tables import LANDMARK_SCHEMA, POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.survey.model import SessionRef
 from vislam2tag.survey.site_table import is_file
 
-HALF_TURN_ABOUT_X = np.array((1.0, 0.0, 0.0, 0.0))
+_HALF_TURN_ABOUT_X = np.array((1.0, 0.0, 0.0, 0.0))
 """Quaternion (x, y, z, w) between the two conventions of a camera, either way."""
 _ACS_Q_Z_UP = np.array((-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)))
 """Quaternion from a frame with z up to one with y up: (x, y, z) becomes (x, z, -y)."""
 
 
-def other_camera(orientation: FloatArray) -> FloatArray:
-    """Orientations (n, 4) of a camera with y down and z ahead, as those of one with y up and z back; and back again."""
-    return multiply(orientation, np.broadcast_to(HALF_TURN_ABOUT_X, orientation.shape))
+ALMOST_UNIT = 0.01
+"""Rows of a rotation that were printed with few digits are unit vectors to within this."""
 
 
-def from_z_up(position: FloatArray, orientation: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Positions (n, 3), metres, and orientations (n, 4) in a frame with z up, in one with y up."""
-    turned = multiply(np.broadcast_to(_ACS_Q_Z_UP, orientation.shape), orientation)
-    return np.stack((position[:, 0], position[:, 2], -position[:, 1]), axis=1), turned
-
-
-def in_acs(poses: FloatArray, camera: str, frame: str) -> FloatArray:
+def in_acs(poses: FloatArray, camera: str, frame: str = "y-up") -> FloatArray:
     """Poses (n, 7), position and quaternion (x, y, z, w), of a camera with ``y-up`` or ``y-down`` in a frame with
     ``y-up`` or ``z-up``, as poses of ours.
     """
     position, orientation = poses[:, :3], poses[:, 3:]
     if camera == "y-down":
-        orientation = other_camera(orientation)
+        orientation = multiply(orientation, np.broadcast_to(_HALF_TURN_ABOUT_X, orientation.shape))
     if frame == "z-up":
-        position, orientation = from_z_up(position, orientation)
+        position = np.stack((position[:, 0], position[:, 2], -position[:, 1]), axis=1)
+        orientation = multiply(np.broadcast_to(_ACS_Q_Z_UP, orientation.shape), orientation)
     return np.column_stack((position, orientation))
 
 
@@ -74,28 +67,13 @@ def poses_of_matrices(matrices: FloatArray) -> FloatArray:
     return poses
 
 
-ALMOST_UNIT = 0.01
-"""Rows of a rotation that were printed with few digits are unit vectors to within this."""
-
-
 def pose_rows(rows: pl.DataFrame, poses: FloatArray) -> pl.DataFrame:
     """Put poses (n, 7) beside ``row`` and ``time_ns`` of ``rows``."""
-    return rows.select("row", "time_ns").hstack([pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS)])
+    return rows.select("row", "time_ns").hstack(_pose_series(poses))
 
 
-@dataclass(frozen=True)
-class Pictures:
-    """Pictures of a session, ``k`` of them, in order of time.
-
-    ``video`` holds them all, its frames numbered by ``frame`` (k,), or each is a file of its own. ``time_ns`` (k,) are
-    the times of their poses; ``lens_px`` (k, 4) focal lengths and principal point fx, fy, cx, cy, pixels.
-    """
-
-    time_ns: IntArray
-    lens_px: FloatArray
-    video: Path | None = None
-    frame: IntArray | None = None
-    files: tuple[Path, ...] = ()
+def _pose_series(poses: FloatArray) -> list[pl.Series]:
+    return [pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS)]
 
 
 GRAVITY_M_S2 = 9.80665
@@ -125,29 +103,6 @@ def specific_force(readings: FloatArray, file: str) -> tuple[FloatArray, list[Fi
     )
     problem = Finding(kind="unknown_unit", file=file, count=len(readings), message=message)
     return np.full(readings.shape, np.nan), [problem]
-
-
-def inertial_rows(
-    rows: pl.DataFrame, force: Sequence[str], rate: Sequence[str], file: str
-) -> tuple[pl.DataFrame, list[Finding]]:
-    """Make the rows of a sensor table of an iPhone's ``row``, ``time_ns`` and the columns of its accelerations (in g or
-    m/s^2, told from the readings) and turn rates (rad/s); one of the two may be missing.
-    """
-    parts: list[pl.DataFrame] = []
-    findings: list[Finding] = []
-    for sensor, names in (("ACC", force), ("GYRO", rate)):
-        if names:
-            values = rows.select(names).to_numpy()
-            if sensor == "ACC":
-                values, findings = specific_force(values, file)
-            parts.append(_readings(rows, sensor, values))
-    return pl.concat(parts).sort("row", maintain_order=True), findings
-
-
-def _readings(rows: pl.DataFrame, sensor: str, values: FloatArray) -> pl.DataFrame:
-    empty = np.zeros(len(values))
-    columns = [pl.Series(name, values[:, i] if i < 3 else empty) for i, name in enumerate(SENSOR_VALUES)]
-    return rows.select("row", "time_ns", pl.lit(sensor).alias("sensor")).hstack(columns)
 
 
 def tilt_findings(camera: CameraTrack, sensors: pl.DataFrame, file: str) -> list[Finding]:
@@ -180,65 +135,178 @@ def tilt_findings(camera: CameraTrack, sensors: pl.DataFrame, file: str) -> list
     return [Finding(kind="not_level", file=file, count=1, message=message, severity=Severity.ERROR)]
 
 
+@dataclass(frozen=True)
+class Pictures:
+    """Pictures of a session, ``k`` of them, in order of time.
+
+    ``video`` holds them all, its frames numbered by ``frame`` (k,), or each is a file of its own. ``time_ns`` (k,) are
+    the times of their poses; ``lens_px`` (k, 4) focal lengths and principal point fx, fy, cx, cy, pixels.
+    """
+
+    time_ns: IntArray
+    lens_px: FloatArray
+    video: Path | None = None
+    frame: IntArray | None = None
+    files: tuple[Path, ...] = ()
+
+
 SIGHTINGS_FILE = "sightings.csv"
 """Landmarks found in pictures: ``id; t; tx; ty; tz; qx; qy; qz; qw; sigma``, poses in the camera's frame, metres."""
-SIGHTING_SCHEMA = {**LANDMARK_SCHEMA, "sigma_m": pl.Float64}
+MATRIX = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
+"""Columns of a matrix (3, 4) from the camera's frame to the ACS, by rows."""
 
 
-def app_rows(
-    reading: SessionFiles, role: str, schema: Mapping[str, pl.DataType | type[pl.DataType]], *, blanks: bool = False
-) -> pl.DataFrame:
-    """Load and account for a role's table without header: ``row`` and the columns of ``schema``."""
-    file, data = reading.load(role)
-    return reading.account(role, data, delimited(data, file, schema, blanks=blanks))
+@dataclass(frozen=True)
+class Readings:
+    """A file of an iPhone's accelerations (``force``, in g or m/s^2) and turn rates (``rate``, rad/s), or of one."""
+
+    table: FieldTable
+    force: tuple[str, ...] = ()
+    rate: tuple[str, ...] = ()
 
 
-class AppFormat(ABC):
-    """Reads the folders of one app; ``files`` are the names of the roles' files, ``poses`` among them."""
+@dataclass(frozen=True)
+class Keyframe:
+    """One frame: ``time_ns``, ``matrix`` (3, 4) from the camera's frame to the ACS, ``lens_px`` (4,) fx, fy, cx, cy."""
+
+    time_ns: int
+    matrix: FloatArray
+    lens_px: FloatArray
+
+
+@dataclass(frozen=True)
+class Keyframes:
+    """A file of JSON for each frame, and perhaps a picture."""
+
+    files: str
+    """Pattern of the files' paths within a session."""
+    frame: Callable[[Mapping[str, Any]], Keyframe]
+    """Makes a frame of a file's content; raises KeyError, TypeError or ValueError if that is something else."""
+    picture: Callable[[Path], Path]
+    """Where the picture of a frame's file would be."""
+
+    def of(self, contents: Iterable[bytes]) -> dict[int, Keyframe]:
+        """Frames by the number of their file; those that are not understood are left out."""
+        found = {}
+        for number, content in enumerate(contents):
+            with suppress(ValueError, KeyError, TypeError, OverflowError, AttributeError):
+                found[number] = self.frame(json_values(content))
+        return found
+
+
+@dataclass(frozen=True)
+class AppFormat:
+    """Describes what one app records, and reads its folders."""
 
     name: str
-    files: ClassVar[Mapping[str, tuple[str, ...]]]
+    files: Mapping[str, tuple[str, ...]]
+    """Names of the roles' files, ``poses`` among them."""
+    poses: Keyframes | Callable[[SessionFiles], pl.DataFrame]
+    """Files of frames, or what reads rows of poses in our axes, such as a :func:`pose_table`."""
+    readings: Mapping[str, Readings] = field(default_factory=dict)
+    """By role."""
+    video: Callable[[Path], Pictures | None] | None = None
+    """The frames of a session's video; raises SessionError if they cannot be used."""
 
     def recognises(self, folder: Path) -> bool:
-        """The app's file of poses has a name of its own."""
+        """The app's file of poses has a name of its own, or a session has at least one frame."""
+        if isinstance(self.poses, Keyframes):
+            return any(folder.glob(self.poses.files))
         return bool(existing_files(folder, {"poses": self.files["poses"]}))
 
     def input_files(self, folder: Path) -> list[Path]:
         """The files that :meth:`read` looks at, as far as they are there; pictures are not among them."""
-        return existing_files(folder, {**self.files, "landmarks": (SIGHTINGS_FILE,)})
-
-    @abstractmethod
-    def poses(self, reading: SessionFiles) -> pl.DataFrame:
-        """Poses of the camera (x right, y up, z back) in a frame with y up, metres, with ``row`` and ``time_ns``."""
-
-    def sensors(self, reading: SessionFiles) -> pl.DataFrame:
-        """Inertial readings as ``row`` and the columns of a sensor table, in the units of Android."""
-        del reading
-        return pl.DataFrame(schema={"row": pl.Int64, **SENSOR_SCHEMA})
+        if isinstance(self.poses, Keyframes):
+            return [*sorted(folder.glob(self.poses.files)), *existing_files(folder, _SIGHTINGS)]
+        return existing_files(folder, {**self.files, **_SIGHTINGS})
 
     def pictures(self, folder: Path) -> Pictures | None:
-        """Which pictures a session has; None where it has none. Raises SessionError where they cannot be used."""
-        del folder
-        return None
+        """Which pictures a session has; None if it has none. Raises SessionError if they cannot be used."""
+        if isinstance(self.poses, Keyframes):
+            return _pictures_of(self.poses, sorted(folder.glob(self.poses.files)))
+        return self.video(folder) if self.video else None
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings."""
-        reading = SessionFiles(ref.folder, {**self.files, "landmarks": (SIGHTINGS_FILE,)})
+        reading = SessionFiles(ref.folder, {**self.files, **_SIGHTINGS})
         file = self.files["poses"][0]
-        camera, found = camera_track(self.poses(reading), file, settings)
-        readings, odd = sensor_table(self.sensors(reading), self.files.get("sensors", ("",))[0])
-        reading.findings += [*found, *odd, *tilt_findings(camera, readings, file)]
+        poses = _keyframe_rows(self.poses, reading) if isinstance(self.poses, Keyframes) else self.poses(reading)
+        camera, found = camera_track(poses, file, settings)
+        sensors, odd = sensor_table(self._sensor_rows(reading), self.files.get("sensors", ("",))[0])
+        reading.findings += [*found, *odd, *tilt_findings(camera, sensors, file)]
         landmarks = _landmarks(reading, camera)
-        no_scans = mark_repeated(parse_wifi(b"\n", "").rows)
-        return Session(
-            key=ref.key,
-            camera=replace(camera, pose_lag_s=pose_lag_of(camera, readings)),
-            landmarks=landmarks,
-            presses_ns=np.empty(0, dtype=np.int64),
-            tables={"wifi": no_scans, "sensors": readings},
-            files=tuple(reading.files),
-            findings=tuple(reading.findings),
-        )
+        tables = {"wifi": mark_repeated(parse_wifi(b"", "").rows), "sensors": sensors}
+        return reading.session(ref.key, replace(camera, pose_lag_s=pose_lag_of(camera, sensors)), landmarks, tables)
+
+    def _sensor_rows(self, reading: SessionFiles) -> pl.DataFrame:
+        """Inertial readings as rows of a sensor table, in the units of Android."""
+        tables = [pl.DataFrame(schema={"row": pl.Int64, **SENSOR_SCHEMA})]
+        for role, readings in self.readings.items():
+            if reading.has(role):
+                rows = timed(reading.rows(role, readings.table.read))
+                forces, findings = specific_force(rows.select(readings.force).to_numpy(), self.files[role][0])
+                reading.findings += findings
+                both = [sensor_rows(rows, "ACC", [pl.Series(axis) for axis in forces.T])] if readings.force else []
+                if readings.rate:
+                    both.append(sensor_rows(rows, "GYRO", [pl.col(axis) for axis in readings.rate]))
+                tables.append(pl.concat(both).sort("row", maintain_order=True))
+        return pl.concat(tables)
+
+
+_SIGHTINGS = {"landmarks": (SIGHTINGS_FILE,)}
+
+
+def timed(rows: pl.DataFrame) -> pl.DataFrame:
+    """Rows with ``time_ns``, of seconds in their first column behind ``row`` if they have none."""
+    return rows if "time_ns" in rows.columns else rows.with_columns(ns_of_seconds(rows.columns[1]))
+
+
+def pose_table(parse: Parser, camera: str = "y-up", frame: str = "y-up") -> Callable[[SessionFiles], pl.DataFrame]:
+    """What reads a table of positions and quaternions, in axes as :func:`in_acs` has them, or of a :data:`MATRIX`.
+
+    Its first column are times: nanoseconds if it is called ``time_ns``, else seconds.
+    """
+
+    def poses(reading: SessionFiles) -> pl.DataFrame:
+        rows = timed(reading.rows("poses", parse))
+        if MATRIX[0] in rows.columns:
+            return pose_rows(rows, poses_of_matrices(np.reshape(rows.select(MATRIX).to_numpy(), (-1, 3, 4))))
+        return pose_rows(rows, in_acs(rows.select(list(POSE_COLUMNS)).to_numpy(), camera, frame))
+
+    return poses
+
+
+def _keyframe_rows(keyframes: Keyframes, reading: SessionFiles) -> pl.DataFrame:
+    """Poses of all frames in order of time."""
+    files = sorted(reading.folder.glob(keyframes.files))
+    contents = [read_bytes(path) for path in files]
+    found = keyframes.of(contents)
+    name = files[0].name if files else ""
+    reading.files.append(FileRecord.of(name, "poses", b"".join(contents), len(files), len(found)))
+    if len(found) < len(files):
+        message = "files of frames do not hold the pose that is expected; they are left out: look at the first ones"
+        odd = [number + 1 for number in range(len(files)) if number not in found]
+        reading.findings.append(Finding.at_lines("malformed_lines", name, odd, message))
+    rows = pl.DataFrame(
+        {"row": [number + 1 for number in found], "time_ns": [frame.time_ns for frame in found.values()]},
+        schema={"row": pl.Int64, "time_ns": pl.Int64},
+    )
+    matrices = np.array([frame.matrix for frame in found.values()]).reshape(-1, 3, 4)
+    return pose_rows(rows, poses_of_matrices(matrices)).sort("time_ns", maintain_order=True)
+
+
+def _pictures_of(keyframes: Keyframes, files: list[Path]) -> Pictures | None:
+    """The frames that kept their picture."""
+    found = keyframes.of(read_bytes(path) for path in files)
+    kept = {n: frame for n, frame in found.items() if is_file(keyframes.picture(files[n]))}
+    if not kept:
+        return None
+    order = sorted(kept, key=lambda number: kept[number].time_ns)
+    return Pictures(
+        np.array([kept[n].time_ns for n in order]),
+        np.array([kept[n].lens_px for n in order]),
+        files=tuple(keyframes.picture(files[n]) for n in order),
+    )
 
 
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
@@ -251,14 +319,13 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
             Finding(kind="no_sightings", file=SIGHTINGS_FILE, count=1, message=message, severity=Severity.ERROR)
         )
         return no_landmarks()
-    file, data = reading.load("landmarks")
-    rows = reading.account("landmarks", data, parse_table(data, file, SIGHTING_SCHEMA))
-    log, findings = landmark_log(_in_acs(rows, camera), file, camera)
+    rows = reading.rows("landmarks", FieldTable({**LANDMARK_SCHEMA, "sigma_m": pl.Float64}).read)
+    log, findings = landmark_log(_turned_into_acs(rows, camera), SIGHTINGS_FILE, camera)
     reading.findings += findings
     return replace(log, seen=np.ones(len(log.landmark), dtype=bool))
 
 
-def _in_acs(rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
+def _turned_into_acs(rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
     """Rows with poses in the camera's frame, turned into the ACS by the camera's pose at the same time."""
     usable = np.flatnonzero(camera.usable)
     if not len(usable):
@@ -268,81 +335,4 @@ def _in_acs(rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
     poses = rows.select(list(POSE_COLUMNS)).to_numpy()
     position = camera.position_acs[frame] + rotated(camera.orientation_acs[frame], poses[:, :3])
     orientation = multiply(camera.orientation_acs[frame], poses[:, 3:])
-    turned = np.column_stack((position, orientation))
-    return rows.with_columns(pl.Series(name, turned[:, i]) for i, name in enumerate(POSE_COLUMNS))
-
-
-@dataclass(frozen=True)
-class Keyframe:
-    """One frame: ``time_ns``, ``matrix`` (3, 4) from the camera's frame to the ACS, ``lens_px`` (4,) fx, fy, cx, cy."""
-
-    time_ns: int
-    matrix: FloatArray
-    lens_px: FloatArray
-
-
-class KeyframeFormat(AppFormat):
-    """Reads folders with a file a frame."""
-
-    @abstractmethod
-    def frame_files(self, folder: Path) -> list[Path]:
-        """The files of all frames, sorted. Raises OSError where the folder cannot be looked into."""
-
-    @abstractmethod
-    def keyframe(self, values: Mapping[str, Any]) -> Keyframe:
-        """Make a frame of its file's content. Raises KeyError, TypeError or ValueError where that is something else."""
-
-    @abstractmethod
-    def picture(self, file: Path) -> Path:
-        """Where the picture of a frame's file would be."""
-
-    def recognises(self, folder: Path) -> bool:
-        """A session has at least one frame."""
-        return bool(self.frame_files(folder))
-
-    def input_files(self, folder: Path) -> list[Path]:
-        """The frames' files, and the landmarks found in their pictures."""
-        sightings = folder / SIGHTINGS_FILE
-        return [*self.frame_files(folder), *([sightings] if is_file(sightings) else [])]
-
-    def poses(self, reading: SessionFiles) -> pl.DataFrame:
-        """Poses of all frames, in order of their files."""
-        files = self.frame_files(reading.folder)
-        contents = [read_bytes(path) for path in files]
-        found, whole = self._frames(contents), b"".join(contents)
-        name, digest = files[0].name if files else "", hashlib.sha256(whole).hexdigest()
-        reading.files.append(FileRecord(name, "poses", len(whole), digest, len(files), len(found)))
-        if len(found) < len(files):
-            message = "files of frames do not hold the pose that is expected; they are left out: look at the first ones"
-            odd = [number + 1 for number in range(len(files)) if number not in found]
-            reading.findings.append(Finding.at_lines("malformed_lines", name, odd, message))
-        rows = pl.DataFrame(
-            {"row": [number + 1 for number in found], "time_ns": [frame.time_ns for frame in found.values()]},
-            schema={"row": pl.Int64, "time_ns": pl.Int64},
-        )
-        matrices = np.array([frame.matrix for frame in found.values()]).reshape(-1, 3, 4)
-        return pose_rows(rows, poses_of_matrices(matrices)).sort("time_ns", maintain_order=True)
-
-    def pictures(self, folder: Path) -> Pictures | None:
-        """The frames that kept their picture."""
-        files = self.frame_files(folder)
-        found = self._frames(read_bytes(path) for path in files)
-        kept = {n: frame for n, frame in found.items() if is_file(self.picture(files[n]))}
-        if not kept:
-            return None
-        order = sorted(kept, key=lambda number: kept[number].time_ns)
-        return Pictures(
-            np.array([kept[n].time_ns for n in order]),
-            np.array([kept[n].lens_px for n in order]),
-            files=tuple(self.picture(files[n]) for n in order),
-        )
-
-    def _frames(self, contents: Iterable[bytes]) -> dict[int, Keyframe]:
-        """Frames by the number of their file; those that are not understood are left out."""
-        found = {}
-        for number, content in enumerate(contents):
-            try:
-                found[number] = self.keyframe(json_values(content))
-            except (ValueError, KeyError, TypeError, OverflowError, AttributeError):
-                continue
-        return found
+    return rows.with_columns(_pose_series(np.column_stack((position, orientation))))

@@ -17,7 +17,7 @@ from vislam2tag.core.clock_by_taps import align_by_taps
 from vislam2tag.core.pose_lag import angular_speed, estimate_pose_lag
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.intake.readings import MASKED, measured, normal_addresses
-from vislam2tag.intake.time_units import ANY, FRAMES, READINGS, SCANS, Steps, recognised_ns
+from vislam2tag.intake.time_units import READINGS, SCANS, Steps, recognised_ns
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import readings_of
 
@@ -72,41 +72,26 @@ def clock_of(camera: CameraTrack, sensors: pl.DataFrame | None = None) -> IntArr
     return frames_ns if len(frames_ns) or sensors is None else sensors["time_ns"].to_numpy()
 
 
-def with_frame_times(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
-    """Rows of poses (``time_ns`` as read) with their times in ns, and a finding if they were in another unit."""
-    return _recognised(rows, rows["time_ns"], FRAMES, file, "nanoseconds", None)
-
-
-def with_landmark_times(rows: pl.DataFrame, file: str, clock_ns: IntArray) -> tuple[pl.DataFrame, list[Finding]]:
-    """The same for rows of landmarks, which have the times of frames."""
-    return _recognised(rows, rows["time_ns"], FRAMES, file, "nanoseconds", clock_ns)
-
-
-def with_reading_times(rows: pl.DataFrame, file: str, clock_ns: IntArray) -> tuple[pl.DataFrame, list[Finding]]:
-    """The same for sensor readings: those of the sensor with most rows say how fast they come."""
-    most = rows["sensor"].value_counts().sort("count", "sensor", descending=True)["sensor"].head(1)
-    rate = rows.filter(pl.col("sensor").is_in(most.to_list()))["time_ns"]
-    return _recognised(rows, rate, READINGS, file, "nanoseconds", clock_ns)
-
-
-def with_scan_times(
-    rows: pl.DataFrame, file: str, clock_ns: IntArray, stated: str = "nanoseconds"
+def with_times(
+    rows: pl.DataFrame, file: str, steps: Steps, clock_ns: IntArray | None = None, stated: str = "nanoseconds"
 ) -> tuple[pl.DataFrame, list[Finding]]:
-    """The same for Wi-Fi scans; the published layout ``stated`` microseconds."""
-    starts = rows.group_by("scan").agg(pl.col("time_ns").min())["time_ns"]
-    return _recognised(rows, starts, SCANS, file, stated, clock_ns)
+    """Rows (``time_ns`` as read) with their times in ns, and a finding if they are not in the ``stated`` unit.
 
-
-def with_times_of(rows: pl.DataFrame, file: str, clock_ns: IntArray) -> tuple[pl.DataFrame, list[Finding]]:
-    """The same for rows whose rate says nothing, such as presses and advertisements."""
-    return _recognised(rows, rows["time_ns"], ANY, file, "nanoseconds", clock_ns)
-
-
-def _recognised(
-    rows: pl.DataFrame, rate: pl.Series, steps: Steps, file: str, stated: str, clock_ns: IntArray | None
-) -> tuple[pl.DataFrame, list[Finding]]:
-    time_ns, findings = recognised_ns(rows["time_ns"].to_numpy(), rate.to_numpy(), steps, file, stated, clock_ns)
+    ``steps`` limit how fast rows come; ``clock_ns`` are times that they must meet.
+    """
+    rate = _rate(rows, steps).to_numpy()
+    time_ns, findings = recognised_ns(rows["time_ns"].to_numpy(), rate, steps, file, stated, clock_ns)
     return (rows.with_columns(time_ns=time_ns) if findings else rows), findings
+
+
+def _rate(rows: pl.DataFrame, steps: Steps) -> pl.Series:
+    """The times whose distances ``steps`` limit: of the sensor with most rows, of the starts of scans, or all."""
+    if steps is READINGS:
+        most = rows["sensor"].value_counts().sort("count", "sensor", descending=True)["sensor"].head(1)
+        return rows.filter(pl.col("sensor").is_in(most.to_list()))["time_ns"]
+    if steps is SCANS:
+        return rows.group_by("scan").agg(pl.col("time_ns").min())["time_ns"]
+    return rows["time_ns"]
 
 
 MOTION, LEVELS, TAPS = "motion", "levels", "taps"

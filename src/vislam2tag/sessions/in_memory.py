@@ -13,7 +13,8 @@ import polars as pl
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_frame_times, with_landmark_times
+from vislam2tag.intake.time_units import FRAMES
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
 from vislam2tag.sessions.model import FileRecord, FindingSettings, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
@@ -128,10 +129,10 @@ def session_in_memory(
 ) -> Session:
     """Make a session of its tables, as reading its files would; raises UsageError for tables that are none of it."""
     frames = _checked(poses, "poses", CAMERA_SCHEMA)
-    _refuse_unit("poses", with_frame_times(frames, "poses")[1])
+    _refuse_unit("poses", with_times(frames, "poses", FRAMES)[1])
     camera, findings = camera_track(frames, "poses", settings)
     seen = _checked(sightings, "sightings", LANDMARK_SCHEMA)
-    _refuse_unit("sightings", with_landmark_times(seen, "sightings", clock_of(camera))[1])
+    _refuse_unit("sightings", with_times(seen, "sightings", FRAMES, clock_of(camera))[1])
     log, log_findings = landmark_log(seen, "sightings", camera)
     findings += log_findings
     tables = {}

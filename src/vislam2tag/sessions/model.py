@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -79,6 +80,11 @@ class FileRecord:
     sha256: str
     lines: int
     rows: int
+
+    @classmethod
+    def of(cls, name: str, role: str, data: bytes, lines: int, rows: int) -> FileRecord:
+        """The account of a file with this content."""
+        return cls(name, role, len(data), hashlib.sha256(data).hexdigest(), lines, rows)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from vislam2tag.core.context import TrackerState
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.model import FindingSettings
 from vislam2tag.sessions.readings import SENSOR_VALUES
-from vislam2tag.sessions.text_tables import PhoneSchema
+from vislam2tag.sessions.text_tables import Columns, NamedTable
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track
 
 RECORD_FILE = "session.json"
@@ -89,10 +89,9 @@ FIRST_COLUMN = b"time_ns,"
 TRACKING = "TRACKING"
 SIGHTING = "FULL_TRACKING"
 """The tracker's word for a landmark that it sees in this frame."""
-_Types = dict[str, pl.DataType | type[pl.DataType]]
-_POSE: _Types = dict.fromkeys(("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw"), pl.Float64)
+_POSE: Columns = dict.fromkeys(("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw"), pl.Float64)
 
-CAMERA = PhoneSchema(
+CAMERA = NamedTable(
     {
         "time_ns": pl.Int64,
         "frame_clock": pl.String,
@@ -105,24 +104,24 @@ CAMERA = PhoneSchema(
     words=("frame_clock", "state", "failure"),
     severity=Severity.ERROR,
 )
-LANDMARKS = PhoneSchema(
+LANDMARKS = NamedTable(
     {"time_ns": pl.Int64, "id": pl.String, "state": pl.String, "method": pl.String, **_POSE},
     required=("time_ns", "id", "state", "method"),
     words=("state", "method"),
     quoted=True,
     severity=Severity.ERROR,
 )
-ANCHORS = PhoneSchema(
+ANCHORS = NamedTable(
     {"time_ns": pl.Int64, "anchor": pl.Int64, "state": pl.String, **_POSE},
     required=("time_ns", "anchor", "state"),
     words=("state",),
 )
-SENSORS = PhoneSchema(
+SENSORS = NamedTable(
     {"time_ns": pl.Int64, "sensor": pl.String} | dict.fromkeys(SENSOR_VALUES, pl.Float64),
     required=("time_ns", "sensor"),
     words=("sensor",),
 )
-WIFI = PhoneSchema(
+WIFI = NamedTable(
     {
         "time_ns": pl.Int64,
         "scan": pl.Int32,
@@ -134,7 +133,7 @@ WIFI = PhoneSchema(
     required=("time_ns", "scan", "rssi_dbm", "frequency_mhz"),
     quoted=True,
 )
-BLE = PhoneSchema(
+BLE = NamedTable(
     {
         "time_ns": pl.Int64,
         "address": pl.String,
@@ -147,7 +146,7 @@ BLE = PhoneSchema(
     required=("time_ns", "rssi_dbm"),
     quoted=True,
 )
-RTT = PhoneSchema(
+RTT = NamedTable(
     {
         "time_ns": pl.Int64,
         "bssid": pl.String,
@@ -160,16 +159,16 @@ RTT = PhoneSchema(
     },
     required=("time_ns", "responder", "range_m"),
 )
-PRESSES = PhoneSchema(
+PRESSES = NamedTable(
     {"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, required=("time_ns", "n", "action"), words=("action",)
 )
-TAPS = PhoneSchema(
+TAPS = NamedTable(
     {**PRESSES.columns, "x_m": pl.Float64, "y_m": pl.Float64, "sigma_m": pl.Float64},
     required=PRESSES.required,
     words=PRESSES.words,
 )
 """Presses as apps write them that take taps on the plan, too."""
-EVENTS = PhoneSchema(
+EVENTS = NamedTable(
     {"time_ns": pl.Int64, "event": pl.String, "detail": pl.String},
     required=("time_ns", "event"),
     words=("event",),

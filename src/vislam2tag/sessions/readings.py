@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import codecs
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import polars as pl
@@ -17,7 +15,7 @@ from vislam2tag.core.context import PressureLog
 from vislam2tag.core.limits import of_one_recording
 from vislam2tag.intake.readings import normal_uuids
 from vislam2tag.sessions.model import FindingSettings
-from vislam2tag.sessions.text_tables import RawTable, level_dbm, parsed_rows, text_lines, undecodable_findings
+from vislam2tag.sessions.text_tables import LineTable, RawTable, level_dbm
 from vislam2tag.sessions.tracker_tables import FAR_TIMES
 
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
@@ -60,6 +58,13 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
             lines = rows["row"].to_numpy()[mask].tolist()
             findings.append(Finding.at_lines(kind, file, lines, message, severity))
     return table, findings
+
+
+def sensor_rows(rows: pl.DataFrame, sensor: str, values: Sequence[pl.Expr | pl.Series]) -> pl.DataFrame:
+    """``row``, ``time_ns`` and one sensor's values as a sensor table has them; values that it does not have are 0."""
+    whole = [*values, *(pl.lit(0.0) for _ in SENSOR_VALUES[len(values) :])]
+    named = [value.alias(name) for name, value in zip(SENSOR_VALUES, whole, strict=True)]
+    return rows.select("row", "time_ns", pl.lit(sensor).alias("sensor"), *named)
 
 
 def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
@@ -112,41 +117,30 @@ def pressure_log(sensors: pl.DataFrame) -> PressureLog | None:
 
 
 _US_TO_NS = 1000
-_GREATEST_US = (2**63 - 1) // _US_TO_NS
-
-# The ssid may hold the separator, so that the fields after it are found from the end of the line; a blank before it
-# belongs to the separator where the line's first separator has one.
-_LINE = (
+_TIME_US = pl.col("time_us").cast(pl.Int64, strict=False)
+WIFI_LINES = LineTable(
+    # The fields after the text are found from the end of the line.
     r"^\s*(?<scan>[+-]?\d+)\s*;(?<blank>\s*)(?<time_us>\d+)\s*;\s*WLAN\s*;(?<ssid>.*);\s*(?<bssid>[^;\s]*)\s*;"
-    r"\s*(?<rssi_dbm>[^;\s]+)\s*$"
+    r"\s*(?<rssi_dbm>[^;\s]+)\s*$",
+    (
+        (pl.when(_TIME_US <= (2**63 - 1) // _US_TO_NS).then(_TIME_US) * _US_TO_NS).alias("time_ns"),
+        pl.col("scan").cast(pl.Int32, strict=False),
+        pl.col("bssid", "ssid"),
+        level_dbm(pl.col("rssi_dbm")),
+        pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
+    ),
+    pl.all_horizontal(pl.col("time_ns", "scan", "bssid", "ssid", "rssi_dbm").is_not_null()),
+    "ssid",
 )
+"""Wi-Fi scans of the published layout: ``scan; t; WLAN; ssid; bssid; rss``, t in microseconds, no frequency (null).
+
+Addresses and levels are as the file has them; an address may be empty.
+"""
 
 
 def parse_wifi(data: bytes, file: str) -> RawTable:
-    """Parse a Wi-Fi file into ``row``, ``time_ns``, ``scan``, ``bssid``, ``ssid``, ``rssi_dbm``, ``frequency_mhz``.
-
-    Undecodable bytes become U+FFFD and a finding. Addresses and levels are as the file has them; ``bssid`` may be
-    empty. The published layout has no frequency (null).
-    """
-    data = data.removeprefix(codecs.BOM_UTF8)
-    fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
-    table = fields.select(
-        pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
-        _times_ns().alias("time_ns"),
-        pl.col("scan").cast(pl.Int32, strict=False),
-        pl.col("bssid"),
-        pl.when(pl.col("blank") == "").then("ssid").otherwise(pl.col("ssid").str.strip_prefix(" ")).alias("ssid"),
-        level_dbm(pl.col("rssi_dbm")),
-        pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
-    )
-    parsed = ("time_ns", "scan", "bssid", "ssid", "rssi_dbm")
-    raw = parsed_rows(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
-    return replace(raw, findings=(*raw.findings, *undecodable_findings(data, raw, "ssid")))
-
-
-def _times_ns() -> pl.Expr:
-    time_us = pl.col("time_us").cast(pl.Int64, strict=False)
-    return pl.when(time_us <= _GREATEST_US).then(time_us) * _US_TO_NS
+    """Parse a Wi-Fi file of the published layout into ``row`` and the columns of :data:`WIFI_LINES`."""
+    return WIFI_LINES.read(data, file)
 
 
 def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
@@ -186,37 +180,57 @@ def median_scan_interval_s(rows: pl.DataFrame) -> float | None:
 
 _GREATEST_NUMBER = 65535
 """Of major and minor, which have 16 bits."""
-
-# The name may hold the separator, so that the fields after it are found from the end of the line: the shortest name
-# that leaves a level, with or without an identity after it.
-_BLE_LINE = (
+_IDENTITY = pl.col("uuid", "major", "minor")
+BLE_LINES = LineTable(
+    # The shortest name that leaves a level, with or without an identity after it.
     r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
-    r"(?:;\s*(?<uuid>[0-9A-Fa-f-]{32,36})?\s*;\s*(?<major>\d+)?\s*;\s*(?<minor>\d+)?\s*)?$"
-)
-
-
-def parse_ble(data: bytes, file: str) -> RawTable:
-    """Parse a BLE file into ``row``, ``time_ns``, ``address``, ``name``, ``uuid``, ``major``, ``minor``, ``rssi_dbm``.
-
-    UUIDs come out in one notation; addresses, which may be empty, and levels are as the file has them. Undecodable
-    bytes become U+FFFD and a finding. An identity is whole or missing (null).
-    """
-    data = data.removeprefix(codecs.BOM_UTF8)
-    fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_BLE_LINE).struct.unnest()
-    table = fields.select(
-        pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
+    r"(?:;\s*(?<uuid>[0-9A-Fa-f-]{32,36})?\s*;\s*(?<major>\d+)?\s*;\s*(?<minor>\d+)?\s*)?$",
+    (
         pl.col("time_ns").cast(pl.Int64, strict=False),
-        pl.col("address"),
-        pl.when(pl.col("blank") == "").then("name").otherwise(pl.col("name").str.strip_prefix(" ")).alias("name"),
-        normal_uuids(fields["uuid"]),
+        pl.col("address", "name"),
+        pl.col("uuid").map_batches(normal_uuids, return_dtype=pl.String),
         pl.col("major", "minor").cast(pl.Int32, strict=False),
         level_dbm(pl.col("rssi_dbm")),
+    ),
+    pl.all_horizontal(
+        pl.col("time_ns", "address", "name", "rssi_dbm").is_not_null(),
+        pl.sum_horizontal(_IDENTITY.is_not_null()).is_in((0, 3)),
+        pl.max_horizontal("major", "minor").fill_null(0) <= _GREATEST_NUMBER,
+    ),
+    "name",
+)
+"""Bluetooth advertisements: ``t; address; name; rss``, t in nanoseconds; a beacon's identity may follow, whole:
+``; uuid; major; minor`` (iBeacon).
+
+UUIDs come out in one notation; addresses, which may be empty, and levels are as the file has them.
+"""
+
+
+SAME_READING_NS = 5_000_000
+"""Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
+
+
+def mark_jittered(rows: pl.DataFrame, sender: str) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row of the same sender is at most :data:`SAME_READING_NS` older or younger.
+
+    Rows keep their order.
+    """
+    fresh = (pl.col("time_ns").diff() > SAME_READING_NS).over(sender, order_by=["time_ns", "row"])
+    return rows.with_columns(repeated=~fresh.fill_null(value=True))
+
+
+def ble_rows(rows: pl.DataFrame, address: str, name: pl.Expr, level: str) -> pl.DataFrame:
+    """Advertisements of no known beacon (``row``, ``time_ns`` and these columns) as a table ``ble`` has them."""
+    return rows.select(
+        "row",
+        "time_ns",
+        pl.col(address).alias("address"),
+        name.alias("name"),
+        pl.lit(None, dtype=pl.String).alias("uuid"),
+        pl.lit(None, dtype=pl.Int32).alias("major"),
+        pl.lit(None, dtype=pl.Int32).alias("minor"),
+        pl.col(level).cast(pl.Float32).alias("rssi_dbm"),
     )
-    parsed = [pl.col(name).is_not_null() for name in ("time_ns", "address", "name", "rssi_dbm")]
-    given = pl.sum_horizontal(pl.col("uuid", "major", "minor").is_not_null())
-    numbers = pl.max_horizontal("major", "minor").fill_null(0) <= _GREATEST_NUMBER
-    raw = parsed_rows(data, file, table, pl.all_horizontal(*parsed, given.is_in((0, 3)), numbers))
-    return replace(raw, findings=(*raw.findings, *undecodable_findings(data, raw, "name")))
 
 
 def mark_repeated_ble(rows: pl.DataFrame) -> pl.DataFrame:

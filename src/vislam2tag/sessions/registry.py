@@ -46,7 +46,10 @@ UNKNOWN_FORMAT = "unknown"
 class SessionFormat(Protocol):
     """Reads the session folders of one raw format."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """By which a survey, a plug-in and messages call the format."""
+        ...
 
     def recognises(self, folder: Path) -> bool:
         """Tell from the names in a folder whether it is a session of this format; reads no file.
@@ -110,6 +113,8 @@ def format_in_zip(root: Path, packed: Path) -> str | None:
 
 def format_module(name: str) -> str:
     """Name of the module that a session format is written in; this one for a format that is none."""
+    if name in plugins.SESSION_FORMATS.built_in:
+        return plugins.SESSION_FORMATS.built_in[name]
     return type(FORMATS.named(name)).__module__ if name in FORMATS.names() else __name__
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
+import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
@@ -16,10 +16,23 @@ from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.sessions.model import FileRecord
-from vislam2tag.sessions.readings import PRESSURE
-from vislam2tag.sessions.text_tables import RawTable
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.intake.readings import admitted, normal_uuids
+from vislam2tag.intake.time_units import READINGS, Steps
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, with_times
+from vislam2tag.sessions.model import FileRecord, FindingSettings, Recording, Session
+from vislam2tag.sessions.readings import (
+    PRESSURE,
+    SENSOR_VALUES,
+    ble_findings,
+    mark_repeated,
+    mark_repeated_ble,
+    sensor_table,
+    wifi_findings,
+)
+from vislam2tag.sessions.text_tables import Parser, RawTable
+from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.site_table import is_file
 
 MISSING = {
@@ -56,6 +69,14 @@ class SessionFiles:
     findings: list[Finding] = field(default_factory=list)
     _opened: set[str] = field(default_factory=set)
 
+    def name_of(self, role: str) -> str:
+        """Name of a role's file: the one that is there, else the usual one."""
+        return next((name for name in self.names[role] if is_file(self.folder / name)), self.names[role][0])
+
+    def has(self, role: str) -> bool:
+        """Tell whether a role's file is there."""
+        return any(is_file(self.folder / name) for name in self.names[role])
+
     def load(self, role: str) -> tuple[str, bytes]:
         """Name and bytes of a role's file; no bytes where the file is missing, not wanted or cannot be opened."""
         if self.track_only and role not in OF_TRACK:
@@ -70,23 +91,93 @@ class SessionFiles:
         try:
             data = read_bytes(self.folder / names[0])
         except OSError as error:
-            self._note("unreadable_file", names[0], *_unreadable(role, error))
+            consequence, severity = (MISSING | _OPTIONAL)[role]
+            message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
+            self._note("unreadable_file", names[0], message, severity)
             return names[0], b""
         self._opened.add(names[0])
         return names[0], _of_barometer(data) if self.track_only and role == "sensors" else data
 
-    def has(self, role: str) -> bool:
-        """Tell whether a role's file is there."""
-        return any(is_file(self.folder / name) for name in self.names[role])
-
     def account(self, role: str, data: bytes, table: RawTable) -> pl.DataFrame:
         """Record a file that was opened, and return its rows."""
         if table.file in self._opened and not self.track_only:
-            digest = hashlib.sha256(data).hexdigest()
-            record = FileRecord(table.file, role, len(data), digest, table.lines, table.rows.height)
-            self.files.append(record)
+            self.files.append(FileRecord.of(table.file, role, data, table.lines, table.rows.height))
             self.findings += table.findings
         return table.rows
+
+    def rows(
+        self,
+        role: str,
+        parse: Parser,
+        steps: Steps | None = None,
+        clock_ns: IntArray | None = None,
+        stated: str = "nanoseconds",
+    ) -> pl.DataFrame:
+        """Load, parse and account for a role's file.
+
+        With ``steps`` times are brought to ns whatever unit they are in: see :func:`~.clocks.with_times`.
+        """
+        file, data = self.load(role)
+        rows = self.account(role, data, parse(data, file))
+        if steps is None:
+            return rows
+        rows, unit = with_times(rows, file, steps, clock_ns, stated)
+        self.findings += unit
+        return rows
+
+    def readings(self, parse: Parser, camera: CameraTrack) -> pl.DataFrame:
+        """The table ``sensors`` of a session; values that are not given are 0."""
+        rows = self.rows("sensors", parse, READINGS, clock_of(camera))
+        sensors, findings = sensor_table(
+            rows.with_columns(pl.col(SENSOR_VALUES).fill_null(0.0)), self.name_of("sensors")
+        )
+        self.findings += findings
+        return self.on_clock("sensors", sensors, camera)
+
+    def wifi(self, rows: pl.DataFrame, settings: FindingSettings) -> pl.DataFrame:
+        """The table ``wifi`` of a session, of rows as their file has them."""
+        file = self.name_of("wifi")
+        rows, odd = admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file)
+        rows = mark_repeated(rows)
+        self.findings += [*odd, *wifi_findings(rows, file, settings)]
+        return rows
+
+    def ble(self, rows: pl.DataFrame) -> pl.DataFrame:
+        """The table ``ble`` of a session, of rows as their file has them."""
+        file = self.name_of("ble")
+        rows = rows.with_columns(pl.col("name").fill_null(""), normal_uuids(rows["uuid"]))
+        rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
+        rows = mark_repeated_ble(rows)
+        self.findings += [*odd, *ble_findings(rows, file)]
+        return rows
+
+    def on_clock(self, role: str, rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
+        """The same rows; reported if their times never meet the frames."""
+        self.findings += clock_mismatch(rows["time_ns"].to_numpy(), self.name_of(role), camera)
+        return rows
+
+    def session(
+        self,
+        key: SessionKey,
+        camera: CameraTrack,
+        landmarks: LandmarkLog,
+        tables: dict[str, pl.DataFrame],
+        *,
+        presses_ns: IntArray | None = None,
+        recording: Recording | None = None,
+    ) -> Session:
+        """The session, with the account and the findings of its files."""
+        none = np.empty(0, dtype=np.int64)
+        return Session(
+            key=key,
+            camera=camera,
+            landmarks=landmarks,
+            presses_ns=none if presses_ns is None else presses_ns,
+            tables=tables,
+            files=tuple(self.files),
+            findings=tuple(self.findings),
+            recording=recording,
+        )
 
     def _note(self, kind: FindingKind, file: str, message: str, severity: Severity) -> None:
         self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
@@ -105,12 +196,6 @@ def existing_files(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[P
     """Paths of all files of these names that are there."""
     paths = (folder / name for each in names.values() for name in each)
     return [path for path in paths if is_file(path)]
-
-
-def _unreadable(role: str, error: OSError) -> tuple[str, Severity]:
-    """Message and severity for a file that cannot be opened: as grave as if it were missing."""
-    consequence, severity = (MISSING | _OPTIONAL)[role]
-    return f"cannot be opened ({error.strerror}): {consequence}; check its permissions", severity
 
 
 @contextmanager

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import polars as pl
 
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
 
-SEPARATOR = ";"
-
 _EXTRA = "_extra"
 _PLAIN = re.compile("[^\\x00-\\x1f\\x7f\\ufffd]+")
+_BLANKS = re.compile(rb"[ \t]+")
+Columns: TypeAlias = Mapping[str, pl.DataType | type[pl.DataType]]
+"""Names and types, in order."""
 
 
 @dataclass(frozen=True)
@@ -33,43 +35,95 @@ class RawTable:
     findings: tuple[Finding, ...]
 
 
+Parser: TypeAlias = Callable[[bytes, str], RawTable]
+"""From a file's bytes and name to its rows."""
+
+
 def ns_of_seconds(column: str) -> pl.Expr:
     """Times in seconds as ``time_ns``, nanoseconds."""
     return (pl.col(column) * 1e9).round().cast(pl.Int64).alias("time_ns")
 
 
-def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[pl.DataType]]) -> RawTable:
-    """Parse a ``;`` separated table without header whose fields may be led by blanks.
+@dataclass(frozen=True)
+class FieldTable:
+    """A table whose columns are known by their order, without quotes; fields may be led by blanks.
 
-    ``schema`` names the columns and their types; ``time_ns`` must not be negative. Both decimal marks are
-    understood, and decided by the bytes: a file that mixes them is a finding. Text columns come out stripped.
-    Lines with a missing, surplus or untypable field are counted as unreadable.
+    Fields are parted by ``separator``: ``;``, ``,``, or blanks, which may come with commas. Except with ``;``, lines at
+    the top that begin with ``#``, and a ``header``, are not rows.
     """
+
+    columns: Columns
+    separator: str = ";"
+    header: bool = False
+
+    def read(self, data: bytes, file: str) -> RawTable:
+        """Parse a file into ``row`` and the columns; ``time_ns`` must not be negative.
+
+        Both decimal marks are understood where they do not part fields: a file that mixes them is a finding. Text comes
+        out stripped. Lines with a missing, surplus or untypable field are counted as unreadable.
+        """
+        if self.separator == ";":
+            return _parsed(data, file, self.columns)
+        lines = data.split(b"\n")
+        top = next((i for i, line in enumerate(lines) if not line.lstrip().startswith(b"#")), len(lines))
+        top += self.header and top < len(lines)
+        table = _parsed(b"\n".join(map(self._with_semicolons, lines[top:])), file, self.columns)
+        return replace(
+            table,
+            lines=table.lines + top,
+            rows=table.rows.with_columns(pl.col("row") + top),
+            unreadable=(*range(1, top + 1), *(line + top for line in table.unreadable)),
+            findings=tuple(_lower(each, top) for each in table.findings),
+        )
+
+    def _with_semicolons(self, line: bytes) -> bytes:
+        line = line.strip().rstrip(b",")
+        return line.replace(b",", b";") if self.separator == "," else _BLANKS.sub(b";", line.replace(b",", b" "))
+
+
+def header_of(data: bytes) -> list[str]:
+    """Names in the first line of a comma-separated table, stripped."""
+    return [name.strip() for name in data.partition(b"\n")[0].decode(errors="replace").lstrip("\ufeff#").split(",")]
+
+
+def _lower(finding: Finding, top: int) -> Finding:
+    """The same finding in a file with so many more lines at its top."""
+    return finding.model_copy(update={"lines": tuple(line + top for line in finding.lines)})
+
+
+def _parsed(data: bytes, file: str, columns: Columns) -> RawTable:
     if not data:
-        rows = pl.DataFrame(schema={"row": pl.Int64, **schema})
-        return RawTable(file, 0, rows, (), tuple(_unreadable_findings(data, file, 0, ())))
+        return _separated(data, file, _empty(columns), pl.lit(value=True))
     # The header makes the parser expect exactly these columns whatever the first line looks like, and turns blank
     # lines into empty rows, which keeps line numbers exact.
-    header = SEPARATOR.join((*schema, _EXTRA)).encode() + b"\n"
+    header = ";".join((*columns, _EXTRA)).encode() + b"\n"
     data = data.removeprefix(codecs.BOM_UTF8)
     table = read_csv(
         header + data,
-        separator=SEPARATOR,
+        separator=";",
         quote_char=None,
-        schema={**schema, _EXTRA: pl.String},
+        schema={**columns, _EXTRA: pl.String},
         truncate_ragged_lines=True,
         ignore_errors=True,
         encoding="utf8-lossy",
         decimal_comma=b"," in data,
     )
-    text = [name for name, kind in schema.items() if kind == pl.String]
-    row = pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row")
-    table = table.select(row, *(pl.col(name).str.strip_chars() if name in text else name for name in schema), _EXTRA)
-    parts = [pl.col(name).is_not_null() for name in schema] + [pl.col(_EXTRA).is_null()]
+    text = [name for name, kind in columns.items() if kind == pl.String]
+    table = table.with_columns(pl.col(text).str.strip_chars()).select(_line_numbers(1), *columns, _EXTRA)
+    parts = [pl.col(name).is_not_null() for name in columns] + [pl.col(_EXTRA).is_null()]
     parts += [_is_plain(table[name]) for name in text]
-    if "time_ns" in schema:
+    if "time_ns" in columns:
         parts.append(pl.col("time_ns") >= 0)
-    return parsed_rows(data, file, table, pl.all_horizontal(parts))
+    raw = _with_marks_judged(_separated(data, file, table, pl.all_horizontal(parts)), data)
+    return replace(raw, rows=raw.rows.drop(_EXTRA))
+
+
+def _empty(columns: Columns) -> pl.DataFrame:
+    return pl.DataFrame(schema={"row": pl.Int64, **columns})
+
+
+def _line_numbers(first: int) -> pl.Expr:
+    return pl.int_range(first, pl.len() + first, dtype=pl.Int64).alias("row")
 
 
 def _is_plain(column: pl.Series) -> pl.Expr:
@@ -79,20 +133,13 @@ def _is_plain(column: pl.Series) -> pl.Expr:
     return pl.lit(value=True) if len(plain) == len(different) else pl.col(column.name).is_in(plain)
 
 
-def parsed_rows(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
-    """Separate the rows that parse from the lines that do not, and say so in findings; decimal marks are judged."""
-    raw = separate(data, file, table, readable)
-    return replace(raw, findings=(*raw.findings, *_mixed_marks(data, file, raw.rows)))
-
-
-def separate(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
-    """Separate the rows that parse from the lines that do not, and say so in findings.
+def _separated(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
+    """Separate the rows that parse from the lines that do not, and report these.
 
     ``table`` has a row for each line of ``data``, in their order; ``row`` is the line's number.
     """
     good = table.select(readable.fill_null(value=False)).to_series()
     rows = table.filter(good) if not good.all() else table
-    rows = rows[[name for name in rows.columns if name != _EXTRA]]
     unreadable = tuple(table["row"].filter(~good).to_list())
     last = int(table["row"][-1]) if table.height else 0
     return RawTable(file, table.height, rows, unreadable, tuple(_unreadable_findings(data, file, last, unreadable)))
@@ -112,31 +159,48 @@ def _unreadable_findings(data: bytes, file: str, last: int, unreadable: tuple[in
     return findings
 
 
-def _mixed_marks(data: bytes, file: str, rows: pl.DataFrame) -> list[Finding]:
-    """Find files whose readable lines use both decimal marks; the lines of the rarer mark are named."""
+def _with_marks_judged(raw: RawTable, data: bytes) -> RawTable:
+    """Report a file whose readable lines use both decimal marks, with the lines of the rarer mark."""
     if b"," not in data or b"." not in data:
-        return []
+        return raw
     lines = data.split(b"\n")
-    readable = rows["row"].to_list()
+    readable = raw.rows["row"].to_list()
     comma = [row for row in readable if b"," in lines[row - 1]]
     point = [row for row in readable if b"." in lines[row - 1]]
     if not comma or not point:
-        return []
+        return raw
     message = "the file mixes decimal commas and points; both are understood, these lines use the rarer one"
-    return [Finding.at_lines("mixed_decimal_marks", file, min(comma, point, key=len), message)]
+    mixed = Finding.at_lines("mixed_decimal_marks", raw.file, min(comma, point, key=len), message)
+    return replace(raw, findings=(*raw.findings, mixed))
 
 
 _REPLACEMENT = "\ufffd"
-SAME_READING_NS = 5_000_000
-"""Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
 
 
-def text_lines(data: bytes) -> list[str]:
-    """Split a file's bytes into lines; a newline at the end starts no further line."""
-    lines = data.decode("utf-8", errors="replace").split("\n")
-    if lines[-1] == "":
-        lines.pop()
-    return lines
+@dataclass(frozen=True)
+class LineTable:
+    """A ``;`` separated table with one column of any text, which may contain the separator.
+
+    ``pattern`` names the parts of a line, ``columns`` makes columns of them; ``readable`` is true for rows. ``text`` is
+    the column of any text; a blank before it belongs to the separator if ``blank``, which follows the line's first
+    separator, has one.
+    """
+
+    pattern: str
+    columns: tuple[pl.Expr, ...]
+    readable: pl.Expr
+    text: str
+
+    def read(self, data: bytes, file: str) -> RawTable:
+        """Parse a file into ``row`` and the columns; bytes that cannot be decoded become U+FFFD and a finding."""
+        data = data.removeprefix(codecs.BOM_UTF8)
+        lines = data.decode("utf-8", errors="replace").removesuffix("\n").split("\n") if data else []
+        fields = pl.Series("line", lines, dtype=pl.String).str.extract_groups(self.pattern).struct.unnest()
+        text = pl.col(self.text)
+        stripped = pl.when(pl.col("blank") == "").then(text).otherwise(text.str.strip_prefix(" "))
+        table = fields.with_columns(stripped.alias(self.text)).select(_line_numbers(1), *self.columns)
+        raw = _with_marks_judged(_separated(data, file, table, self.readable), data)
+        return replace(raw, findings=(*raw.findings, *_undecodable(data, raw, self.text)))
 
 
 def level_dbm(text: pl.Expr) -> pl.Expr:
@@ -144,7 +208,7 @@ def level_dbm(text: pl.Expr) -> pl.Expr:
     return text.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).cast(pl.Float32)
 
 
-def undecodable_findings(data: bytes, raw: RawTable, column: str) -> list[Finding]:
+def _undecodable(data: bytes, raw: RawTable, column: str) -> list[Finding]:
     """Report rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
     suspects = raw.rows.filter(pl.col(column).str.contains(_REPLACEMENT, literal=True))["row"].to_list()
     lines = data.split(b"\n") if suspects else []
@@ -163,15 +227,6 @@ def _is_utf8(line: bytes) -> bool:
     return True
 
 
-def mark_jittered(rows: pl.DataFrame, sender: str) -> pl.DataFrame:
-    """Add ``repeated``: an earlier row of the same sender is at most :data:`SAME_READING_NS` older or younger.
-
-    Rows keep their order.
-    """
-    fresh = (pl.col("time_ns").diff() > SAME_READING_NS).over(sender, order_by=["time_ns", "row"])
-    return rows.with_columns(repeated=~fresh.fill_null(value=True))
-
-
 _END, _SURPLUS = "_end", "_surplus"
 _MARK = "|"
 _WORD = r"^[A-Za-z0-9_]+$"
@@ -179,112 +234,95 @@ _TEXT = r"^[^\x00-\x1f\x7f]*$"
 
 
 @dataclass(frozen=True)
-class PhoneSchema:
-    """Columns that a reader takes of a table by name, and their types.
+class NamedTable:
+    """A table with a header, of commas: columns are taken by name.
 
     A row without a value of a ``required`` one is no row; ``words`` are texts of letters, digits and ``_``; ``quoted``
-    says that texts may hold anything, in quotes.
+    says that texts may be anything, in quotes.
     """
 
-    columns: Mapping[str, pl.DataType | type[pl.DataType]]
+    columns: Columns
     required: tuple[str, ...]
     words: tuple[str, ...] = ()
     quoted: bool = False
-    severity: Severity = field(default=Severity.WARNING)
-    """How grave it is where the header lacks a column."""
+    severity: Severity = Severity.WARNING
+    """How grave it is if a column is missing in the header."""
     page: str = "docs/reference/phone-tables.md"
     """Which describes the table."""
 
+    def read(self, data: bytes, file: str) -> RawTable:
+        """Parse a file into ``row`` (1-based line; the header is line 1) and the columns.
 
-def parse_phone_table(data: bytes, file: str, schema: PhoneSchema) -> RawTable:
-    """Parse a table into ``row`` (1-based line of the file; the header is line 1) and the schema's columns.
+        Fields that are empty are null. Lines with a missing, surplus or untypable field, an open quote, or without a
+        required value are counted as unreadable; ``lines`` does not count the header. No finding for a table that has
+        its header only.
+        """
+        data = data.removeprefix(codecs.BOM_UTF8)
+        header, _, body = data.partition(b"\n")
+        names = header.decode("utf-8", errors="replace").rstrip("\r").split(",")
+        missing = [name for name in self.columns if name not in names]
+        if not data:
+            return _separated(data, file, _empty(self.columns), pl.lit(value=True))
+        if missing or len(set(names)) < len(names):
+            return self._without_header(body, file, missing)
+        if not body:
+            return RawTable(file, 0, _empty(self.columns), (), ())
+        table = self._typed(body, names).select(_line_numbers(2), *self.columns, _END)
+        raw = _separated(data, file, table, self._readable(table))
+        return replace(raw, rows=raw.rows.drop(_END))
 
-    Fields that are empty are null. Lines with a missing, surplus or untypable field, an open quote, or without a
-    required value are counted as unreadable; ``lines`` does not count the header. No finding for a table that holds its
-    header only.
-    """
-    data = data.removeprefix(codecs.BOM_UTF8)
-    header, _, body = data.partition(b"\n")
-    names = header.decode("utf-8", errors="replace").rstrip("\r").split(",")
-    missing = [name for name in schema.columns if name not in names]
-    if not data or missing or len(set(names)) < len(names):
-        return _without_header(data, body, file, missing, schema)
-    if not body:
-        return RawTable(file, 0, _empty(schema), (), ())
-    table = _typed(body, names, schema)
-    row = pl.int_range(2, pl.len() + 2, dtype=pl.Int64).alias("row")
-    table = table.select(row, *schema.columns, _END)
-    raw = separate(data, file, table, _readable(table, schema))
-    return RawTable(raw.file, raw.lines, raw.rows.drop(_END), raw.unreadable, raw.findings)
+    def _without_header(self, body: bytes, file: str, missing: Iterable[str]) -> RawTable:
+        lines = body.count(b"\n") + bool(body and not body.endswith(b"\n"))
+        wanted = ", ".join(missing) or "each column once"
+        cure = "the file is not used: correct its first line"
+        message = f"the header must name {wanted} ({self.page}); {cure}"
+        finding = Finding(
+            kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=self.severity, lines=(1,)
+        )
+        return RawTable(file, lines, _empty(self.columns), tuple(range(2, lines + 2)), (finding,))
 
+    def _typed(self, body: bytes, names: list[str]) -> pl.DataFrame:
+        """Read all lines; a mark at the end of each shows which have too few or too many fields.
 
-def _without_header(data: bytes, body: bytes, file: str, missing: Iterable[str], schema: PhoneSchema) -> RawTable:
-    """No rows: the file is empty, or its header lacks columns."""
-    if not data:
-        return separate(data, file, _empty(schema), pl.lit(value=True))
-    lines = body.count(b"\n") + bool(body and not body.endswith(b"\n"))
-    wanted = ", ".join(missing) or "each column once"
-    cure = "the file is not used: correct its first line"
-    message = f"the header must name {wanted} ({schema.page}); {cure}"
-    finding = Finding(
-        kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=schema.severity, lines=(1,)
-    )
-    return RawTable(file, lines, _empty(schema), tuple(range(2, lines + 2)), (finding,))
+        If every field has its type the parser converts them; otherwise texts are read and converted one by one.
+        """
+        body = body.replace(b"\r\n", b"\n").removesuffix(b"\n") + b"\n"
+        if self.quoted and b'"' in body:
+            lines = body.removesuffix(b"\n").split(b"\n")
+            body = b"".join((line if line.count(b'"') % 2 == 0 else b"") + b"\n" for line in lines)
+        marked = body.replace(b"\n", b"," + _MARK.encode() + b"\n")
+        texts = dict.fromkeys((*names, _END), pl.String)
+        try:
+            return self._read(marked, {**texts, **self.columns}, ignore_errors=False)
+        except pl.exceptions.PolarsError:
+            return self._read(marked, texts, ignore_errors=True).with_columns(self._converted())
 
+    def _read(self, data: bytes, types: Columns, *, ignore_errors: bool) -> pl.DataFrame:
+        header = ",".join((*types, _SURPLUS)).encode() + b"\n"
+        return read_csv(
+            header + data,
+            quote_char='"' if self.quoted else None,
+            schema={**types, _SURPLUS: pl.String},
+            ignore_errors=ignore_errors,
+            truncate_ragged_lines=True,
+            encoding="utf8-lossy",
+        )
 
-def _empty(schema: PhoneSchema) -> pl.DataFrame:
-    return pl.DataFrame(schema={"row": pl.Int64, **schema.columns})
+    def _converted(self) -> list[pl.Expr]:
+        """Columns with their types; a line with a field that is not of its type loses its end mark."""
+        casts = {
+            name: pl.col(name).cast(kind, strict=False) for name, kind in self.columns.items() if kind != pl.String
+        }
+        wrong = pl.any_horizontal(pl.col(name).is_not_null() & cast.is_null() for name, cast in casts.items())
+        return [*casts.values(), pl.when(~wrong).then(_END).alias(_END)]
 
-
-def _typed(body: bytes, names: list[str], schema: PhoneSchema) -> pl.DataFrame:
-    """Read all lines; a mark at the end of each tells lines that have too few or too many fields.
-
-    Where every field has its type the parser converts them; otherwise texts are read and converted one by one.
-    """
-    body = body.replace(b"\r\n", b"\n").removesuffix(b"\n") + b"\n"
-    if schema.quoted and b'"' in body:
-        lines = body.removesuffix(b"\n").split(b"\n")
-        body = b"".join((line if line.count(b'"') % 2 == 0 else b"") + b"\n" for line in lines)
-    marked = body.replace(b"\n", b"," + _MARK.encode() + b"\n")
-    texts = dict.fromkeys((*names, _END), pl.String)
-    try:
-        return _read(marked, {**texts, **schema.columns}, schema, ignore_errors=False)
-    except pl.exceptions.PolarsError:
-        return _read(marked, texts, schema, ignore_errors=True).with_columns(_converted(schema))
-
-
-def _read(
-    data: bytes, types: Mapping[str, pl.DataType | type[pl.DataType]], schema: PhoneSchema, *, ignore_errors: bool
-) -> pl.DataFrame:
-    header = ",".join((*list(types), _SURPLUS)).encode() + b"\n"
-    return read_csv(
-        header + data,
-        quote_char='"' if schema.quoted else None,
-        schema={**types, _SURPLUS: pl.String},
-        ignore_errors=ignore_errors,
-        truncate_ragged_lines=True,
-        encoding="utf8-lossy",
-    )
-
-
-def _converted(schema: PhoneSchema) -> list[pl.Expr]:
-    """Columns with their types; in a line with a field that is not of its type the end mark goes."""
-    wrong = pl.any_horizontal(
-        pl.col(name).is_not_null() & pl.col(name).cast(kind, strict=False).is_null()
-        for name, kind in schema.columns.items()
-        if kind != pl.String
-    )
-    casts = [pl.col(name).cast(kind, strict=False) for name, kind in schema.columns.items() if kind != pl.String]
-    return [*casts, pl.when(~wrong).then(_END).alias(_END)]
-
-
-def _readable(table: pl.DataFrame, schema: PhoneSchema) -> pl.Expr:
-    parts = [pl.col(_END) == _MARK, *(pl.col(name).is_not_null() for name in schema.required)]
-    for name, kind in schema.columns.items():
-        if kind == pl.String:
-            parts.append(_is_text(table[name], _WORD if name in schema.words else _TEXT))
-    parts += [pl.col(name) >= 0 for name in schema.required if name.endswith("_ns")]
-    return pl.all_horizontal(parts)
+    def _readable(self, table: pl.DataFrame) -> pl.Expr:
+        parts = [pl.col(_END) == _MARK, *(pl.col(name).is_not_null() for name in self.required)]
+        for name, kind in self.columns.items():
+            if kind == pl.String:
+                parts.append(_is_text(table[name], _WORD if name in self.words else _TEXT))
+        parts += [pl.col(name) >= 0 for name in self.required if name.endswith("_ns")]
+        return pl.all_horizontal(parts)
 
 
 def _is_text(column: pl.Series, pattern: str) -> pl.Expr:
@@ -294,47 +332,3 @@ def _is_text(column: pl.Series, pattern: str) -> pl.Expr:
     if len(fitting) == len(different):
         return pl.lit(value=True)
     return pl.col(column.name).is_in(fitting.to_list()) | pl.col(column.name).is_null()
-
-
-_BLANKS = re.compile(rb"[ \t]+")
-
-
-def header_of(data: bytes) -> list[str]:
-    """Names in the first line of a comma-separated table, stripped."""
-    return [name.strip() for name in data.partition(b"\n")[0].decode(errors="replace").lstrip("\ufeff#").split(",")]
-
-
-def delimited(
-    data: bytes,
-    file: str,
-    schema: Mapping[str, pl.DataType | type[pl.DataType]],
-    *,
-    blanks: bool = False,
-    header: bool = False,
-) -> RawTable:
-    """Parse a table into ``row`` (1-based line) and the columns of ``schema``, in the order of its fields.
-
-    Commas part the fields, or with ``blanks`` also these. Lines at the top that begin with ``#``, and a ``header``,
-    hold no row; lines that do not parse are findings.
-    """
-    lines = data.split(b"\n")
-    top = next((i for i, line in enumerate(lines) if not line.lstrip().startswith(b"#")), len(lines))
-    top += header and top < len(lines)
-    table = parse_table(b"\n".join(_one_separator(line, blanks) for line in lines[top:]), file, schema)
-    return replace(
-        table,
-        lines=table.lines + top,
-        rows=table.rows.with_columns(pl.col("row") + top),
-        unreadable=(*range(1, top + 1), *_lower(table.unreadable, top)),
-        findings=tuple(each.model_copy(update={"lines": _lower(each.lines, top)}) for each in table.findings),
-    )
-
-
-def _lower(lines: tuple[int, ...], top: int) -> tuple[int, ...]:
-    """Numbers of the same lines in a file with so many more at its top."""
-    return tuple(line + top for line in lines)
-
-
-def _one_separator(line: bytes, blanks: bool) -> bytes:
-    line = line.strip().rstrip(b",").replace(b",", b" " if blanks else SEPARATOR.encode())
-    return _BLANKS.sub(SEPARATOR.encode(), line) if blanks else line

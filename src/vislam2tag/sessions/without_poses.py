@@ -12,16 +12,17 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.sessions.clocks import clock_of, with_times_of
+from vislam2tag.intake.time_units import ANY
+from vislam2tag.sessions.clocks import clock_of
 from vislam2tag.sessions.model import Session, too_few_fixes
 from vislam2tag.sessions.readings import pressure_log, readings_of
 from vislam2tag.sessions.session_files import SessionFiles
-from vislam2tag.sessions.text_tables import parse_table
+from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.survey.model import ControlPoints
 
 FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""
-_FIX_SCHEMA = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
+_FIXES = FieldTable({"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64})
 _OF_TRACKERS = ("poses", "landmarks", "anchors")
 FILES_OF_POSES = ("poses.csv", "CameraPose.csv")
 _FILES_OF_TRACKERS = (*FILES_OF_POSES, "initPoses.csv", "LandmarkPose.csv", "AnchorPose.csv")
@@ -67,11 +68,9 @@ def with_fixes(session: Session, reading: SessionFiles) -> Session:
     """
     if session.camera.usable.any() or not reading.has("fixes"):
         return session
-    file, data = reading.load("fixes")
-    clock_ns = clock_of(session.camera, session.tables["sensors"])
-    rows, unit = with_times_of(reading.account("fixes", data, parse_table(data, file, _FIX_SCHEMA)), file, clock_ns)
-    fixes, found = _fixes(rows, file, "t; x; y")
-    return _without_tracker(session, reading, file, fixes, [*unit, *found])
+    rows = reading.rows("fixes", _FIXES.read, ANY, clock_of(session.camera, session.tables["sensors"]))
+    fixes, found = _fixes(rows, FIXES_FILE, "t; x; y")
+    return _without_tracker(session, reading, FIXES_FILE, fixes, found)
 
 
 def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file: str) -> Session:

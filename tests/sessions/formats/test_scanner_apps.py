@@ -14,9 +14,9 @@ from tests.walks import landmarks_at
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Severity
 from vislam2tag.intake.poses import pose_findings
-from vislam2tag.sessions.formats.scanner_apps import StrayScannerFormat
+from vislam2tag.sessions.apps import AppFormat
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.registry import format_of, read_session
+from vislam2tag.sessions.registry import FORMATS, format_of, read_session
 from vislam2tag.survey.model import SessionKey, SessionRef
 
 
@@ -190,5 +190,7 @@ def test_record3d_is_refused_with_the_reason(metadata: str, pictures: str, tmp_p
 def test_a_video_without_its_lens_is_named(tmp_path: Path) -> None:
     stray_scanner(tmp_path)
     (tmp_path / "rgb.mp4").write_bytes(b"")
+    known = FORMATS.named("stray-scanner")
+    assert isinstance(known, AppFormat)
     with pytest.raises(SessionError, match=r"camera_matrix.csv: expected the camera's 3 x 3 matrix"):
-        StrayScannerFormat().pictures(tmp_path)
+        known.pictures(tmp_path)

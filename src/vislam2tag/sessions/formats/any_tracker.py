@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 from collections.abc import Callable
@@ -18,15 +17,15 @@ from vislam2tag.common.extras import import_extra
 from vislam2tag.common.files.plain_files import toml_values
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
-from vislam2tag.sessions.apps import AppFormat, in_acs, pose_rows
+from vislam2tag.sessions.apps import AppFormat, in_acs, pose_rows, pose_table
 from vislam2tag.sessions.model import FileRecord
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
-from vislam2tag.sessions.text_tables import delimited, ns_of_seconds
+from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS
 
-_TUM = {"time_s": pl.Float64, **POSE_COLUMNS}
-_EUROC = {"time_ns": pl.Int64, **dict.fromkeys(("tx", "ty", "tz", "qw", "qx", "qy", "qz"), pl.Float64)}
+_TUM = FieldTable({"time_s": pl.Float64, **POSE_COLUMNS}, " ")
+_EUROC = FieldTable({"time_ns": pl.Int64, **dict.fromkeys(("tx", "ty", "tz", "qw", "qx", "qy", "qz"), pl.Float64)}, ",")
 
 
 class PoseAxes(Record):
@@ -38,21 +37,11 @@ class PoseAxes(Record):
     """Of an MCAP file, whose poses are meant where it has several."""
 
 
-class TumFormat(AppFormat):
-    """Reads folders with poses of an unnamed tracker."""
-
-    name = "tum"
-    files = {"poses": ("poses.tum", "poses_euroc.csv"), "axes": ("poses.toml",)}
-
-    def poses(self, reading: SessionFiles) -> pl.DataFrame:
-        """Poses of all frames. Raises SessionError where ``poses.toml`` does not say in which axes they are."""
-        axes = pose_axes(reading)
-        file, data = reading.load("poses")
-        tum = file.endswith(".tum")
-        rows = reading.account("poses", data, delimited(data, file, _TUM if tum else _EUROC, blanks=tum))
-        rows = rows.with_columns(ns_of_seconds("time_s")) if tum else rows
-        values = rows.select(list(POSE_COLUMNS)).to_numpy()
-        return pose_rows(rows, in_acs(values, axes.camera, axes.frame))
+def _tum_poses(reading: SessionFiles) -> pl.DataFrame:
+    """Poses of all frames. Raises SessionError if ``poses.toml`` does not say in which axes they are."""
+    axes = pose_axes(reading)
+    table = _TUM if reading.name_of("poses").endswith(".tum") else _EUROC
+    return pose_table(table.read, axes.camera, axes.frame)(reading)
 
 
 def pose_axes(reading: SessionFiles) -> PoseAxes:
@@ -67,9 +56,6 @@ def pose_axes(reading: SessionFiles) -> PoseAxes:
         return PoseAxes.model_validate(toml_values(data))
     except (ValueError, ValidationError) as error:
         raise SessionError(f"{reading.folder / file}: not understood; {expected}") from error
-
-
-register(TumFormat())
 
 
 _SCHEMA = "foxglove.PoseInFrame"
@@ -92,26 +78,20 @@ class _Topics:
     """What ended the file early; empty where it is whole."""
 
 
-class McapFormat(AppFormat):
-    """Reads folders with an MCAP file of poses."""
-
-    name = "mcap"
-    files = {"poses": ("poses.mcap",), "axes": ("poses.toml",)}
-
-    def poses(self, reading: SessionFiles) -> pl.DataFrame:
-        """Poses of all messages. Raises SessionError where the file has none, or ``poses.toml`` does not tell whose."""
-        axes = pose_axes(reading)
-        file, data = reading.load("poses")
-        topics = _topics(data)
-        name = _chosen(topics, axes, f"{reading.folder / file}")
-        time_ns, values = topics.time_ns[name], np.array(topics.poses[name]).reshape(-1, 7)
-        count = len(time_ns)
-        reading.files.append(FileRecord(file, "poses", len(data), hashlib.sha256(data).hexdigest(), count, count))
-        if topics.end:
-            message = f"the file ends early ({topics.end}), as when the recorder is killed; what came before counts"
-            reading.findings.append(Finding(kind="partial_last_line", file=file, count=1, message=message))
-        rows = pl.DataFrame({"row": np.arange(1, count + 1), "time_ns": np.array(time_ns, dtype=np.int64)})
-        return pose_rows(rows, in_acs(values, axes.camera, axes.frame))
+def _mcap_poses(reading: SessionFiles) -> pl.DataFrame:
+    """Poses of all messages. Raises SessionError if the file has none, or ``poses.toml`` does not say whose."""
+    axes = pose_axes(reading)
+    file, data = reading.load("poses")
+    topics = _topics(data)
+    name = _chosen(topics, axes, f"{reading.folder / file}")
+    time_ns, values = topics.time_ns[name], np.array(topics.poses[name]).reshape(-1, 7)
+    count = len(time_ns)
+    reading.files.append(FileRecord.of(file, "poses", data, count, count))
+    if topics.end:
+        message = f"the file ends early ({topics.end}), as when the recorder is killed; what came before counts"
+        reading.findings.append(Finding(kind="partial_last_line", file=file, count=1, message=message))
+    rows = pl.DataFrame({"row": np.arange(1, count + 1), "time_ns": np.array(time_ns, dtype=np.int64)})
+    return pose_rows(rows, in_acs(values, axes.camera, axes.frame))
 
 
 def _chosen(topics: _Topics, axes: PoseAxes, path: str) -> str:
@@ -172,4 +152,6 @@ def _of_protobuf(message: Any) -> tuple[int, list[float]]:
     return int(stamp.seconds) * 1_000_000_000 + int(stamp.nanos), numbers
 
 
-register(McapFormat())
+_AXES_FILE = {"axes": ("poses.toml",)}
+register(AppFormat("tum", {"poses": ("poses.tum", "poses_euroc.csv"), **_AXES_FILE}, _tum_poses))
+register(AppFormat("mcap", {"poses": ("poses.mcap",), **_AXES_FILE}, _mcap_poses))

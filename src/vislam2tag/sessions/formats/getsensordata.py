@@ -19,9 +19,9 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.model import FileRecord, FindingSettings, GeographicFixes, Session
-from vislam2tag.sessions.readings import SENSOR_VALUES, wifi_findings
+from vislam2tag.sessions.readings import SENSOR_VALUES, mark_jittered, wifi_findings
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.text_tables import mark_jittered, ns_of_seconds
+from vislam2tag.sessions.text_tables import ns_of_seconds
 from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
 from vislam2tag.survey.model import SessionRef
 

@@ -20,9 +20,8 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import FixLog
 from vislam2tag.intake.readings import admitted, normal_addresses, normal_uuids
 from vislam2tag.sessions.model import FileRecord, FindingSettings, Session, too_few_fixes
-from vislam2tag.sessions.readings import wifi_findings
+from vislam2tag.sessions.readings import mark_jittered, wifi_findings
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.text_tables import mark_jittered
 from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
 from vislam2tag.survey.model import SessionRef
 

@@ -8,34 +8,13 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.clocks import (
-    clock_mismatch,
-    clock_of,
-    pose_lag_of,
-    with_frame_times,
-    with_landmark_times,
-    with_reading_times,
-    with_scan_times,
-    with_times_of,
-)
+from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
+from vislam2tag.sessions.clocks import clock_of, pose_lag_of
 from vislam2tag.sessions.model import FindingSettings, Session
-from vislam2tag.sessions.readings import (
-    SENSOR_SCHEMA,
-    ble_findings,
-    mark_repeated,
-    mark_repeated_ble,
-    parse_ble,
-    parse_wifi,
-    pressure_log,
-    sensor_table,
-    wifi_findings,
-)
+from vislam2tag.sessions.readings import BLE_LINES, SENSOR_SCHEMA, parse_wifi, pressure_log
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
-from vislam2tag.sessions.text_tables import parse_table
+from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
 from vislam2tag.survey.model import SessionKey, SessionRef
@@ -53,7 +32,7 @@ FILE_NAMES = {
 }
 """The names of each role's file: the published one, and the paper's."""
 
-_PRESS_SCHEMA = {"n": pl.Int64, "time_ns": pl.Int64}
+_PRESSES = FieldTable({"n": pl.Int64, "time_ns": pl.Int64})
 
 
 class PublishedFormat:
@@ -79,82 +58,23 @@ class PublishedFormat:
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
-    camera = _camera(reading, settings)
-    landmarks = _landmarks(reading, camera)
-    sensors = _sensors(reading, camera)
+    poses = reading.rows("poses", FieldTable(CAMERA_SCHEMA).read, FRAMES)
+    camera, odd_frames = camera_track(poses, reading.name_of("poses"), settings)
+    reading.findings += odd_frames
+    logged = reading.rows("landmarks", FieldTable(LANDMARK_SCHEMA).read, FRAMES, clock_of(camera))
+    landmarks, odd_landmarks = landmark_log(logged, reading.name_of("landmarks"), camera)
+    reading.findings += odd_landmarks
+    sensors = reading.readings(FieldTable(SENSOR_SCHEMA).read, camera)
     clock_ns = clock_of(camera, sensors)
-    tables = {"wifi": _wifi(reading, camera, clock_ns, settings), "sensors": sensors}
+    scans = reading.rows("wifi", parse_wifi, SCANS, clock_ns, "microseconds")
+    tables = {"wifi": reading.on_clock("wifi", reading.wifi(scans, settings), camera), "sensors": sensors}
     if reading.has("ble"):
-        tables["ble"] = _ble(reading, camera, clock_ns)
-    presses_ns = _presses(reading, camera, clock_ns)
-    pose_lag_s = pose_lag_of(camera, tables["sensors"])
-    session = Session(
-        key=key,
-        camera=replace(camera, pressure=pressure_log(tables["sensors"]), pose_lag_s=pose_lag_s),
-        landmarks=landmarks,
-        presses_ns=presses_ns,
-        tables=tables,
-        files=tuple(reading.files),
-        findings=tuple(reading.findings),
-    )
-    return with_fixes(session, reading)
-
-
-def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
-    file, data = reading.load("poses")
-    rows, unit = with_frame_times(reading.account("poses", data, parse_table(data, file, CAMERA_SCHEMA)), file)
-    camera, findings = camera_track(rows, file, settings)
-    reading.findings += [*unit, *findings]
-    return camera
-
-
-def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
-    file, data = reading.load("landmarks")
-    rows = reading.account("landmarks", data, parse_table(data, file, LANDMARK_SCHEMA))
-    rows, unit = with_landmark_times(rows, file, clock_of(camera))
-    log, findings = landmark_log(rows, file, camera)
-    reading.findings += [*unit, *findings]
-    return log
-
-
-def _wifi(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray, settings: FindingSettings) -> pl.DataFrame:
-    file, data = reading.load("wifi")
-    rows, unit = with_scan_times(reading.account("wifi", data, parse_wifi(data, file)), file, clock_ns, "microseconds")
-    rows, odd = admitted(rows, "bssid", file)
-    rows = mark_repeated(rows)
-    reading.findings += [*unit, *odd, *wifi_findings(rows, file, settings)]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
-def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
-    file, data = reading.load("sensors")
-    readings = reading.account("sensors", data, parse_table(data, file, SENSOR_SCHEMA))
-    readings, unit = with_reading_times(readings, file, clock_of(camera))
-    rows, findings = sensor_table(readings, file)
-    reading.findings += [*unit, *findings]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
-def _ble(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
-    file, data = reading.load("ble")
-    rows, unit = with_times_of(reading.account("ble", data, parse_ble(data, file)), file, clock_ns)
-    rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
-    rows = mark_repeated_ble(rows)
-    reading.findings += [*unit, *odd, *ble_findings(rows, file)]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
-def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> IntArray:
-    """Times (k,) of the presses, ns."""
-    file, data = reading.load("presses")
-    rows, unit = with_times_of(reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA)), file, clock_ns)
-    reading.findings += unit
-    presses_ns = rows["time_ns"].to_numpy().astype(np.int64)
-    reading.findings += clock_mismatch(presses_ns, file, camera)
-    return presses_ns
+        adverts = reading.ble(reading.rows("ble", BLE_LINES.read, ANY, clock_ns))
+        tables["ble"] = reading.on_clock("ble", adverts, camera)
+    presses = reading.on_clock("presses", reading.rows("presses", _PRESSES.read, ANY, clock_ns), camera)
+    camera = replace(camera, pressure=pressure_log(sensors), pose_lag_s=pose_lag_of(camera, sensors))
+    presses_ns = presses["time_ns"].to_numpy().astype(np.int64)
+    return with_fixes(reading.session(key, camera, landmarks, tables, presses_ns=presses_ns), reading)
 
 
 register(PublishedFormat())
