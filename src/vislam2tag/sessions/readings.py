@@ -67,6 +67,11 @@ def sensor_rows(rows: pl.DataFrame, sensor: str, values: Sequence[pl.Expr | pl.S
     return rows.select("row", "time_ns", pl.lit(sensor).alias("sensor"), *named)
 
 
+def sensors_of_log(parts: Sequence[pl.DataFrame]) -> pl.DataFrame:
+    """The table ``sensors`` of a log, of :func:`sensor_rows` of its sensors; ``repeated`` is added."""
+    return pl.concat(parts).sort("row").with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
+
+
 def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
     """Row indices (k,) of each sensor, in file order."""
     names = sensor.unique().to_list()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -73,7 +73,7 @@ class FieldTable:
             lines=table.lines + top,
             rows=table.rows.with_columns(pl.col("row") + top),
             unreadable=(*range(1, top + 1), *(line + top for line in table.unreadable)),
-            findings=tuple(_lower(each, top) for each in table.findings),
+            findings=tuple(with_lines(each, (line + top for line in each.lines)) for each in table.findings),
         )
 
     def _with_semicolons(self, line: bytes) -> bytes:
@@ -86,9 +86,9 @@ def header_of(data: bytes) -> list[str]:
     return [name.strip() for name in data.partition(b"\n")[0].decode(errors="replace").lstrip("\ufeff#").split(",")]
 
 
-def _lower(finding: Finding, top: int) -> Finding:
-    """The same finding in a file with so many more lines at its top."""
-    return finding.model_copy(update={"lines": tuple(line + top for line in finding.lines)})
+def with_lines(finding: Finding, lines: Iterable[int]) -> Finding:
+    """The same finding at other lines."""
+    return finding.model_copy(update={"lines": tuple(lines)})
 
 
 def _parsed(data: bytes, file: str, columns: Columns) -> RawTable:
@@ -142,21 +142,34 @@ def _separated(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -
     rows = table.filter(good) if not good.all() else table
     unreadable = tuple(table["row"].filter(~good).to_list())
     last = int(table["row"][-1]) if table.height else 0
-    return RawTable(file, table.height, rows, unreadable, tuple(_unreadable_findings(data, file, last, unreadable)))
-
-
-def _unreadable_findings(data: bytes, file: str, last: int, unreadable: tuple[int, ...]) -> list[Finding]:
+    findings = unreadable_findings(data, file, last, unreadable)[::-1]
     if not data:
-        return [Finding(kind="empty_file", file=file, count=1, message="the file is empty; nothing was recorded")]
+        findings = [Finding(kind="empty_file", file=file, count=1, message="the file is empty; nothing was recorded")]
+    return RawTable(file, table.height, rows, unreadable, tuple(findings))
+
+
+def unreadable_findings(
+    data: bytes,
+    file: str,
+    last: int,
+    unreadable: Sequence[int],
+    what: str = "these lines do not have the expected fields; they are left out: look at the first ones",
+) -> list[Finding]:
+    """Report a last line that is cut off, and other lines that do not parse: ``what`` says so."""
     findings = []
     malformed = list(unreadable)
-    if malformed and malformed[-1] == last and not data.endswith(b"\n"):
+    if last in malformed and not data.endswith(b"\n"):
         message = "the last line is cut off, as when the recorder is killed; it is left out"
-        findings.append(Finding.at_lines("partial_last_line", file, [malformed.pop()], message))
+        malformed = [line for line in malformed if line != last]
+        findings.append(Finding.at_lines("partial_last_line", file, [last], message))
     if malformed:
-        message = "these lines do not have the expected fields; they are left out: look at the first ones"
-        findings.insert(0, Finding.at_lines("malformed_lines", file, malformed, message))
+        findings.append(Finding.at_lines("malformed_lines", file, malformed, what))
     return findings
+
+
+def line_count(data: bytes) -> int:
+    """Lines of a file; a newline at the end starts no further line."""
+    return data.count(b"\n") + int(not data.endswith(b"\n") and data != b"")
 
 
 def _with_marks_judged(raw: RawTable, data: bytes) -> RawTable:
@@ -272,7 +285,7 @@ class NamedTable:
         return replace(raw, rows=raw.rows.drop(_END))
 
     def _without_header(self, body: bytes, file: str, missing: Iterable[str]) -> RawTable:
-        lines = body.count(b"\n") + bool(body and not body.endswith(b"\n"))
+        lines = line_count(body)
         wanted = ", ".join(missing) or "each column once"
         cure = "the file is not used: correct its first line"
         message = f"the header must name {wanted} ({self.page}); {cure}"

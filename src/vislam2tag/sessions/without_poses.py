@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
@@ -14,11 +16,11 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.time_units import ANY
 from vislam2tag.sessions.clocks import clock_of
-from vislam2tag.sessions.model import Session, too_few_fixes
+from vislam2tag.sessions.model import FileRecord, Session, too_few_fixes
 from vislam2tag.sessions.readings import pressure_log, readings_of
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.text_tables import FieldTable
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.survey.model import ControlPoints, SessionKey
 
 FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""
@@ -59,6 +61,27 @@ def track_without_poses(inertial: InertialLog, sensors: pl.DataFrame, fixes: Fix
         inertial=inertial,
         fixes=fixes,
     )
+
+
+def track_of_log(sensors: pl.DataFrame, fixes: FixLog | None, refused: str) -> CameraTrack:
+    """The frames of a log without poses; raises SessionError, with these words, if it has no inertial readings."""
+    inertial = inertial_log(sensors)
+    if inertial is None:
+        raise SessionError(refused)
+    return track_without_poses(inertial, sensors, fixes)
+
+
+def session_of_log(
+    key: SessionKey,
+    camera: CameraTrack,
+    tables: dict[str, pl.DataFrame],
+    record: FileRecord,
+    findings: Iterable[Finding],
+) -> Session:
+    """The session of a log that is one file without poses; an empty table ``ble`` is left out."""
+    kept = {name: table for name, table in tables.items() if name != "ble" or table.height}
+    none = np.empty(0, dtype=np.int64)
+    return Session(key, camera, no_landmarks(), none, kept, (record,), tuple(findings))
 
 
 def with_fixes(session: Session, reading: SessionFiles) -> Session:

@@ -1,28 +1,42 @@
-"""Logs of GetSensorData."""
+"""Logs of GetSensorData (CSIC), as the IPIN competitions publish them: ``TYPE;AppTimestamp;...``, ``%`` comments.
+
+A log is one text file in a session's folder, without poses. Two clocks: the app's (seconds since recording began, in
+every row, when it was written) and the phone's (seconds since it started, of sensors and Wi-Fi, when a value was
+measured). What is parsed is on the phone's clock if the log has both. Position marks (``POSI``) are the fixes; they are
+in degrees, so that the floor needs a georeference.
+"""
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.model import FileRecord, FindingSettings, GeographicFixes, Session
-from vislam2tag.sessions.readings import SENSOR_VALUES, mark_jittered, wifi_findings
+from vislam2tag.sessions.readings import (
+    SENSOR_VALUES,
+    ble_rows,
+    mark_jittered,
+    sensor_rows,
+    sensors_of_log,
+    wifi_findings,
+)
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.text_tables import ns_of_seconds
-from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
+from vislam2tag.sessions.text_tables import line_count, ns_of_seconds, unreadable_findings
+from vislam2tag.sessions.without_poses import (
+    session_of_log,
+    track_of_log,
+)
 from vislam2tag.survey.model import SessionRef
 
 RESET_S = 1.0
@@ -129,14 +143,7 @@ def line_findings(lines: pl.DataFrame, rows: Mapping[str, pl.DataFrame], data: b
     taken = pl.col("kind").is_in(list(KINDS))
     row = pl.col("line").str.contains(r"^\w{4};") | pl.col("line").str.contains(r"^\s*(%|$)") | pl.col("line").is_null()
     broken = lines.filter((taken & ~pl.col("row").is_in(good.implode())) | ~row)["row"].to_list()
-    findings = []
-    if broken and broken[-1] == lines["row"][-1] and not data.endswith(b"\n"):
-        message = "the last line is cut off, as when the recorder is killed; it is left out"
-        findings.append(Finding.at_lines("partial_last_line", file, [broken.pop()], message))
-    if broken:
-        message = "these lines do not have the expected fields; they are left out: look at the first ones"
-        findings.append(Finding.at_lines("malformed_lines", file, broken, message))
-    return findings
+    return unreadable_findings(data, file, lines["row"][-1] if broken else 0, broken)
 
 
 OLDEST_S = 600.0
@@ -264,14 +271,11 @@ def _sensors(rows: Mapping[str, pl.DataFrame], offset_s: float) -> pl.DataFrame:
     parts = []
     for kind, name in _SENSORS.items():
         table = rows[kind]
-        none = [pl.lit(0.0).alias(value) for value in SENSOR_VALUES if value not in table.columns]
-        own_s = (table["seen"] - table["app"]).median() if table.height else offset_s
-        shift_s = 0.0 if abs(float(own_s) - offset_s) < _NEWEST_S else offset_s - float(own_s)  # type: ignore[arg-type]
-        times = table.with_columns(time=pl.col("seen") + shift_s)
-        values = times.with_columns(none).select(SENSOR_VALUES)
-        parts.append(times.select("row", ns_of_seconds("time"), pl.lit(name).alias("sensor")).hstack(values))
-    whole = pl.concat(parts).sort("row")
-    return whole.with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
+        own_s = float(np.median((table["seen"] - table["app"]).to_numpy())) if table.height else offset_s
+        shift_s = 0.0 if abs(own_s - offset_s) < _NEWEST_S else offset_s - own_s
+        timed = table.with_columns(time=pl.col("seen") + shift_s).with_columns(ns_of_seconds("time"))
+        parts.append(sensor_rows(timed, name, [pl.col(value) for value in SENSOR_VALUES if value in table.columns]))
+    return sensors_of_log(parts)
 
 
 def _ns(seconds: FloatArray) -> IntArray:
@@ -335,29 +339,17 @@ class GetSensorDataFormat:
         return [path for path in sorted(folder.glob("*.txt")) if _begins_like_a_log(path)]
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read a log whole; problems are findings. Raises SessionError where it has no inertial readings."""
+        """Read a log whole; problems are findings. Raises SessionError if it has no inertial readings."""
         (path,) = self.input_files(ref.folder)
         data, name = read_bytes(path), path.name
         log = parse_log(data, name)
-        sensors = log.tables["sensors"]
-        inertial = inertial_log(sensors)
-        if inertial is None:
-            raise SessionError(f"{ref.key}: {name} has no accelerometer and gyroscope readings; it cannot be mapped")
-        tables = {"wifi": log.tables["wifi"], "sensors": sensors}
-        if log.tables["ble"].height:
-            tables["ble"] = _ble_table(log.tables["ble"])
-        lines = data.count(b"\n") + int(not data.endswith(b"\n") and data != b"")
-        record = FileRecord(name, "log", len(data), hashlib.sha256(data).hexdigest(), lines, lines)
-        return Session(
-            key=ref.key,
-            camera=track_without_poses(inertial, sensors, None),
-            landmarks=no_landmarks(),
-            presses_ns=np.empty(0, dtype=np.int64),
-            tables=tables,
-            files=(record,),
-            findings=(*log.findings, *wifi_findings(tables["wifi"], name, settings)),
-            geographic_fixes=_fixes(log, name),
-        )
+        refused = f"{ref.key}: {name} has no accelerometer and gyroscope readings; it cannot be mapped"
+        camera = track_of_log(log.tables["sensors"], None, refused)
+        tables = {name: log.tables[name] for name in ("wifi", "sensors")} | {"ble": _ble_table(log.tables["ble"])}
+        lines = line_count(data)
+        record = FileRecord.of(name, "log", data, lines, lines)
+        findings = (*log.findings, *wifi_findings(tables["wifi"], name, settings))
+        return replace(session_of_log(ref.key, camera, tables, record, findings), geographic_fixes=_fixes(log, name))
 
 
 def _begins_like_a_log(path: Path) -> bool:
@@ -376,16 +368,8 @@ def _fixes(log: GetSensorDataLog, file: str) -> GeographicFixes:
 
 
 def _ble_table(adverts: pl.DataFrame) -> pl.DataFrame:
-    none = {"uuid": pl.String, "major": pl.Int32, "minor": pl.Int32}
-    return adverts.select(
-        "row",
-        "time_ns",
-        "repeated",
-        pl.col("bssid").alias("address"),
-        pl.col("ssid").alias("name"),
-        *(pl.lit(None, dtype=dtype).alias(name) for name, dtype in none.items()),
-        "rssi_dbm",
-    )
+    table = ble_rows(adverts, "bssid", pl.col("ssid"), "rssi_dbm")
+    return table.insert_column(2, adverts["repeated"])
 
 
 register(GetSensorDataFormat())

@@ -1,8 +1,9 @@
-"""Traces of the Indoor Location Competition 2.0."""
+"""Traces of the Indoor Location Competition 2.0: one text file a walk, tab separated records ``unix-ms TYPE_...
+values``, taps on the plan, no poses.
+"""
 
 from __future__ import annotations
 
-import hashlib
 import re
 from bisect import bisect_right
 from collections.abc import Mapping
@@ -13,16 +14,19 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import FixLog
 from vislam2tag.intake.readings import admitted, normal_addresses, normal_uuids
 from vislam2tag.sessions.model import FileRecord, FindingSettings, Session, too_few_fixes
-from vislam2tag.sessions.readings import mark_jittered, wifi_findings
+from vislam2tag.sessions.readings import mark_jittered, sensor_rows, sensors_of_log, wifi_findings
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
+from vislam2tag.sessions.text_tables import line_count, unreadable_findings, with_lines
+from vislam2tag.sessions.without_poses import (
+    session_of_log,
+    track_of_log,
+)
 from vislam2tag.survey.model import SessionRef
 
 _MARK = re.compile(rb"\tTYPE_")
@@ -115,7 +119,7 @@ def parse_trace(data: bytes, file: str) -> Ilc20Trace:
         _sensors(typed),
         int(time_ns.min()) if len(time_ns) else 0,
         int(time_ns.max()) if len(time_ns) else 0,
-        data.count(b"\n") + int(not data.endswith(b"\n") and data != b""),
+        line_count(data),
         records.height,
         (*_line_findings(separated, file, joined, broken), *odd, *odd_adverts),
     )
@@ -198,13 +202,11 @@ def _ble(
 
 
 def _sensors(typed: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
-    rest = [pl.lit(0.0).alias(f"v{number}") for number in (4, 5, 6)]
     time_ns = (pl.col("time_ms") * _MS_TO_NS).alias("time_ns")
-    rows = pl.concat(
-        typed[kind].select("row", time_ns, pl.lit(name).alias("sensor"), "v1", "v2", "v3", *rest)
-        for kind, name in SENSORS.items()
+    values = [pl.col(name) for name in ("v1", "v2", "v3")]
+    return sensors_of_log(
+        [sensor_rows(typed[kind].with_columns(time_ns), name, values) for kind, name in SENSORS.items()]
     )
-    return rows.sort("row").with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
 
 
 def _admitted(
@@ -212,7 +214,7 @@ def _admitted(
 ) -> tuple[pl.DataFrame, list[Finding]]:
     """Row, time, sender, level (null if it is out of range) and further columns of radio readings."""
     rows, odd = admitted(table.select("row", "time_ns", sender, *columns, "rssi_dbm"), sender, file)
-    return rows, [each.model_copy(update={"lines": tuple(_original(list(each.lines), joined))}) for each in odd]
+    return rows, [with_lines(each, _original(list(each.lines), joined)) for each in odd]
 
 
 def _original(rows: list[int], joined: list[int]) -> list[int]:
@@ -225,15 +227,9 @@ def _line_findings(data: bytes, file: str, joined: list[int], broken: list[int])
     if joined:
         message = "records that a missing newline joined are taken apart"
         findings.append(Finding.at_lines("joined_records", file, _original(joined, joined), message, Severity.INFO))
-    lines = data.count(b"\n") + 1
-    if lines in broken and not data.endswith(b"\n"):
-        message = "the last line is cut off, as when the recorder is killed; it is left out"
-        findings.append(Finding.at_lines("partial_last_line", file, _original([lines], joined), message))
-        broken = [line for line in broken if line != lines]
-    if broken:
-        message = "these lines are no records of the format; they are left out: look at the first ones"
-        findings.append(Finding.at_lines("malformed_lines", file, _original(broken, joined), message))
-    return findings
+    what = "these lines are no records of the format; they are left out: look at the first ones"
+    unreadable = unreadable_findings(data, file, data.count(b"\n") + 1, broken, what)
+    return findings + [with_lines(each, _original(list(each.lines), joined)) for each in unreadable]
 
 
 class Ilc20Format:
@@ -250,29 +246,17 @@ class Ilc20Format:
         return [folder]
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read a trace whole; problems are findings. Raises SessionError where it has no inertial readings."""
-        data = read_bytes(ref.folder)
-        name = ref.folder.name
+        """Read a trace whole; problems are findings. Raises SessionError if it has no inertial readings."""
+        data, name = read_bytes(ref.folder), ref.folder.name
         trace = parse_trace(data, name)
-        inertial = inertial_log(trace.sensors)
-        if inertial is None:
-            raise SessionError(f"{name}: no accelerometer and gyroscope readings; such a trace cannot be mapped")
+        refused = f"{name}: no accelerometer and gyroscope readings; such a trace cannot be mapped"
+        camera = track_of_log(trace.sensors, trace.taps, refused)
         findings = [*trace.findings, *wifi_findings(trace.wifi, name, settings)]
         if len(trace.taps.time_ns) < 2:
             findings.append(too_few_fixes(name, "TYPE_WAYPOINT"))
-        tables = {"wifi": trace.wifi, "sensors": trace.sensors}
-        if trace.ble.height:
-            tables["ble"] = trace.ble
-        digest = hashlib.sha256(data).hexdigest()
-        return Session(
-            key=ref.key,
-            camera=track_without_poses(inertial, trace.sensors, trace.taps),
-            landmarks=no_landmarks(),
-            presses_ns=np.empty(0, dtype=np.int64),
-            tables=tables,
-            files=(FileRecord(name, "trace", len(data), digest, trace.lines, trace.records),),
-            findings=tuple(findings),
-        )
+        tables = {"wifi": trace.wifi, "sensors": trace.sensors, "ble": trace.ble}
+        record = FileRecord.of(name, "trace", data, trace.lines, trace.records)
+        return session_of_log(ref.key, camera, tables, record, findings)
 
 
 register(Ilc20Format())
