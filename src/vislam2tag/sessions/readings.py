@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
@@ -16,7 +15,7 @@ from vislam2tag.core.limits import of_one_recording
 from vislam2tag.intake.readings import normal_uuids
 from vislam2tag.sessions.model import FindingSettings
 from vislam2tag.sessions.text_tables import LineTable, RawTable, level_dbm
-from vislam2tag.sessions.tracker_tables import FAR_TIMES
+from vislam2tag.sessions.tracker_tables import FAR_TIMES, findings_of
 
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
 SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
@@ -35,28 +34,16 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
         repeated[index], backward[index] = _irregular(time_ns[index])
     table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
     infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
-    findings = []
-    far = ~of_one_recording(time_ns)
-    odd: tuple[tuple[FindingKind, BoolArray, str, Severity], ...] = (
-        ("far_times", far, FAR_TIMES, Severity.WARNING),
-        (
-            "repeated_rows",
-            repeated,
-            "readings have the sensor and time of an earlier one; the first counts",
-            Severity.INFO,
-        ),
-        (
-            "backward_times",
-            backward,
-            "readings are earlier than one before them of the same sensor; kept",
-            Severity.WARNING,
-        ),
+    backwards = "readings are earlier than one before them of the same sensor; kept"
+    again = "readings have the sensor and time of an earlier one; the first counts"
+    findings = findings_of(
+        rows["row"].to_numpy(),
+        file,
+        ("far_times", ~of_one_recording(time_ns), FAR_TIMES, Severity.WARNING),
+        ("repeated_rows", repeated, again, Severity.INFO),
+        ("backward_times", backward, backwards, Severity.WARNING),
         ("non_finite_values", infinite, "values are not finite; kept as they are", Severity.WARNING),
     )
-    for kind, mask, message, severity in odd:
-        if mask.any():
-            lines = rows["row"].to_numpy()[mask].tolist()
-            findings.append(Finding.at_lines(kind, file, lines, message, severity))
     return table, findings
 
 

@@ -198,6 +198,31 @@ def existing_files(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[P
     return [path for path in paths if is_file(path)]
 
 
+@dataclass(frozen=True)
+class FileFormat:
+    """A format whose sessions are folders with files of known names."""
+
+    name: str
+    files: Mapping[str, tuple[str, ...]]
+    """Names of each role's file, the first one the usual."""
+    recognises: Callable[[Path], bool]
+    """Whether a folder is a session of this format."""
+    session: Callable[[SessionFiles, SessionKey, FindingSettings], Session]
+    """Reads a session."""
+
+    def input_files(self, folder: Path) -> list[Path]:
+        """The files that :meth:`read` looks at, as far as they are there."""
+        return existing_files(folder, self.files)
+
+    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read a session whole; problems are findings, only a SessionError may escape."""
+        return self.session(SessionFiles(ref.folder, self.files), ref.key, settings)
+
+    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read what the tracker and the walker said; raises as :meth:`read`."""
+        return self.session(SessionFiles(ref.folder, self.files, track_only=True), ref.key, settings)
+
+
 @contextmanager
 def named_alike(names: Iterable[PurePosixPath]) -> Iterator[Path]:
     """Yield a folder with empty files of these names, as long as the block lasts."""

@@ -40,21 +40,23 @@ def poses_of(rows: pl.DataFrame, file: str) -> tuple[FloatArray, FloatArray, Boo
     quaternion = poses[:, 3:].copy()
     quaternion[~turned] = 0.0, 0.0, 0.0, 1.0
     quaternion /= np.where(turned, norm, 1.0)[:, None]
-    findings = [
-        *_finding("non_finite_values", file, line[~finite], NOT_FINITE),
-        *_finding(
-            "invalid_quaternions",
-            file,
-            line[finite & ~turned],
-            "an orientation is zero; these poses are not used",
-        ),
-    ]
+    unturned = "an orientation is zero; these poses are not used"
+    findings = findings_of(
+        line,
+        file,
+        ("non_finite_values", ~finite, NOT_FINITE, Severity.WARNING),
+        ("invalid_quaternions", finite & ~turned, unturned, Severity.WARNING),
+    )
     return poses[:, :3].copy(), quaternion, turned, findings
 
 
-def _finding(kind: FindingKind, file: str, lines: IntArray, message: str) -> list[Finding]:
-    """A finding at these lines (k,), as a list; empty where there is none."""
-    return [Finding.at_lines(kind, file, lines.tolist(), message)] if len(lines) else []
+def findings_of(line: IntArray, file: str, *odd: tuple[FindingKind, BoolArray, str, Severity]) -> list[Finding]:
+    """A finding for each mask (n,) with any row, at their lines (n,), with its message."""
+    return [
+        Finding.at_lines(kind, file, line[mask].tolist(), message, severity)
+        for kind, mask, message, severity in odd
+        if mask.any()
+    ]
 
 
 CAMERA_SCHEMA = {"time_ns": pl.Int64, **POSE_COLUMNS}
@@ -68,29 +70,24 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     position, orientation, sound, findings = poses_of(rows, file)
     time_ns = rows["time_ns"].to_numpy()
     line = rows["row"].to_numpy()
-    sound, far = _without_far_times(time_ns, sound)
+    kept = sound.copy()
+    kept[sound] = of_one_recording(time_ns[sound])
+    sound, far = kept, sound & ~kept
     latest_ns = _latest_before(time_ns, sound)
     duplicate, backward = sound & (time_ns == latest_ns), sound & (time_ns < latest_ns)
     status = np.where(sound, np.int8(Status.OK), np.int8(Status.INVALID))
     status[duplicate] = Status.DUPLICATE
     status[backward] = Status.INVALID
     track = CameraTrack(time_ns, position, orientation, status, line)
-    unordered: tuple[tuple[FindingKind, BoolArray, str], ...] = (
-        ("far_times", far, FAR_TIMES),
-        ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts"),
-        ("backward_times", backward, _backward_message(np.where(sound, time_ns, -1), latest_ns, backward, line)),
+    message = _backward_message(np.where(sound, time_ns, -1), latest_ns, backward, line)
+    findings += findings_of(
+        line,
+        file,
+        ("far_times", far, FAR_TIMES, Severity.WARNING),
+        ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts", Severity.WARNING),
+        ("backward_times", backward, message, Severity.WARNING),
     )
-    for kind, mask, message in unordered:
-        if mask.any():
-            findings.append(Finding.at_lines(kind, file, line[mask].tolist(), message))
     return track, findings + _frame_gaps(track, line, file, settings) + _unusable(track, file)
-
-
-def _without_far_times(time_ns: IntArray, sound: BoolArray) -> tuple[BoolArray, BoolArray]:
-    """The sound frames (n,) whose times can be of one recording, and the others of the sound ones."""
-    kept = sound.copy()
-    kept[sound] = of_one_recording(time_ns[sound])
-    return kept, sound & ~kept
 
 
 def _latest_before(time_ns: IntArray, sound: BoolArray) -> IntArray:
@@ -146,10 +143,8 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
     position, orientation, sound, findings = poses_of(rows, file)
     frame, orphans = frames_of(rows["time_ns"].to_numpy(), camera)
     line = rows["row"].to_numpy()
-    if (sound & orphans).any():
-        message = "no frame has the time of these rows; they are not used"
-        lines = line[sound & orphans].tolist()
-        findings.append(Finding.at_lines("landmark_rows_without_frame", file, lines, message))
+    message = "no frame has the time of these rows; they are not used"
+    findings += findings_of(line, file, ("landmark_rows_without_frame", sound & orphans, message, Severity.WARNING))
     ids, landmark = _landmarks_of(rows["id"])
     used = np.flatnonzero(sound & (frame >= 0))
     ids, landmark = _by_first_sighting(ids, landmark, frame, used)

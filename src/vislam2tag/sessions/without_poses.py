@@ -25,7 +25,6 @@ from vislam2tag.survey.model import ControlPoints, SessionKey
 FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""
 _FIXES = FieldTable({"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64})
-_OF_TRACKERS = ("poses", "landmarks", "anchors")
 FILES_OF_POSES = ("poses.csv", "CameraPose.csv")
 _FILES_OF_TRACKERS = (*FILES_OF_POSES, "initPoses.csv", "LandmarkPose.csv", "AnchorPose.csv")
 _ABSENCE = frozenset({"missing_file", "empty_file", "no_frames"})
@@ -111,21 +110,14 @@ def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file:
 def _without_tracker(
     session: Session, reading: SessionFiles, file: str, fixes: FixLog, found: list[Finding]
 ) -> Session:
-    """Give a session frames and inertial readings; ``found`` was found of its fixes, which stand in ``file``."""
-    inertial = inertial_log(session.tables["sensors"])
-    names = {name for role in _OF_TRACKERS for name in reading.names.get(role, ())}
-    findings = [each for each in reading.findings if not (each.kind in _ABSENCE and each.file in names)]
-    if inertial is None:
+    """Give a session frames and inertial readings; ``found`` was found of its fixes, which are in ``file``."""
+    session = replace(session, files=tuple(reading.files), findings=tuple(reading.findings))
+    made = without_tracker(session, fixes)
+    if made is None:
         message = "no poses, and no accelerometer and gyroscope readings either; the session cannot be mapped"
-        problem = Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)
-        return replace(session, files=tuple(reading.files), findings=(*findings, *found, problem))
-    return replace(
-        session,
-        camera=track_without_poses(inertial, session.tables["sensors"], fixes),
-        landmarks=no_landmarks(),
-        files=tuple(reading.files),
-        findings=(*findings, *found),
-    )
+        found = [*found, Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)]
+        made = replace(session, findings=_without_absence(session.findings))
+    return replace(made, findings=(*made.findings, *found))
 
 
 def with_presses_as_fixes(session: Session, points: ControlPoints) -> Session:
@@ -154,10 +146,13 @@ def without_tracker(session: Session, fixes: FixLog) -> Session | None:
         session,
         camera=track_without_poses(inertial, session.tables["sensors"], fixes),
         landmarks=no_landmarks(),
-        findings=tuple(
-            each for each in session.findings if not (each.kind in _ABSENCE and each.file in _FILES_OF_TRACKERS)
-        ),
+        findings=_without_absence(session.findings),
     )
+
+
+def _without_absence(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Findings except those that files of trackers are missing or empty."""
+    return tuple(each for each in findings if not (each.kind in _ABSENCE and each.file in _FILES_OF_TRACKERS))
 
 
 def _fixes(rows: pl.DataFrame, file: str, what: str) -> tuple[FixLog, list[Finding]]:

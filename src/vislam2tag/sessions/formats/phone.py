@@ -43,11 +43,11 @@ from vislam2tag.sessions.phone_app import (
 )
 from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
+from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import RawTable
 from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.site_table import is_file
 
 FILE_NAMES = {
@@ -68,28 +68,9 @@ _RADIOS = {"wifi": "Wi-Fi", "ble": "Bluetooth"}
 """How events name what a phone hears with."""
 
 
-class PhoneFormat:
-    """Reads the folders of the phone app."""
-
-    name = "phone"
-
-    def recognises(self, folder: Path) -> bool:
-        """A session holds ``session.json``, or a table of a known name that begins with our header."""
-        if is_file(folder / RECORD_FILE):
-            return True
-        return any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
-
-    def input_files(self, folder: Path) -> list[Path]:
-        """The files that :meth:`read` looks at, as far as they are there."""
-        return existing_files(folder, FILE_NAMES)
-
-    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read a session whole; problems are findings. Raises SessionError for an unknown version."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES), ref.key, settings)
-
-    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read what the tracker and the walker said; raises as :meth:`read`."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES, track_only=True), ref.key, settings)
+def _recognises(folder: Path) -> bool:
+    """A session has ``session.json``, or a table of a known name that begins with our header."""
+    return is_file(folder / RECORD_FILE) or any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
@@ -261,4 +242,4 @@ def _told_floors(events: pl.DataFrame) -> ToldFloors | None:
     return ToldFloors(told["time_ns"].to_numpy(), told["floor"].to_numpy()) if told.height else None
 
 
-register(PhoneFormat())
+register(FileFormat("phone", FILE_NAMES, _recognises, _session))

@@ -13,11 +13,11 @@ from vislam2tag.sessions.clocks import clock_of, pose_lag_of
 from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.readings import BLE_LINES, SENSOR_SCHEMA, parse_wifi, pressure_log
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
+from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.site_table import is_file
 
 SENSOR_LOGGER_METADATA = "Metadata.csv"
@@ -35,26 +35,9 @@ FILE_NAMES = {
 _PRESSES = FieldTable({"n": pl.Int64, "time_ns": pl.Int64})
 
 
-class PublishedFormat:
-    """Reads the folders of the published survey and phone app, whichever names their files have."""
-
-    name = "published"
-
-    def recognises(self, folder: Path) -> bool:
-        """A session has at least one file of a known name; Sensor Logger also writes a WiFi.csv, beside metadata."""
-        return bool(existing_files(folder, FILE_NAMES)) and not is_file(folder / SENSOR_LOGGER_METADATA)
-
-    def input_files(self, folder: Path) -> list[Path]:
-        """The files that :meth:`read` looks at, as far as they are there."""
-        return existing_files(folder, FILE_NAMES)
-
-    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read a session whole; problems are findings."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES), ref.key, settings)
-
-    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read what the tracker said."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES, track_only=True), ref.key, settings)
+def _recognises(folder: Path) -> bool:
+    """A session has at least one file of a known name; Sensor Logger also writes a WiFi.csv, beside metadata."""
+    return bool(existing_files(folder, FILE_NAMES)) and not is_file(folder / SENSOR_LOGGER_METADATA)
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
@@ -77,4 +60,4 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
     return with_fixes(reading.session(key, camera, landmarks, tables, presses_ns=presses_ns), reading)
 
 
-register(PublishedFormat())
+register(FileFormat("published", FILE_NAMES, _recognises, _session))

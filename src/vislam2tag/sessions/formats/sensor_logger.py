@@ -20,11 +20,11 @@ from vislam2tag.sessions.formats.published import SENSOR_LOGGER_METADATA
 from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.readings import ble_rows, mark_repeated_ble, sensor_rows, sensor_table
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
+from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import Columns, NamedTable, RawTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.without_poses import FIXES_FILE, no_landmarks, with_fixes
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.site_table import is_file
 
 _AXES = ("x", "y", "z")
@@ -51,37 +51,27 @@ _NO_POSES = (
 _PAGE = "UNITS.md of github.com/tszheichoi/awesome-sensor-logger"
 
 
-class SensorLoggerFormat:
-    """Reads the folders that the app's zip unpacks to."""
+def _recognises(folder: Path) -> bool:
+    """The app's metadata are beside a sensor's file."""
+    others = {role: names for role, names in FILE_NAMES.items() if role not in ("record", "fixes")}
+    return is_file(folder / SENSOR_LOGGER_METADATA) and bool(existing_files(folder, others))
 
-    name = "sensor-logger"
 
-    def recognises(self, folder: Path) -> bool:
-        """The app's metadata lie beside a sensor's file."""
-        others = {role: names for role, names in FILE_NAMES.items() if role not in ("record", "fixes")}
-        return is_file(folder / SENSOR_LOGGER_METADATA) and bool(existing_files(folder, others))
-
-    def input_files(self, folder: Path) -> list[Path]:
-        """The files that :meth:`read` looks at, as far as they are there."""
-        return existing_files(folder, FILE_NAMES)
-
-    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read a recording whole; problems are findings."""
-        reading = SessionFiles(ref.folder, {**FILE_NAMES, "poses": ("poses",)})
-        sensors, found = sensor_table(_sensors(reading), "Gyroscope.csv")
-        reading.findings += found
-        tables = {"wifi": reading.wifi(_wifi(reading), settings), "sensors": sensors}
-        ble = _ble(reading)
-        if ble.height:
-            tables["ble"] = ble
-        no_poses = pl.DataFrame(schema={"row": pl.Int64, **CAMERA_SCHEMA})
-        camera, no_frames = camera_track(no_poses, SENSOR_LOGGER_METADATA, settings)
-        presses_ns = _rows(reading, "presses", {})["time_ns"].to_numpy()
-        session = with_fixes(reading.session(ref.key, camera, no_landmarks(), tables, presses_ns=presses_ns), reading)
-        if session.camera.usable.any():
-            return session
-        missing = [finding.model_copy(update={"message": _NO_POSES}) for finding in no_frames]
-        return replace(session, findings=(*session.findings, *missing))
+def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
+    sensors, found = sensor_table(_sensors(reading), "Gyroscope.csv")
+    reading.findings += found
+    tables = {"wifi": reading.wifi(_wifi(reading), settings), "sensors": sensors}
+    ble = _ble(reading)
+    if ble.height:
+        tables["ble"] = ble
+    no_poses = pl.DataFrame(schema={"row": pl.Int64, **CAMERA_SCHEMA})
+    camera, no_frames = camera_track(no_poses, SENSOR_LOGGER_METADATA, settings)
+    presses_ns = _rows(reading, "presses", {})["time_ns"].to_numpy()
+    session = with_fixes(reading.session(key, camera, no_landmarks(), tables, presses_ns=presses_ns), reading)
+    if session.camera.usable.any():
+        return session
+    missing = [finding.model_copy(update={"message": _NO_POSES}) for finding in no_frames]
+    return replace(session, findings=(*session.findings, *missing))
 
 
 def _rows(reading: SessionFiles, role: str, columns: Columns, *needed: str) -> pl.DataFrame:
@@ -152,4 +142,4 @@ def _ble(reading: SessionFiles) -> pl.DataFrame:
     return mark_repeated_ble(rows)
 
 
-register(SensorLoggerFormat())
+register(FileFormat("sensor-logger", FILE_NAMES, _recognises, _session))
