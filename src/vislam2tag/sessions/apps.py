@@ -315,9 +315,7 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
             "no landmarks are known: find them in the session's pictures with `vislam2tag sightings SURVEY`; until "
             "then it cannot be mapped"
         )
-        reading.findings.append(
-            Finding(kind="no_sightings", file=SIGHTINGS_FILE, count=1, message=message, severity=Severity.ERROR)
-        )
+        reading.note("no_sightings", SIGHTINGS_FILE, message, Severity.ERROR)
         return no_landmarks()
     rows = reading.rows("landmarks", FieldTable({**LANDMARK_SCHEMA, "sigma_m": pl.Float64}).read)
     log, findings = landmark_log(_turned_into_acs(rows, camera), SIGHTINGS_FILE, camera)

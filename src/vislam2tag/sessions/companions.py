@@ -138,14 +138,8 @@ def with_companions(session: Session, folder: Path) -> Session:
             tie = read_tie(path)
             session = _attached(session, path.stem, tie, tie.path(folder))
         except SessionError as error:
-            message = f"{error}; its readings are missing"
-            problem = Finding(
-                kind="companion_missing",
-                file=f"{FOLDER}/{path.name}",
-                count=1,
-                message=message,
-                severity=Severity.ERROR,
-            )
+            file, message = f"{FOLDER}/{path.name}", f"{error}; its readings are missing"
+            problem = Finding(kind="companion_missing", file=file, count=1, message=message, severity=Severity.ERROR)
             session = replace(session, findings=(*session.findings, problem))
     return replace(session, files=(*session.files, *_records(folder)))
 
@@ -158,18 +152,15 @@ def _attached(session: Session, name: str, tie: Tie, path: Path) -> Session:
     if changed:
         raise SessionError(f"{path}: is not what was attached: put that back, or attach it again")
     other = read_recording(path, tie.table)
-    tables, attached = dict(session.tables), dict(session.attached)
-    for kind, table in other.tables.items():
+    tables, attached, camera = dict(session.tables), dict(session.attached), session.camera
+    for kind, theirs in other.tables.items():
+        table = theirs.with_columns(pl.Series("time_ns", tie.clock.ours(theirs["time_ns"].to_numpy())))
         own = kind in _TABLES_OF_PHONES and (kind not in tables or not tables[kind].height)
-        called = kind if own else (kind if kind == name else f"{kind}_{name}")
-        clock = tie.clock
-        tables[called] = table.with_columns(pl.Series("time_ns", clock.ours(table["time_ns"].to_numpy())))
-        attached[called] = Attachment(clock.sigma_s, tie.lever_arm_m)
-    camera = session.camera
-    if camera.pressure is None and "sensors" in other.tables:
-        theirs = other.tables["sensors"]
-        on_our_clock = theirs.with_columns(pl.Series("time_ns", tie.clock.ours(theirs["time_ns"].to_numpy())))
-        camera = replace(camera, pressure=pressure_log(on_our_clock))
+        called = kind if own or kind == name else f"{kind}_{name}"
+        tables[called] = table
+        attached[called] = Attachment(tie.clock.sigma_s, tie.lever_arm_m)
+        if kind == "sensors" and camera.pressure is None:
+            camera = replace(camera, pressure=pressure_log(table))
     odd = (each.model_copy(update={"file": f"{FOLDER}/{name}/{each.file}"}) for each in other.findings)
     findings = (*session.findings, *odd)
     return replace(session, camera=camera, tables=tables, attached=attached, findings=findings)

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.sessions.readings import SENSOR_VALUES, mark_repeated, sensor_table
+from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
 from vislam2tag.survey.site_table import decoded
 
 TIME_COLUMNS = (
@@ -255,9 +255,8 @@ def _wifi(rows: pl.DataFrame, bssid: str, level: str) -> pl.DataFrame:
 
 
 def _sensors(rows: pl.DataFrame, sensors: dict[str, list[str]]) -> pl.DataFrame:
-    parts = []
-    for sensor, axes in sensors.items():
-        values = [numbers(axis).fill_null(float("nan")).alias(f"v{i}") for i, axis in enumerate(axes, 1)]
-        rest = [pl.lit(0.0).alias(value) for value in SENSOR_VALUES[3:]]
-        parts.append(rows.select("row", "time_ns", pl.lit(sensor).alias("sensor"), *values, *rest))
+    parts = [
+        sensor_rows(rows, sensor, [numbers(axis).fill_null(float("nan")) for axis in axes])
+        for sensor, axes in sensors.items()
+    ]
     return sensor_table(pl.concat(parts), "")[0]

@@ -265,31 +265,32 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
 
     ``unused`` are those that only other floors have, where the session does not seem to have been.
     """
-    missing = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
-    planned = [name for name in missing if name in landmarks.planned_ids]
-    missing = [name for name in missing if name not in planned]
-    findings = []
-    if planned:
-        message = (
+    unknown = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
+    planned = [name for name in unknown if name in landmarks.planned_ids]
+    missing = [name for name in unknown if name not in planned]
+    odd: tuple[tuple[FindingKind, Sequence[str], str], ...] = (
+        (
+            "planned_landmarks",
+            planned,
             f"landmarks {', '.join(planned)} were seen, but their positions were only planned (vislam2tag plan), so "
             "they are not used: measure them (vislam2tag register), let the walks place "
-            "them (process --together, survey-landmarks), or use the plan's places with --use-planned"
-        )
-        findings.append(Finding(kind="planned_landmarks", file="", count=len(planned), message=message))
-    if missing:
-        message = (
+            "them (process --together, survey-landmarks), or use the plan's places with --use-planned",
+        ),
+        (
+            "landmark_without_position",
+            missing,
             f"landmarks {', '.join(missing)} were seen but have no surveyed position; only the smoother uses them, and "
-            "less: add them to marker_dict.csv, or let the walks place them (process --together, survey-landmarks)"
-        )
-        findings.append(Finding(kind="landmark_without_position", file="", count=len(missing), message=message))
-    if unused:
-        message = (
+            "less: add them to marker_dict.csv, or let the walks place them (process --together, survey-landmarks)",
+        ),
+        (
+            "landmark_of_other_floor",
+            unused,
             f"landmark {', '.join(unused)} was seen, which only other floors have; nothing else says that the walk "
             "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here; a lift ride to "
-            "a floor where one landmark was met looks the same: pass a second one there, or log air pressure"
-        )
-        findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(unused), message=message))
-    return findings
+            "a floor where one landmark was met looks the same: pass a second one there, or log air pressure",
+        ),
+    )
+    return [Finding(kind=kind, file="", count=len(names), message=message) for kind, names, message in odd if names]
 
 
 def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[Finding]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import polars as pl
 
@@ -212,25 +212,14 @@ def format_for(ref: SessionRef) -> SessionFormat:
     return FORMATS.named(ref.format)
 
 
-class FoundSession(NamedTuple):
-    """A session as it lies in a survey: ``key`` by its folder's names, ``packed`` the zip that it is read from."""
-
-    key: SessionKey
-    folder: Path
-    format: str
-    packed: Path | None = None
-    from_outside: bool = False
-    """Whether links lead to any of its files outside the survey."""
-
-
 @dataclass(frozen=True)
 class SurveyFiles:
     """A survey folder, looked at but not read, before its corrections."""
 
     root: Path
     site: Site
-    sessions: tuple[FoundSession, ...]
-    """Sorted by key."""
+    sessions: tuple[SessionRef, ...]
+    """Sorted by key, which is by the names of the folder; without slugs, and not in a store."""
     findings: tuple[Finding, ...]
     odd_folders: tuple[Finding, ...]
 
@@ -242,18 +231,9 @@ class SurveyFiles:
         own = [found.key for found in self.sessions]
         keys = true_keys(own, corrections, self.site)
         unused = unused_corrections(corrections, [*keys, *own], self.site)
-        listed = zip(keys, self.sessions, session_slugs(keys), strict=True)
         refs = [
-            SessionRef(
-                key,
-                of.folder,
-                of.format,
-                slug,
-                stored_folder(self.root, of.folder, of.packed, tied_recordings),
-                of.packed,
-                from_outside=of.from_outside,
-            )
-            for key, of, slug in listed
+            replace(of, key=key, slug=slug, stored=stored_folder(self.root, of.folder, of.packed, tied_recordings))
+            for key, of, slug in zip(keys, self.sessions, session_slugs(keys), strict=True)
         ]
         site = with_control_points_corrected(self.site, corrections)
         in_order = tuple(sorted(refs, key=lambda ref: ref.key))
@@ -302,7 +282,7 @@ def survey_files(
             f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"
             + "".join(locked[:1])
         )
-    odd_folders += walks_twice(root, [of[:2] for of in sessions])
+    odd_folders += walks_twice(root, [(of.key, of.folder) for of in sessions])
     return SurveyFiles(root, site, tuple(sessions), findings, tuple(odd_folders))
 
 
@@ -329,7 +309,7 @@ def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) 
     return true
 
 
-def _sessions(root: Path) -> tuple[list[FoundSession], list[Finding]]:
+def _sessions(root: Path) -> tuple[list[SessionRef], list[Finding]]:
     sessions = []
     folders, findings = session_folders(root)
     tied = {tie.resolve() for _, folder in folders for tie in tied_recordings(folder)}
@@ -343,14 +323,15 @@ def _sessions(root: Path) -> tuple[list[FoundSession], list[Finding]]:
             message = "the folder's name is not UTF-8; left out: rename it"
             findings.append(_unrecognised(path, message, Severity.WARNING))
         elif name is not None:
-            sessions.append(FoundSession(key, folder, name, from_outside=_is_from_outside(root, folder)))
+            sessions.append(SessionRef(key, folder, name, "", from_outside=_is_from_outside(root, folder)))
             if packed is not None:
                 message = f"is left out: the folder {folder.name} beside it is a session already; remove one of the two"
                 findings.append(Finding(kind="zipped_session", file=f"{path}.zip", count=1, message=message))
         elif packed is None:
             findings.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
         elif (name := _format_in_zip(root, packed, findings)) is not None:
-            sessions.append(FoundSession(key, folder, name, packed, _is_from_outside(root, folder, packed)))
+            outside = _is_from_outside(root, folder, packed)
+            sessions.append(SessionRef(key, folder, name, "", packed=packed, from_outside=outside))
     return sessions, findings
 
 

@@ -84,16 +84,16 @@ class SessionFiles:
         names = [name for name in self.names[role] if is_file(self.folder / name)]
         if not names:
             if role in MISSING:
-                self._note("missing_file", self.names[role][0], *MISSING[role])
+                self.note("missing_file", self.names[role][0], *MISSING[role])
             return self.names[role][0], b""
         if len(names) > 1:
-            self._note("second_file", names[1], f"{names[0]} says the same; this file is not read", Severity.WARNING)
+            self.note("second_file", names[1], f"{names[0]} says the same; this file is not read")
         try:
             data = read_bytes(self.folder / names[0])
         except OSError as error:
             consequence, severity = (MISSING | _OPTIONAL)[role]
             message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
-            self._note("unreadable_file", names[0], message, severity)
+            self.note("unreadable_file", names[0], message, severity)
             return names[0], b""
         self._opened.add(names[0])
         return names[0], _of_barometer(data) if self.track_only and role == "sensors" else data
@@ -179,8 +179,11 @@ class SessionFiles:
             recording=recording,
         )
 
-    def _note(self, kind: FindingKind, file: str, message: str, severity: Severity) -> None:
-        self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
+    def note(
+        self, kind: FindingKind, file: str, message: str, severity: Severity = Severity.WARNING, count: int = 1
+    ) -> None:
+        """Report something odd about a file."""
+        self.findings.append(Finding(kind=kind, file=file, count=count, message=message, severity=severity))
 
 
 def _of_barometer(data: bytes) -> bytes:

@@ -15,7 +15,6 @@ from pydantic import ValidationError
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.extras import import_extra
 from vislam2tag.common.files.plain_files import toml_values
-from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.sessions.apps import AppFormat, in_acs, pose_rows, pose_table
 from vislam2tag.sessions.model import FileRecord
@@ -89,7 +88,7 @@ def _mcap_poses(reading: SessionFiles) -> pl.DataFrame:
     reading.files.append(FileRecord.of(file, "poses", data, count, count))
     if topics.end:
         message = f"the file ends early ({topics.end}), as when the recorder is killed; what came before counts"
-        reading.findings.append(Finding(kind="partial_last_line", file=file, count=1, message=message))
+        reading.note("partial_last_line", file, message)
     rows = pl.DataFrame({"row": np.arange(1, count + 1), "time_ns": np.array(time_ns, dtype=np.int64)})
     return pose_rows(rows, in_acs(values, axes.camera, axes.frame))
 

@@ -110,13 +110,13 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
     file, data = reading.load("record")
     if not reading.has("record"):
         message = "floor and device are the folders'; how the recording ended is not known"
-        reading.findings.append(Finding(kind="missing_file", file=file, count=1, message=message))
+        reading.note("missing_file", file, message)
         return None
     try:
         record = parse_record(data, str(reading.folder / file))
     except ValueError as error:
         message = f"{error}; the folders tell floor and device, how the recording ended is not known"
-        reading.findings.append(Finding(kind="unreadable_record", file=file, count=1, message=message))
+        reading.note("unreadable_record", file, message)
         return None
     reading.account("record", data, RawTable(file, 1, pl.DataFrame({"row": [1]}), (), ()))
     if record.floor != key.floor:
@@ -124,13 +124,11 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
             f"the collector chose floor {record.floor}, and the session lies under floor {key.floor}, which counts; "
             "move its folder if that is wrong"
         )
-        reading.findings.append(Finding(kind="other_floor", file=file, count=1, message=message))
+        reading.note("other_floor", file, message)
     if record.ended != STOPPED:
         detail = f" ({record.end.detail})" if record.end and record.end.detail else ""
         message = f"the recording was not stopped by hand, it ended as '{record.ended}'{detail}; what there is counts"
-        reading.findings.append(
-            Finding(kind="recording_ended", file=file, count=1, message=message, severity=Severity.INFO)
-        )
+        reading.note("recording_ended", file, message, Severity.INFO)
     return record
 
 
@@ -215,9 +213,7 @@ def _recording(
             "scans were refused or failed, as when scanning is throttled; switch off 'Wi-Fi scan throttling' in the "
             "phone's developer options"
         )
-        reading.findings.append(
-            Finding(kind="scans_refused", file=file, count=recording.scans_refused, message=message)
-        )
+        reading.note("scans_refused", file, message, count=recording.scans_refused)
     stopped = rows.filter(pl.col("event") == "scans_stopped")
     if stopped.height:
         radios = " and ".join(_RADIOS.get(word, word) for word in stopped["detail"].fill_null("").unique().sort())
@@ -230,7 +226,7 @@ def _recording(
     dropped = counts.get("rows_dropped", 0)
     if dropped:
         message = "rows came faster than the phone could write them, and are missing; log at a lower rate"
-        reading.findings.append(Finding(kind="rows_dropped", file=file, count=dropped, message=message))
+        reading.note("rows_dropped", file, message, count=dropped)
     return recording, _told_floors(rows)
 
 

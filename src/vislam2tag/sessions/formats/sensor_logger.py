@@ -14,7 +14,6 @@ import polars as pl
 
 from vislam2tag.common.errors import first_line
 from vislam2tag.common.files.table_files import read_csv
-from vislam2tag.common.findings import Finding
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.formats.published import SENSOR_LOGGER_METADATA
 from vislam2tag.sessions.model import FindingSettings, Session
@@ -113,9 +112,7 @@ def _upwards(reading: SessionFiles) -> float:
         row = read_csv(data, infer_schema=False, truncate_ragged_lines=True).row(0, named=True)
     except (pl.exceptions.PolarsError, IndexError) as error:
         message = f"not understood ({first_line(error)}); readings are taken for those of Android"
-        reading.findings.append(
-            Finding(kind="unreadable_record", file=SENSOR_LOGGER_METADATA, count=1, message=message)
-        )
+        reading.note("unreadable_record", SENSOR_LOGGER_METADATA, message)
         return 1.0
     ios = (row.get("platform") or "").strip().lower() == "ios"
     return -1.0 if ios and (row.get("standardisation") or "").strip().lower() != "true" else 1.0
