@@ -19,6 +19,7 @@ from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.readings import (
     BLE_LINES,
     SENSOR_SCHEMA,
+    WIFI_LINES,
     ble_findings,
     mark_repeated,
     mark_repeated_ble,
@@ -28,7 +29,7 @@ from vislam2tag.sessions.readings import (
     sensor_table,
     wifi_findings,
 )
-from vislam2tag.sessions.text_tables import RawTable
+from vislam2tag.sessions.text_tables import LineTable, RawTable
 from vislam2tag.survey.corrections.file import Corrections, ShiftClock
 
 
@@ -139,43 +140,11 @@ def test_an_ssid_may_be_anything(ssid: str) -> None:
         assert not table.findings
 
 
-def test_separators_without_blank() -> None:
-    assert parse("1;5;WLAN;net;aa:bb;-50").rows.select("time_ns", "ssid", "bssid", "rssi_dbm").row(0) == (
-        5000,
-        "net",
-        "aa:bb",
-        -50.0,
-    )
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "",
-        "1; 5; WLAN; aa:bb; -50",
-        "1; 5; WLAN; net; aa:bb",
-        "1; 5; WLAN; net; aa:bb; ",
-        "1; 5; GSM; net; aa:bb; -50",
-        "x; 5; WLAN; net; aa:bb; -50",
-        "1; -5; WLAN; net; aa:bb; -50",
-        "1; 5.5; WLAN; net; aa:bb; -50",
-        "1; 9223372036854776; WLAN; net; aa:bb; -50",
-        "99999999999; 5; WLAN; net; aa:bb; -50",
-        "1; 5; WLAN; net; aa:bb; loud",
-        "1, 5, WLAN, net, aa:bb, -50",
-    ],
-)
-def test_lines_that_are_no_reading(line: str) -> None:
-    table = parse(wifi_line(1, 0), line, wifi_line(1, 1))
-    assert table.unreadable == (2,)
-    assert table.rows["row"].to_list() == [1, 3]
-
-
 def test_levels_that_no_radio_measures_are_null_and_reported() -> None:
-    levels = ("-60", "NaN", "Infinity", "-inf", "1e60", "-1e39", "-1001", "-127,5", "0")
+    levels = ("-60,5", "NaN", "Infinity", "-inf", "1e60", "-1e39", "-1001", "-127,5", "0")
     table = parse(*(f"1; {i}; WLAN; n; aa; {level}" for i, level in enumerate(levels)))
     rows, findings = admitted(table.rows, "bssid", "wifi.csv")
-    assert rows["rssi_dbm"].to_list() == [-60.0, None, None, None, None, None, None, None, None]
+    assert rows["rssi_dbm"].to_list() == [-60.5, None, None, None, None, None, None, None, None]
     assert rows.schema["rssi_dbm"] == pl.Float32
     assert [(finding.kind, finding.count, finding.lines) for finding in findings] == [
         ("absurd_levels", 8, (2, 3, 4, 5, 6))
@@ -261,32 +230,43 @@ def test_a_name_may_be_anything() -> None:
             assert not table.findings
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "",
-        "7",
-        f"7; {SENDER}; name",
-        f"-7; {SENDER}; name; -60",
-        f"7.5; {SENDER}; name; -60",
-        f"7; {SENDER}; name; loud",
-        f"7; {SENDER}; name; -60; {UUID}; 3; ",
-        f"7; {SENDER}; name; -60; {UUID}; 3; 65536",
-        f"{2**63}; {SENDER}; name; -60",
-    ],
+WIFI_FAULTS = (
+    "",
+    "1; 5; WLAN; aa:bb; -50",
+    "1; 5; WLAN; net; aa:bb",
+    "1; 5; WLAN; net; aa:bb; ",
+    "1; 5; GSM; net; aa:bb; -50",
+    "x; 5; WLAN; net; aa:bb; -50",
+    "1; -5; WLAN; net; aa:bb; -50",
+    "1; 5.5; WLAN; net; aa:bb; -50",
+    "1; 9223372036854776; WLAN; net; aa:bb; -50",
+    "99999999999; 5; WLAN; net; aa:bb; -50",
+    "1; 5; WLAN; net; aa:bb; loud",
+    "1, 5, WLAN, net, aa:bb, -50",
 )
-def test_other_lines_are_counted_and_left_out(line: str) -> None:
-    table = parsed_ble(f"1; {SENDER}; a; -50", line, f"2; {SENDER}; a; -51")
-    assert table.rows["row"].to_list() == [1, 3]
-    assert [(finding.kind, finding.lines) for finding in table.findings] == [("malformed_lines", (2,))]
-    assert table.lines == 3
+BLE_FAULTS = (
+    "",
+    "7",
+    f"7; {SENDER}; name",
+    f"-7; {SENDER}; name; -60",
+    f"7.5; {SENDER}; name; -60",
+    f"7; {SENDER}; name; loud",
+    f"7; {SENDER}; name; -60; {UUID}; 3; ",
+    f"7; {SENDER}; name; -60; {UUID}; 3; 65536",
+    f"{2**63}; {SENDER}; name; -60",
+)
 
 
-def test_levels_that_no_controller_reports_become_null() -> None:
-    table = parsed_ble(*(f"{n}; {SENDER}; a; {level}" for n, level in enumerate(("127", "-128", "NaN", "20", "-60,5"))))
-    rows, findings = admitted(table.rows, "address", "ble.csv")
-    assert rows["rssi_dbm"].to_list() == [None, None, None, None, -60.5]
-    assert [(finding.kind, finding.lines) for finding in findings] == [("absurd_levels", (1, 2, 3, 4))]
+@pytest.mark.parametrize(
+    ("table", "good", "line"),
+    [(WIFI_LINES, wifi_line(1, 0), line) for line in WIFI_FAULTS]
+    + [(BLE_LINES, f"1; {SENDER}; a; -50", line) for line in BLE_FAULTS],
+)
+def test_lines_that_are_no_reading_are_counted_and_left_out(table: LineTable, good: str, line: str) -> None:
+    found = table.read(to_bytes([good, line, good]), "file.csv")
+    assert found.rows["row"].to_list() == [1, 3]
+    assert [(finding.kind, finding.lines) for finding in found.findings] == [("malformed_lines", (2,))]
+    assert (found.lines, found.unreadable) == (3, (2,))
 
 
 def test_undecodable_names_and_cut_lines() -> None:
