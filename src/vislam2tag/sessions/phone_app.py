@@ -222,8 +222,9 @@ def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[
     if not lost.any():
         return []
     spans = runs_of(lost)
-    reasons = Counter(state.reason(first, after) for first, after in spans)
-    counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in _by_count(reasons)]
+    reasons = Counter(filter(None, (state.reason(first, after) for first, after in spans)))
+    by_count = sorted(reasons.items(), key=lambda each: (-each[1], each[0]))
+    counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in by_count]
     why = f" for {', '.join(counted)}" if counted else ""
     message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; it splits the walk"
     return [Finding.at_lines("tracking_lost", file, camera.row[lost].tolist(), message)]
@@ -236,8 +237,3 @@ def _restarted(camera: CameraTrack, state: TrackerState, file: str) -> list[Find
         return []
     message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
     return [Finding.at_lines("tracking_restarted", file, camera.row[first].tolist(), message)]
-
-
-def _by_count(reasons: Counter[str]) -> list[tuple[str, int]]:
-    """Words with how often each was logged, the commonest first."""
-    return sorted(((word, count) for word, count in reasons.items() if word), key=lambda each: (-each[1], each[0]))

@@ -252,7 +252,8 @@ def unpacked(
     try:
         with plain(packed).open("rb") as file, named_alike(zip_names(file)) as names:
             within = inner(names).relative_to(names)
-            wanted = None if read is None else {_inside(path, names) for path in read(names / within)}
+            files = None if read is None else read(names / within)
+            wanted = None if files is None else {PurePosixPath(each.relative_to(names).as_posix()) for each in files}
         folder = Folder.at(folder_of(packed, scratch, wanted=wanted) / within).make()
         for path in ref.folder.iterdir() if ref.folder.is_dir() else ():
             if path.is_file():
@@ -260,7 +261,3 @@ def unpacked(
     except (DatasetError, OSError):
         return ref
     return replace(ref, folder=folder.path, packed=None, beside=ref.folder)
-
-
-def _inside(path: Path, folder: Path) -> PurePosixPath:
-    return PurePosixPath(path.relative_to(folder).as_posix())

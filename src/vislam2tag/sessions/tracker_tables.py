@@ -87,7 +87,11 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
         ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts", Severity.WARNING),
         ("backward_times", backward, message, Severity.WARNING),
     )
-    return track, findings + _frame_gaps(track, line, file, settings) + _unusable(track, file)
+    findings += _frame_gaps(track, line, file, settings)
+    if not track.usable.any():
+        message = "no usable camera pose; the session cannot be mapped"
+        findings.append(Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR))
+    return track, findings
 
 
 def _latest_before(time_ns: IntArray, sound: BoolArray) -> IntArray:
@@ -123,13 +127,6 @@ def _frame_gaps(track: CameraTrack, line: IntArray, file: str, settings: Finding
     return [Finding.at_lines("frame_gap", file, after, message)]
 
 
-def _unusable(track: CameraTrack, file: str) -> list[Finding]:
-    if track.usable.any():
-        return []
-    message = "no usable camera pose; the session cannot be mapped"
-    return [Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)]
-
-
 LANDMARK_SCHEMA = {"id": pl.String, "time_ns": pl.Int64, **POSE_COLUMNS}
 SAME_POSITION_M = 1e-6
 """A landmark this close to the camera is the camera's own pose: poses are logged with six decimals."""
@@ -148,21 +145,15 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
     ids, landmark = _landmarks_of(rows["id"])
     used = np.flatnonzero(sound & (frame >= 0))
     ids, landmark = _by_first_sighting(ids, landmark, frame, used)
-    used, repeated = _sorted_once(landmark, frame, used)
+    used, repeated = sorted_once(landmark, frame, used)
     if len(repeated):
         message = "a landmark has several rows at the same time; the first counts"
         findings.append(Finding.at_lines("duplicate_landmark_rows", file, sorted(line[repeated].tolist()), message))
     frame, position = frame[used], position.take(used, axis=0)
-    lost = _same_place(position, camera.position_acs.take(frame, axis=0))
+    offset = position - camera.position_acs.take(frame, axis=0)
+    lost = np.einsum("ij,ij->i", offset, offset) <= SAME_POSITION_M**2
     log = LandmarkLog(ids, landmark[used], frame, position, orientation.take(used, axis=0), lost, line[used])
     return log, findings + _tracking_lost(log, file, len(camera.time_ns))
-
-
-def _same_place(position: FloatArray, camera: FloatArray) -> BoolArray:
-    """Mask (k,) of the positions (k, 3) that are the camera's (k, 3), metres."""
-    offset = position - camera
-    same: BoolArray = np.einsum("ij,ij->i", offset, offset) <= SAME_POSITION_M**2
-    return same
 
 
 def frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArray]:
@@ -204,19 +195,16 @@ def _by_first_sighting(
     return tuple(ids[i] for i in order), rank[landmark]
 
 
-def _sorted_once(landmark: IntArray, frame: IntArray, used: IntArray) -> tuple[IntArray, IntArray]:
+def sorted_once(landmark: IntArray, frame: IntArray, used: IntArray) -> tuple[IntArray, IntArray]:
     """Indices of the used rows in (landmark, frame) order, the first of equals only; and those of the others."""
     if np.any(np.diff(frame[used]) < 0):
         used = used[np.argsort(frame[used], kind="stable")]
-    order = used[np.argsort(landmark[used].astype(_narrowest(landmark)), kind="stable")]
+    # A stable sort of 16 bits is a radix sort, many times quicker.
+    narrowest = np.int16 if landmark.max(initial=0) < np.iinfo(np.int16).max else np.int64
+    order = used[np.argsort(landmark[used].astype(narrowest), kind="stable")]
     repeated = np.zeros(len(order), dtype=bool)
     repeated[1:] = (np.diff(landmark[order]) == 0) & (np.diff(frame[order]) == 0)
     return order[~repeated], order[repeated]
-
-
-def _narrowest(landmark: IntArray) -> type[np.int16 | np.int64]:
-    """The narrowest type for numbers (k,): a stable sort of 16 bits is a radix sort, many times quicker."""
-    return np.int16 if landmark.max(initial=0) < np.iinfo(np.int16).max else np.int64
 
 
 def _tracking_lost(log: LandmarkLog, file: str, frames: int) -> list[Finding]:

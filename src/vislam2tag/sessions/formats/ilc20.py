@@ -30,6 +30,7 @@ from vislam2tag.sessions.without_poses import (
 from vislam2tag.survey.model import SessionRef
 
 _MARK = re.compile(rb"\tTYPE_")
+_NEWLINE = ord("\n")
 _DIGITS = 13
 """Of a time in milliseconds since 1970, until the year 2286."""
 _LATEST_MS = 9 * 10**12
@@ -127,17 +128,13 @@ def parse_trace(data: bytes, file: str) -> Ilc20Trace:
 
 def _separated(data: bytes) -> tuple[bytes, list[int]]:
     """Begin a line with each record; also the 1-based lines, as separated, of records that did not begin one."""
-    starts = [mark.start() - _DIGITS for mark in _MARK.finditer(data)]
-    inside = [start for start in starts if start > 0 and data[start - 1 : start] != b"\n" and _is_time(data, start)]
+    starts = (mark.start() - _DIGITS for mark in _MARK.finditer(data))
+    inside = [at for at in starts if at > 0 and data[at - 1] != _NEWLINE and data[at : at + _DIGITS].isdigit()]
     if not inside:
         return data, []
     records = [data[start:stop] for start, stop in zip([0, *inside], [*inside, len(data)], strict=True)]
     newlines = accumulate(record.count(b"\n") + 1 for record in records[:-1])
     return b"\n".join(records), [before + 1 for before in newlines]
-
-
-def _is_time(data: bytes, start: int) -> bool:
-    return data[start : start + _DIGITS].isdigit()
 
 
 def _lines(data: bytes) -> pl.DataFrame:

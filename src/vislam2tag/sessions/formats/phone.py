@@ -45,7 +45,7 @@ from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import RawTable
-from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of
+from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of, sorted_once
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.site_table import is_file
@@ -167,11 +167,7 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     if not used.any():
         return None
     anchor = rows["anchor"].to_numpy()
-    order = np.flatnonzero(used)
-    order = order[np.lexsort((frame[order], anchor[order]))]
-    once = np.ones(len(order), dtype=bool)
-    once[1:] = (np.diff(anchor[order]) != 0) | (np.diff(frame[order]) != 0)
-    order = order[once]
+    order, _ = sorted_once(anchor, frame, np.flatnonzero(used))
     return AnchorLog(anchor[order], frame[order], position[order], orientation[order])
 
 
