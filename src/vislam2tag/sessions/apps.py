@@ -30,8 +30,6 @@ _HALF_TURN_ABOUT_X = np.array((1.0, 0.0, 0.0, 0.0))
 """Quaternion (x, y, z, w) between the two conventions of a camera, either way."""
 _ACS_Q_Z_UP = np.array((-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)))
 """Quaternion from a frame with z up to one with y up: (x, y, z) becomes (x, z, -y)."""
-
-
 ALMOST_UNIT = 0.01
 """Rows of a rotation that were printed with few digits are unit vectors to within this."""
 
@@ -152,6 +150,7 @@ class Pictures:
 
 SIGHTINGS_FILE = "sightings.csv"
 """Landmarks found in pictures: ``id; t; tx; ty; tz; qx; qy; qz; qw; sigma``, poses in the camera's frame, metres."""
+_SIGHTINGS = {"landmarks": (SIGHTINGS_FILE,)}
 MATRIX = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
 """Columns of a matrix (3, 4) from the camera's frame to the ACS, by rows."""
 
@@ -243,17 +242,15 @@ class AppFormat:
         tables = [pl.DataFrame(schema={"row": pl.Int64, **SENSOR_SCHEMA})]
         for role, readings in self.readings.items():
             if reading.has(role):
-                rows = timed(reading.rows(role, readings.table.read))
-                forces, findings = specific_force(rows.select(readings.force).to_numpy(), self.files[role][0])
-                reading.findings += findings
-                both = [sensor_rows(rows, "ACC", [pl.Series(axis) for axis in forces.T])] if readings.force else []
+                rows, both = timed(reading.rows(role, readings.table.read)), list[pl.DataFrame]()
+                if readings.force:
+                    forces, odd = specific_force(rows.select(readings.force).to_numpy(), self.files[role][0])
+                    both.append(sensor_rows(rows, "ACC", [pl.Series(axis) for axis in forces.T]))
+                    reading.findings += odd
                 if readings.rate:
                     both.append(sensor_rows(rows, "GYRO", [pl.col(axis) for axis in readings.rate]))
                 tables.append(pl.concat(both).sort("row", maintain_order=True))
         return pl.concat(tables)
-
-
-_SIGHTINGS = {"landmarks": (SIGHTINGS_FILE,)}
 
 
 def timed(rows: pl.DataFrame) -> pl.DataFrame:

@@ -105,10 +105,7 @@ def _with_clocks_judged_again(session: Session) -> Session:
     for record in session.files:
         if record.role in times:
             findings += clock_mismatch(times[record.role], record.name, session.camera)
-    return _with_pose_lag_judged_again(replace(session, findings=tuple(findings)))
-
-
-def _with_pose_lag_judged_again(session: Session) -> Session:
+    session = replace(session, findings=tuple(findings))
     if "sensors" not in session.tables:
         return session
     lag_s = pose_lag_of(session.camera, session.tables["sensors"])
