@@ -31,7 +31,7 @@ from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
 from vislam2tag.dead_reckoning.walk import SensedWalk
 from vislam2tag.sessions.drawn_floor import drawn_area
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 from vislam2tag.site.discover import read_site
 

@@ -28,8 +28,8 @@ from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.sequences import filtered, smoothed
+from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 
 COLUMNS: dict[str, Callable[[Score], float | None]] = {

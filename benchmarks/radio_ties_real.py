@@ -26,7 +26,7 @@ from vislam2tag.dead_reckoning.speed import speed_model
 from vislam2tag.dead_reckoning.walk import SensedWalk
 from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 from vislam2tag.walk_ties import radio
 from vislam2tag.walk_ties.traces import WalkTrace

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.splits import make_split as _make_split
     from vislam2tag.dataset.statistics_record import FieldWork as FieldWork
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
-    from vislam2tag.intake.shifted_ids import IdShift as IdShift
+    from vislam2tag.intake.ids import IdShift as IdShift
     from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
@@ -177,11 +177,10 @@ if TYPE_CHECKING:
     from vislam2tag.sessions.inspection import Inspection as Inspection
     from vislam2tag.sessions.inspection import inspect_survey as _inspect_survey
     from vislam2tag.sessions.model import Attachment as Attachment
+    from vislam2tag.sessions.model import FindingSettings as FindingSettings
     from vislam2tag.sessions.model import Session as Session
     from vislam2tag.sessions.registry import open_survey as open_survey
     from vislam2tag.sessions.registry import read_session as read_session
-    from vislam2tag.sessions.settings import FindingSettings as FindingSettings
-    from vislam2tag.sessions.tables.clocks import Clock as Clock
     from vislam2tag.settings import Settings as Settings
     from vislam2tag.settings import read_settings as read_settings
     from vislam2tag.simulation.choices import Climb as Climb
@@ -206,6 +205,12 @@ if TYPE_CHECKING:
     from vislam2tag.site.site_file import SiteFile as SiteFile
     from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
     from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
+    from vislam2tag.planning.records import PlanSummary as PlanSummary
+    from vislam2tag.planning.settings import CameraSettings as CameraSettings
+    from vislam2tag.planning.settings import PlanSettings as PlanSettings
+    from vislam2tag.sessions.foreign_tables import Clock as Clock
+    from vislam2tag.sheets.making import SheetOptions as SheetOptions
+    from vislam2tag.sheets.sheet_folder import SheetsRecord as SheetsRecord
 
     dataset = _build_dataset
     demo = _run_demo
@@ -251,7 +256,7 @@ _NAMES = {
     "quality.evaluation.metrics": "ErrorSummary",
     "quality.evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
-    "intake.shifted_ids": "IdShift",
+    "intake.ids": "IdShift",
     "labeling.mapped_walk": "MappedWalk",
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
@@ -311,11 +316,10 @@ _NAMES = {
     "preparation.registration.record": "Registration RegistrationSettings",
     "quality.self_check_record": "SessionCheck SurveyCheck",
     "sessions.inspection": "Inspection inspect=inspect_survey",
-    "sessions.model": "Attachment Session",
+    "sessions.model": "Attachment FindingSettings Session",
     "sessions.registry": "open_survey read_session",
-    "sessions.companions.tie": "TableColumns Tie",
-    "sessions.settings": "FindingSettings",
-    "sessions.tables.clocks": "Clock",
+    "sessions.companion_ties": "TableColumns Tie",
+    "sessions.foreign_tables": "Clock",
     "settings": "Settings read_settings",
     "preparation.sheets.sheet_folder": "SheetOptions SheetsRecord sheets=make_sheets",
     "simulation.choices": "Climb Locale SessionLayout SiteColumn",

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.annotated_tables import SENSORS_FILE, WIFI_FILE, PrivateLabels, hidden_wifi_file, read_annotated
 from vislam2tag.dataset.labelled import LabelledSession, open_labelled
 from vislam2tag.dataset.privacy import Privacy, hashed
-from vislam2tag.sessions.tables.wifi_table import parse_wifi
+from vislam2tag.sessions.readings import parse_wifi
 
 WIFI_HEAD = "id,time,type,ssid,mac,rss,x_coord,y_coord\n"
 

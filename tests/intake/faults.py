@@ -80,26 +80,6 @@ def _camera(change: Poses) -> Callable[[Path], None]:
     return lambda folder: change_poses(folder, "poses.csv", change)
 
 
-def in_unit(ns_per_unit: int) -> Callable[[Path], None]:
-    """All times in another unit than nanoseconds (Wi-Fi: microseconds)."""
-
-    def put(folder: Path) -> None:
-        for file, column, ns in (
-            ("poses.csv", 0, 1),
-            ("initPoses.csv", 1, 1),
-            ("sensors.csv", 0, 1),
-            ("wifi.csv", 1, 1000),
-        ):
-            lines = []
-            for line in (folder / file).read_text(encoding="utf-8").splitlines():
-                fields = line.split("; ")
-                fields[column] = str(int(fields[column]) * ns // ns_per_unit)
-                lines.append("; ".join(fields))
-            (folder / file).write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-    return put
-
-
 def change_fields(file: str, column: int, change: Callable[[str], str]) -> Callable[[Path], None]:
     """Change a column of a file of the published layout, counted from either end."""
 
@@ -110,6 +90,17 @@ def change_fields(file: str, column: int, change: Callable[[str], str]) -> Calla
             fields[column] = change(fields[column])
             lines.append("; ".join(fields))
         (folder / file).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    return put
+
+
+def in_unit(ns_per_unit: int) -> Callable[[Path], None]:
+    """All times in another unit than nanoseconds (Wi-Fi: microseconds)."""
+
+    def put(folder: Path) -> None:
+        for file, column in (("poses.csv", 0), ("initPoses.csv", 1), ("sensors.csv", 0)):
+            change_fields(file, column, lambda time: str(int(time) // ns_per_unit))(folder)
+        change_fields("wifi.csv", 1, lambda time: str(int(time) * 1000 // ns_per_unit))(folder)
 
     return put
 

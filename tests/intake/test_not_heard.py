@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from vislam2tag.intake.not_heard import Judgement, filler_of, question
-from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH, strength_of
+from vislam2tag.intake.readings import SIGNAL_STRENGTH, strength_of
 
 
 def table(levels: np.ndarray, stated: float = 100.0) -> tuple[pl.DataFrame, int, int]:

@@ -16,9 +16,8 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import InertialLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.intake.pose_conventions import CONVENTIONS
+from vislam2tag.intake.pose_evidence import CONVENTIONS, matrices
 from vislam2tag.intake.pose_evidence import Poses as ThinnedPoses
-from vislam2tag.intake.pose_evidence import matrices
 from vislam2tag.intake.poses import pose_findings
 
 TIME_S = np.arange(0, 120, 1 / 30)
@@ -64,16 +63,16 @@ def seen_at(moments_s: Sequence[float]) -> tuple[LandmarkLog, Landmarks]:
     return log, Landmarks(ids, floor, at[:, (0, 2)] * (1, -1), surveyed, unknown, unknown, unknown)
 
 
+def camera_of(poses: FloatArray, inertial: InertialLog | None = None, slower: float = 1.0) -> CameraTrack:
+    """A log with these poses, of a walk that takes so many times as long."""
+    status = np.zeros(len(poses), dtype=np.int8)
+    time_ns = (TIME_S * 1e9 * slower).astype(np.int64)
+    return CameraTrack(time_ns, poses[:, :3], poses[:, 3:], status, inertial=inertial)
+
+
 def findings(poses: FloatArray, inertial: InertialLog | None = None) -> list[Finding]:
     """Of a log with these poses and no landmark."""
-    camera = CameraTrack(
-        (TIME_S * 1e9).astype(np.int64),
-        poses[:, :3],
-        poses[:, 3:],
-        np.zeros(len(poses), dtype=np.int8),
-        inertial=inertial,
-    )
-    return pose_findings(camera, *seen_at([]), "poses.csv")
+    return pose_findings(camera_of(poses, inertial), *seen_at([]), "poses.csv")
 
 
 @pytest.mark.parametrize("with_imu", [False, True])
@@ -157,24 +156,14 @@ def test_vehicles_are_at_most_a_warning(speed: float) -> None:
 
 
 def test_vehicles_on_surveyed_floors_are_not_taken_for_feet() -> None:
-    poses = walked()
-    camera = CameraTrack(
-        (TIME_S * 1e9 / 4).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
-    )
     log, landmarks = seen_at([10, 20, 30, 50, 70])
-    (finding,) = pose_findings(camera, log, landmarks, "poses.csv")
+    (finding,) = pose_findings(camera_of(walked(), slower=0.25), log, landmarks, "poses.csv")
     assert finding.kind == "implausible_poses"
 
 
 @pytest.mark.parametrize("speed", [0.4, 1.0, 1.4])
 def test_feet_are_named_by_the_distances_between_landmarks(speed: float) -> None:
-    poses = walked()
-    camera = CameraTrack(
-        (TIME_S * 1e9 * 1.38 / speed).astype(np.int64),
-        poses[:, :3] / 0.3048,
-        poses[:, 3:],
-        np.zeros(len(poses), dtype=np.int8),
-    )
+    camera = camera_of(walked() / (0.3048, 0.3048, 0.3048, 1, 1, 1, 1), slower=1.38 / speed)
     log, landmarks = seen_at([10, 20, 30, 50, 70])
     (finding,) = pose_findings(camera, replace(log, position_acs=log.position_acs / 0.3048), landmarks, "poses.csv")
     assert finding.severity == Severity.ERROR
@@ -184,11 +173,10 @@ def test_feet_are_named_by_the_distances_between_landmarks(speed: float) -> None
 def test_jumps_of_the_tracker_between_landmarks_have_no_finding() -> None:
     poses = walked()
     poses[:, 0] += 60 * np.floor(TIME_S / 15)
-    camera = CameraTrack(
-        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
-    )
     log, landmarks = seen_at([10, 20, 35, 50, 70])
-    assert pose_findings(camera, replace(log, position_acs=poses[log.frame, :3]), landmarks, "poses.csv") == []
+    assert (
+        pose_findings(camera_of(poses), replace(log, position_acs=poses[log.frame, :3]), landmarks, "poses.csv") == []
+    )
 
 
 def test_stop_and_go_has_no_finding() -> None:
@@ -219,14 +207,9 @@ def test_reading_the_order_of_a_quaternion_four_times_is_reading_it_once(numbers
 
 @pytest.mark.parametrize(("away_m", "severity"), [(8.0, None), (15.0, Severity.WARNING), (40.0, Severity.ERROR)])
 def test_landmarks_seen_from_afar_may_be_large(away_m: float, severity: Severity | None) -> None:
-    poses = walked()
-    camera = CameraTrack(
-        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
-    )
     log, landmarks = seen_at([10, 20, 30, 50, 70])
-    found = pose_findings(
-        camera, replace(log, position_acs=log.position_acs + np.array((0, away_m, 0))), landmarks, "poses.csv"
-    )
+    above = replace(log, position_acs=log.position_acs + np.array((0, away_m, 0)))
+    found = pose_findings(camera_of(walked()), above, landmarks, "poses.csv")
     assert [each.severity for each in found] == ([] if severity is None else [severity])
 
 
@@ -234,10 +217,7 @@ def test_a_few_landmarks_that_would_be_near_if_inverted_are_an_error() -> None:
     """Two of five lie near the tracker's origin, where inverting moves them little."""
     poses = walked()
     poses[:, (0, 2)] += poses[0, (0, 2)] * -1
-    camera = CameraTrack(
-        (TIME_S * 1e9).astype(np.int64), poses[:, :3], poses[:, 3:], np.zeros(len(poses), dtype=np.int8)
-    )
     log, landmarks = seen_at([0.1, 1, 15, 20, 25])
-    at = poses[log.frame, :3]
-    (finding,) = pose_findings(camera, replace(log, position_acs=-at), landmarks, "poses.csv")
+    inverse = replace(log, position_acs=-poses[log.frame, :3])
+    (finding,) = pose_findings(camera_of(poses), inverse, landmarks, "poses.csv")
     assert (finding.kind, finding.severity) == ("far_landmarks", Severity.ERROR)

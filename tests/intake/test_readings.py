@@ -1,10 +1,138 @@
-"""Readings come in with addresses of one notation and with levels that can be true."""
+"""Radio readings that enter."""
 
 from __future__ import annotations
 
 import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from vislam2tag.intake.readings import KINDS, admitted
+from vislam2tag.intake.readings import (
+    KINDS,
+    Quantity,
+    admitted,
+    in_range,
+    is_masked,
+    level_findings,
+    normal_address,
+    normal_uuid,
+    strength_of,
+    with_addresses,
+    without_absurd_levels,
+)
+
+WALKING_SPEED = Quantity(
+    name="walking speeds",
+    unit="m/s",
+    least=0.0,
+    greatest=3.0,
+    kind="unknown_unit",
+    cause="lengths are in millimetres",
+    cure="Convert the file.",
+)
+
+
+def test_bounds_belong_to_the_range_and_numbers_must_be_finite() -> None:
+    values = pl.Series([-0.1, 0.0, 3.0, 3.1, float("nan"), float("inf"), None])
+    kept = pl.select(WALKING_SPEED.contains(pl.lit(values))).to_series().to_list()
+    assert kept == [False, True, True, False, False, False, None]
+
+
+def test_a_finding_names_range_cause_and_cure() -> None:
+    assert WALKING_SPEED.outside("poses.csv", [], "they are not used") == []
+    (finding,) = WALKING_SPEED.outside("poses.csv", [3, 9], "they are not used")
+    assert (finding.kind, finding.file, finding.count, finding.lines) == ("unknown_unit", "poses.csv", 2, (3, 9))
+    assert finding.message == (
+        "walking speeds must be from 0 to 3 m/s; they are not used. Possible cause: lengths are in millimetres. "
+        "Convert the file."
+    )
+
+
+def rows(*levels: float | None) -> pl.DataFrame:
+    return pl.DataFrame(
+        {"row": range(1, len(levels) + 1), "rssi_dbm": levels}, schema_overrides={"rssi_dbm": pl.Float64}
+    )
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0, 65.0, 100.0, 127.0, -127.0, -150.0, float("nan"), float("inf")])
+def test_what_is_no_level_becomes_null(level: float) -> None:
+    kept, (finding,) = without_absurd_levels(rows(-60.0, level, -126.0, -1.0), "wifi.csv")
+    assert kept["rssi_dbm"].to_list() == [-60.0, None, -126.0, -1.0]
+    assert (finding.kind, finding.count, finding.lines) == ("absurd_levels", 1, (2,))
+
+
+def test_a_file_of_positive_levels_has_lost_its_sign() -> None:
+    sign, rest = level_findings(rows(65.0, 70.0, None, -60.0, 81.0, 127.0, 66.0), "ble.csv", "left out")
+    assert (sign.kind, sign.count, sign.lines) == ("lost_sign", 4, (1, 2, 5, 7))
+    assert "65 for -65" in sign.message
+    assert (rest.kind, rest.lines) == ("absurd_levels", (6,))
+
+
+def test_levels_for_not_heard_are_no_lost_sign() -> None:
+    assert [each.kind for each in level_findings(rows(100.0, 100.0, -60.0), "a", "left out")] == ["absurd_levels"]
+    assert not level_findings(rows(-60.0, None), "a", "left out")
+
+
+def test_ujiindoorloc_measures_zero() -> None:
+    assert in_range(0.0, strength_of(["tampere", "uji"]))
+    assert not in_range(0.0, strength_of(["tampere"]))
+
+
+OCTETS = st.lists(st.integers(0, 255), min_size=6, max_size=6)
+PLAIN = "02:1a:00:00:00:01"
+
+
+@given(OCTETS)
+def test_all_notations_of_an_address_agree(octets: list[int]) -> None:
+    digits = "".join(f"{octet:02x}" for octet in octets)
+    expected = ":".join(f"{octet:02x}" for octet in octets)
+    for size in (2, 4, 6, 12):
+        for separator in ":-.":
+            text = separator.join(digits[i : i + size] for i in range(0, 12, size))
+            for notation in (text, text.upper(), f" {text} "):
+                assert normal_address(notation) == expected
+
+
+@given(st.text() | st.uuids().map(str) | st.uuids().map(lambda uuid: uuid.hex) | OCTETS.map(lambda o: bytes(o).hex()))
+def test_what_is_normal_stays(text: str) -> None:
+    assert normal_address(normal_address(text)) == normal_address(text)
+    assert normal_uuid(normal_uuid(text)) == normal_uuid(text)
+
+
+@given(st.uuids())
+def test_all_notations_of_a_uuid_agree(uuid: object) -> None:
+    text = str(uuid)
+    digits = text.replace("-", "")
+    assert {normal_uuid(each) for each in (text, text.upper(), digits, digits.upper())} == {text}
+    assert {normal_address(f"{each}-1-22") for each in (text.upper(), digits)} == {f"{text}-1-22"}
+    assert normal_address(text.upper()) == text
+
+
+@pytest.mark.parametrize("name", ["WAP001", "ap17", "992", "Corridor-3", "9f" * 16, "02:1a:00", "aa:bb-cc.dd:ee:ff"])
+def test_other_names_stay(name: str) -> None:
+    assert normal_address(name) == name
+
+
+@pytest.mark.parametrize("name", ["", " ", "02:00:00:00:00:00", "0200.0000.0000", "FF-FF-FF-FF-FF-FF", "000000000000"])
+def test_masked_addresses(name: str) -> None:
+    assert is_masked(name)
+    assert not is_masked("02:00:00:00:00:01")
+
+
+def test_rows_without_an_address_are_left_out_and_counted() -> None:
+    rows = pl.DataFrame(
+        {"row": [2, 3, 4, 5, 6], "bssid": ["021A.0000.0001", "02:00:00:00:00:00", None, PLAIN, "FFFFFFFFFFFF"]}
+    )
+    kept, (finding,) = with_addresses(rows, "bssid", "WiFi.csv")
+    assert kept.rows() == [(2, PLAIN), (5, PLAIN)]
+    assert (finding.kind, finding.count, finding.lines) == ("masked_addresses", 3, (3, 4, 6))
+    assert "location permission" in finding.message
+
+
+def test_rows_that_are_known_otherwise_stay() -> None:
+    rows = pl.DataFrame({"row": [1, 2], "address": ["02:00:00:00:00:00"] * 2, "uuid": ["u", None]})
+    kept, (finding,) = with_addresses(rows, "address", "Ble.csv", pl.col("uuid").is_not_null())
+    assert (kept["row"].to_list(), finding.count) == ([1], 1)
 
 
 def test_addresses_and_levels_are_brought_to_the_rules() -> None:

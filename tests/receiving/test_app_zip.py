@@ -12,7 +12,7 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.receiving.zips import packed
-from tests.sessions.apps.recordings import APPS
+from tests.sessions.formats.app_recordings import APPS
 from tests.surveys import bytes_of
 from vislam2tag.receiving.app_zip import AppPlace
 from vislam2tag.receiving.filing import file_zip, is_filed

@@ -1,16 +1,29 @@
+"""Corrections applied to a session."""
+
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 from tests.sessions.raw import FRAMES, clean_files, frame_ns, kinds, read_files
+from tests.sessions.test_without_poses import session_folder, simulated
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.core.context import FixLog
 from vislam2tag.core.status import Status
-from vislam2tag.sessions.corrected import corrected_session
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.selection import session_task
+from vislam2tag.sessions.corrected import _with_tap, corrected_session
 from vislam2tag.sessions.model import Session
-from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.sessions.prepared import PreparedSession, prepared_session
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections.edits import corrections_of
+from vislam2tag.survey.corrections.file import Corrections, SetTap, read_corrections
 
 
 @pytest.fixture
@@ -18,12 +31,12 @@ def session(tmp_path: Path) -> Session:
     return read_files(tmp_path / "LG" / "walk", clean_files())
 
 
-def corrections_of(**tables: Sequence[Mapping[str, object]]) -> Corrections:
+def corrected_by(**tables: Sequence[Mapping[str, object]]) -> Corrections:
     return Corrections.model_validate({name: tuple(entries) for name, entries in tables.items()})
 
 
 def test_nothing_to_correct_changes_nothing(session: Session) -> None:
-    elsewhere = corrections_of(shift_clock=[{"floor": 9, "table": "wifi", "offset_s": 1.0}])
+    elsewhere = corrected_by(shift_clock=[{"floor": 9, "table": "wifi", "offset_s": 1.0}])
     corrected, uses = corrected_session(session, elsewhere)
     assert corrected is session
     assert uses == ()
@@ -31,7 +44,7 @@ def test_nothing_to_correct_changes_nothing(session: Session) -> None:
 
 def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows(session: Session) -> None:
     span = {"from_s": 0.5, "to_s": 1.0, "reason": "fell"}
-    corrected, uses = corrected_session(session, corrections_of(exclude_span=[span]))
+    corrected, uses = corrected_session(session, corrected_by(exclude_span=[span]))
     seconds = (session.camera.time_ns - frame_ns(0)) / 1e9
     inside = (seconds >= 0.5) & (seconds < 1.0)
     assert corrected.camera.status.tolist() == np.where(inside, Status.INVALID, Status.OK).tolist()
@@ -43,33 +56,33 @@ def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows
 
 
 def test_a_landmark_seen_only_in_an_excluded_span_is_not_listed(session: Session) -> None:
-    corrected, _ = corrected_session(session, corrections_of(exclude_span=[{"from_s": 0.9}]))
+    corrected, _ = corrected_session(session, corrected_by(exclude_span=[{"from_s": 0.9}]))
     assert corrected.landmarks.ids == ("10",)
 
 
 def test_swapped_ids_keep_the_log_sorted(session: Session) -> None:
     swap: dict[str, object] = {"ids": ["10", "7"]}
-    corrected, uses = corrected_session(session, corrections_of(swap_landmarks=[swap]))
+    corrected, uses = corrected_session(session, corrected_by(swap_landmarks=[swap]))
     assert corrected.landmarks.ids == ("7", "10")
     assert corrected.landmarks.offsets.tolist() == session.landmarks.offsets.tolist()
     assert uses == ("Landmarks 10 and 7 are exchanged.",)
-    assert corrected_session(session, corrections_of(swap_landmarks=[swap, swap]))[0].landmarks.ids == ("10", "7")
-    assert corrected_session(session, corrections_of(swap_landmarks=[{"ids": ["1", "2"]}])) == (session, ())
+    assert corrected_session(session, corrected_by(swap_landmarks=[swap, swap]))[0].landmarks.ids == ("10", "7")
+    assert corrected_session(session, corrected_by(swap_landmarks=[{"ids": ["1", "2"]}])) == (session, ())
 
 
 def test_an_excluded_landmark_goes_by_its_corrected_id(session: Session) -> None:
-    both = corrections_of(swap_landmarks=[{"ids": ["10", "7"]}], exclude_landmark=[{"id": "10"}])
+    both = corrected_by(swap_landmarks=[{"ids": ["10", "7"]}], exclude_landmark=[{"id": "10"}])
     corrected, uses = corrected_session(session, both)
     assert corrected.landmarks.ids == ("7",)
     assert len(corrected.landmarks.frame) == 50
     assert uses[1] == "Landmark 10 is left out."
-    assert corrected_session(session, corrections_of(exclude_landmark=[{"id": "99"}])) == (session, ())
+    assert corrected_session(session, corrected_by(exclude_landmark=[{"id": "99"}])) == (session, ())
 
 
 @pytest.mark.parametrize("table", ["wifi", "sensors"])
 def test_a_shifted_table_moves_and_nothing_else_does(session: Session, table: str) -> None:
     shift = {"table": table, "offset_s": -0.25}
-    corrected, uses = corrected_session(session, corrections_of(shift_clock=[shift]))
+    corrected, uses = corrected_session(session, corrected_by(shift_clock=[shift]))
     moved = corrected.tables[table]["time_ns"] - session.tables[table]["time_ns"]
     assert moved.unique().to_list() == [-250_000_000]
     assert corrected.tables[table].drop("time_ns").equals(session.tables[table].drop("time_ns"))
@@ -79,7 +92,7 @@ def test_a_shifted_table_moves_and_nothing_else_does(session: Session, table: st
 
 def test_presses_and_camera_can_be_shifted(session: Session) -> None:
     shifts = [{"table": "presses", "offset_s": 1}, {"table": "camera", "offset_s": 2}]
-    corrected, _ = corrected_session(session, corrections_of(shift_clock=shifts))
+    corrected, _ = corrected_session(session, corrected_by(shift_clock=shifts))
     assert (corrected.presses_ns - session.presses_ns).tolist() == [10**9] * 3
     assert (corrected.camera.time_ns - session.camera.time_ns).tolist() == [2 * 10**9] * FRAMES
 
@@ -92,7 +105,7 @@ def test_shifting_what_is_not_there_is_no_use(tmp_path: Path, table: str, file: 
     files = clean_files()
     del files[file]
     session = read_files(tmp_path / "LG" / "walk", files)
-    corrected, uses = corrected_session(session, corrections_of(shift_clock=[{"table": table, "offset_s": 1}]))
+    corrected, uses = corrected_session(session, corrected_by(shift_clock=[{"table": table, "offset_s": 1}]))
     assert uses == ()
     assert corrected == session
 
@@ -103,9 +116,9 @@ def test_a_shift_that_mends_a_clock_takes_its_finding_back_and_a_wrong_one_makes
     session = read_files(tmp_path / "LG" / "walk", files)
     assert kinds(session) == {("clock_mismatch", "wifi.csv"): 12}
     mend = [{"table": "wifi", "offset_s": -1000}]
-    assert corrected_session(session, corrections_of(shift_clock=mend))[0].findings == ()
+    assert corrected_session(session, corrected_by(shift_clock=mend))[0].findings == ()
     spoil = [*mend, {"table": "sensors", "offset_s": 1e9}]
-    assert kinds(corrected_session(session, corrections_of(shift_clock=spoil))[0]) == {
+    assert kinds(corrected_session(session, corrected_by(shift_clock=spoil))[0]) == {
         ("clock_mismatch", "sensors.csv"): 300
     }
 
@@ -116,12 +129,12 @@ def test_a_shift_stays_within_int64(tmp_path: Path) -> None:
         files["sensors.csv"][-1].replace(files["sensors.csv"][-1].split(";")[0], str(2**63 - 1))
     )
     session = read_files(tmp_path / "LG" / "walk", files)
-    corrected, _ = corrected_session(session, corrections_of(shift_clock=[{"table": "sensors", "offset_s": 5}]))
+    corrected, _ = corrected_session(session, corrected_by(shift_clock=[{"table": "sensors", "offset_s": 5}]))
     assert corrected.tables["sensors"]["time_ns"].to_numpy().max() == 2**63 - 1
 
 
 def test_the_clock_of_ble_is_shifted_where_there_is_one(session: Session, tmp_path: Path) -> None:
-    shift = corrections_of(shift_clock=[{"table": "ble", "offset_s": 0.25}])
+    shift = corrected_by(shift_clock=[{"table": "ble", "offset_s": 0.25}])
     assert corrected_session(session, shift)[0].tables.keys() == session.tables.keys()
     assert corrected_session(session, shift)[1] == ()
     logged = read_files(tmp_path / "LG" / "ble", clean_files() | {"ble.csv": [f"{frame_ns(3)}; c2:01; desk; -60"]})
@@ -132,7 +145,7 @@ def test_the_clock_of_ble_is_shifted_where_there_is_one(session: Session, tmp_pa
 
 def test_sightings_of_a_span_become_another_landmarks(session: Session) -> None:
     rename = {"id": "10", "to": "10 (second)", "from_s": 0.5}
-    corrected, uses = corrected_session(session, corrections_of(rename_landmark=[rename]))
+    corrected, uses = corrected_session(session, corrected_by(rename_landmark=[rename]))
     before, after = session.landmarks, corrected.landmarks
     assert after.ids == ("10", "7", "10 (second)")
     seconds = (session.camera.time_ns[after.frame[after.rows_of(2)]] - frame_ns(0)) / 1e9
@@ -140,19 +153,19 @@ def test_sightings_of_a_span_become_another_landmarks(session: Session) -> None:
     assert len(after.frame) == len(before.frame)
     assert (np.diff(after.landmark) >= 0).all()
     assert len(uses) == 1
-    late = corrections_of(rename_landmark=[{**rename, "from_s": 1e6}])
+    late = corrected_by(rename_landmark=[{**rename, "from_s": 1e6}])
     assert corrected_session(session, late) == (session, ())
 
 
 def test_sightings_of_a_span_are_another_floors(session: Session) -> None:
     entry = {"id": "10", "to": 2, "from_s": 0.5}
-    corrected, uses = corrected_session(session, corrections_of(set_landmark_floor=[entry]))
+    corrected, uses = corrected_session(session, corrected_by(set_landmark_floor=[entry]))
     assert corrected.landmarks.ids == ("10", "7", "10 (floor 2)")
     assert "taken for those of 10 (floor 2)" in uses[0]
 
 
 def test_one_row_of_a_landmark_stays_in_a_frame_where_two_would_be(session: Session) -> None:
-    both = corrections_of(rename_landmark=[{"id": "10", "to": "7"}])
+    both = corrected_by(rename_landmark=[{"id": "10", "to": "7"}])
     log = corrected_session(session, both)[0].landmarks
     assert log.ids == ("7",)
     assert (np.diff(log.frame) > 0).all()
@@ -167,6 +180,120 @@ def test_scans_that_repeat_the_one_before_are_marked(tmp_path: Path) -> None:
         for i, level in enumerate(levels)
     ]
     session = read_files(tmp_path / "LG" / "again", files)
-    corrected, uses = corrected_session(session, corrections_of(drop_repeated_scans=[{"device": "LG"}]))
+    corrected, uses = corrected_session(session, corrected_by(drop_repeated_scans=[{"device": "LG"}]))
     assert corrected.tables["wifi"].filter("repeated")["scan"].unique().to_list() == [1]
     assert uses == ("1 Wi-Fi scans that repeat the one before are counted once.",)
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A survey with one walk of four taps."""
+    return simulated(tmp_path_factory.mktemp("taps") / "survey")
+
+
+@pytest.fixture
+def survey(walked: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(walked, tmp_path / "survey"))
+
+
+def prepared(survey: Path, entries: str = "") -> PreparedSession:
+    (survey / "corrections.toml").write_text(entries, encoding="utf-8")
+    opened = open_survey(survey)
+    return prepared_session(session_task(opened.sessions[0], opened, read_corrections(survey), Settings()))
+
+
+def entry(survey: Path, at_s: float, place: tuple[float, float] | None = None) -> str:
+    """Of the survey's walk."""
+    lines = ["[[set_tap]]", f'session = "{session_folder(survey).name}"', f"at_s = {at_s}"]
+    return "\n".join([*lines, *(() if place is None else (f"x = {place[0]}", f"y = {place[1]}"))]) + "\n"
+
+
+def taps(found: PreparedSession) -> tuple[FixLog, list[float]]:
+    """Fixes, and their seconds since the first frame."""
+    camera = found.session.camera
+    assert camera.fixes is not None
+    return camera.fixes, ((camera.fixes.time_ns - camera.time_ns[0]) * 1e-9).tolist()
+
+
+def test_taps_are_placed_moved_and_taken_out(survey: Path) -> None:
+    before, at_s = taps(prepared(survey))
+    assert len(at_s) == 4
+    between = round((at_s[1] + at_s[2]) / 2, 2)
+    text = entry(survey, between, (1, 2)) + entry(survey, round(at_s[0], 1), (3, 4)) + entry(survey, round(at_s[3], 1))
+    found = prepared(survey, text)
+    after, then_s = taps(found)
+    assert then_s == pytest.approx([at_s[0], at_s[1], between, at_s[2]])
+    assert after.position_bcs.tolist() == [
+        [3, 4],
+        before.position_bcs[1].tolist(),
+        [1, 2],
+        before.position_bcs[2].tolist(),
+    ]
+    assert after.name == (f"tap at {round(at_s[0], 1):g} s", before.name[1], f"tap at {between:g} s", before.name[2])
+    assert found.corrections == (
+        f"The walk is taken to be at (1, 2) at {between:g} s.",
+        f"The walk is taken to be at (3, 4) at {round(at_s[0], 1):g} s.",
+        f"The tap at {round(at_s[3], 1):g} s is left out.",
+    )
+    nothing = prepared(survey, entry(survey, between))
+    assert nothing.corrections == ()
+    assert taps(nothing)[1] == at_s
+
+
+def test_too_few_are_told_of_what_is_left(survey: Path) -> None:
+    _, at_s = taps(prepared(survey))
+    found = prepared(survey, "".join(entry(survey, round(one, 2)) for one in at_s[1:]))
+    assert [finding.kind for finding in found.session.findings] == ["too_few_fixes"]
+    (session_folder(survey) / "fixes.csv").write_text("100; 1.0; 2.0\n", encoding="utf-8")
+    placed = prepared(survey, entry(survey, 5, (1, 2)) + entry(survey, 25, (3, 4)))
+    assert placed.session.findings == ()
+
+
+def test_a_moved_tap_spoils_labels_until_its_correction_and_undo_brings_that_back(survey: Path, tmp_path: Path) -> None:
+    fixes, at_s = taps(prepared(survey))
+    good = labels(survey, tmp_path)
+    file = session_folder(survey) / "fixes.csv"
+    lines = file.read_text(encoding="utf-8").splitlines()
+    right = fixes.position_bcs[1].tolist()
+    wrong = [
+        f"{fixes.time_ns[1]}; {right[0] + 6}; {right[1]}" if str(fixes.time_ns[1]) in line else line for line in lines
+    ]
+    assert wrong != lines
+    file.write_text("\n".join(wrong) + "\n", encoding="utf-8")
+    assert np.nanmax(np.abs(labels(survey, tmp_path) - good)) > 1
+    (survey / "corrections.toml").write_text(entry(survey, round(at_s[1], 2), right), encoding="utf-8")
+    assert labels(survey, tmp_path) == pytest.approx(good, abs=1e-6, nan_ok=True)
+    (survey / "corrections.toml").unlink()
+    assert np.nanmax(np.abs(labels(survey, tmp_path) - good)) > 1
+
+
+def test_a_walk_without_any_tap_is_walked_from_those_that_are_placed(survey: Path, tmp_path: Path) -> None:
+    fixes, at_s = taps(prepared(survey))
+    good = labels(survey, tmp_path)
+    (session_folder(survey) / "fixes.csv").unlink()
+    places = zip(at_s, fixes.position_bcs.tolist(), strict=True)
+    text = "".join(entry(survey, t, (x, y)) for t, (x, y) in places)
+    (survey / "corrections.toml").write_text(text, encoding="utf-8")
+    assert labels(survey, tmp_path) == pytest.approx(good, abs=1e-3, nan_ok=True)
+
+
+def labels(survey: Path, folder: Path) -> np.ndarray:
+    """Places (n, 2) of the walk's frames, as ``process`` labels them."""
+    assert process(survey, folder / "labels").failed == 0
+    (table,) = (folder / "labels" / "trajectory").glob("*.parquet")
+    return pl.read_parquet(table).select("x", "y").to_numpy()
+
+
+def test_half_a_place_is_refused() -> None:
+    with pytest.raises(SurveyError, match="x and y are both needed"):
+        corrections_of('[[set_tap]]\nsession = "a"\nat_s = 1.0\nx = 2.0\n')
+
+
+def test_other_taps_keep_their_sigma() -> None:
+    fixes = FixLog(np.array((0, 10**10, 2 * 10**10)), np.zeros((3, 2)), ("a", "b", "c"), np.array((0.5, 0.6, 0.7)))
+    moved = _with_tap(fixes, SetTap(session="s", at_s=10.0, x=1.0, y=2.0), 0, [])
+    assert moved.sigma_m is not None
+    assert moved.sigma_m.tolist() == pytest.approx([0.5, np.nan, 0.7], nan_ok=True)
+    left = _with_tap(fixes, SetTap(session="s", at_s=10.0), 0, [])
+    assert left.sigma_m is not None
+    assert left.sigma_m.tolist() == [0.5, 0.7]

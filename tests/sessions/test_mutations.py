@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from functools import cache
+from vislam2tag.sessions.tables.ble_table import parse_ble
+from vislam2tag.sessions.tables.raw_table import parse_table
 
 import numpy as np
 import polars as pl
@@ -11,16 +13,21 @@ import pytest
 from tests.mutations import mutate, some_or_many
 from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.sessions.clock import clock_mismatch
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
-from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
-from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
-from vislam2tag.sessions.tables.raw_table import RawTable, parse_table
-from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
-from vislam2tag.site.names import landmark_id
+from vislam2tag.sessions.clocks import clock_mismatch
+from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.readings import (
+    BLE_LINES,
+    SENSOR_SCHEMA,
+    ble_findings,
+    mark_repeated,
+    mark_repeated_ble,
+    parse_wifi,
+    sensor_table,
+    wifi_findings,
+)
+from vislam2tag.sessions.text_tables import FieldTable, RawTable
+from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
+from vislam2tag.survey.names import landmark_id
 
 LINES = 30
 SETTINGS = FindingSettings()
@@ -32,11 +39,11 @@ BLE += [f"{line}; {UUID}; 1; {n}" for n, line in enumerate(BLE)]
 @cache
 def clean_camera() -> CameraTrack:
     data = to_bytes(clean_files()["poses.csv"])
-    return camera_track(parse_table(data, "poses.csv", CAMERA_SCHEMA).rows, "poses.csv", SETTINGS)[0]
+    return camera_track(FieldTable(CAMERA_SCHEMA).read(data, "poses.csv").rows, "poses.csv", SETTINGS)[0]
 
 
 def read_poses(data: bytes) -> RawTable:
-    table = parse_table(data, "poses.csv", CAMERA_SCHEMA)
+    table = FieldTable(CAMERA_SCHEMA).read(data, "poses.csv")
     camera, _ = camera_track(table.rows, "poses.csv", SETTINGS)
     assert np.all(np.diff(camera.time_ns[camera.usable]) > 0)
     assert np.isfinite(camera.position_acs[camera.usable]).all()
@@ -45,7 +52,7 @@ def read_poses(data: bytes) -> RawTable:
 
 
 def read_landmarks(data: bytes) -> RawTable:
-    table = parse_table(data, "initPoses.csv", LANDMARK_SCHEMA)
+    table = FieldTable(LANDMARK_SCHEMA).read(data, "initPoses.csv")
     camera = clean_camera()
     log, _ = landmark_log(table.rows, "initPoses.csv", camera)
     assert np.isfinite(log.position_acs).all()
@@ -56,7 +63,7 @@ def read_landmarks(data: bytes) -> RawTable:
 
 
 def read_sensors(data: bytes) -> RawTable:
-    table = parse_table(data, "sensors.csv", SENSOR_SCHEMA)
+    table = FieldTable(SENSOR_SCHEMA).read(data, "sensors.csv")
     rows, _ = sensor_table(table.rows, "sensors.csv")
     clock_mismatch(rows["time_ns"].to_numpy(), "sensors.csv", clean_camera())
     assert rows.height == table.rows.height
@@ -72,7 +79,7 @@ def read_wifi(data: bytes) -> RawTable:
 
 
 def read_ble(data: bytes) -> RawTable:
-    table = parse_ble(data, "ble.csv")
+    table = BLE_LINES.read(data, "ble.csv")
     ble_findings(mark_repeated_ble(table.rows), "ble.csv")
     identity = table.rows.select(pl.sum_horizontal(pl.col("uuid", "major", "minor").is_null())).to_series()
     assert identity.is_in([0, 3]).all()

@@ -1,4 +1,4 @@
-"""Whose landmarks a session uses: its own floor's, or all floors' where it really went there."""
+"""Landmarks that a session may use."""
 
 from __future__ import annotations
 
@@ -13,14 +13,21 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.sessions.corrected import corrected_session
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import landmarks_without_position
 from vislam2tag.sessions.session_landmarks import (
     SessionLandmarks,
+    ToldLandmarks,
     ambiguous_floor,
     candidate_landmarks,
+    floors_told,
     landmarks_of_session,
+    on_known_floors,
+    with_told_floors,
 )
-from vislam2tag.site.model import ControlPoints, Floor, SessionKey, Site
+from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
+from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, Site
 
 KEY = SessionKey(1, "LG", "walk")
 FLAT = np.zeros(300)
@@ -184,3 +191,106 @@ def test_one_place_on_two_floors_leaves_no_doubt_where_landmarks_are() -> None:
 
 def test_shared_ids_of_a_floor_that_nobody_surveyed_are_no_such_finding() -> None:
     assert doubts([(2, "a", 1, 1), (3, "a", 5, 5)], CLIMB, "a") == []
+
+
+def told_session(frames: list[int], floors: list[int]) -> Session:
+    camera, log = walked(FLAT, "abcx")
+    told = ToldFloors(camera.time_ns[frames], np.array(floors))
+    return Session(KEY, replace(camera, told_floors=told), log, np.empty(0, dtype=np.int64), {}, (), ())
+
+
+@pytest.fixture(scope="module")
+def two_floors() -> Landmarks:
+    return site_of(TWO_FLOORS).landmarks
+
+
+def test_an_id_of_two_floors_is_that_floor_s_which_the_walker_told(two_floors: Landmarks) -> None:
+    session = told_session([100, 200], [2, 1])
+    assert floors_told(session) == (1, 2)
+    corrections = with_told_floors(Corrections(), session, two_floors)
+    corrected, uses = corrected_session(session, corrections)
+    (use,) = uses
+    assert use == "100 rows of landmark a are taken for those of a (floor 2) (the walker said so)."
+    log = corrected.landmarks
+    assert log.frame[log.rows_of(log.ids.index("a (floor 2)"))].tolist() == list(range(100, 200))
+    assert log.frame[log.rows_of(log.ids.index("a"))].tolist() == [*range(100), *range(200, 300)]
+    assert set(log.ids) == {"a", "b", "c", "x", "a (floor 2)"}  # c hangs on floor 2 alone, b on 1, x nowhere
+
+
+def test_what_the_corrections_say_of_an_id_goes_before(two_floors: Landmarks) -> None:
+    said = Corrections(set_landmark_floor=(SetLandmarkFloor(id="a", to=2, from_s=1.0, to_s=2.0),))
+    assert with_told_floors(said, told_session([100], [2]), two_floors) is said
+
+
+def test_nothing_changes_where_nobody_told_or_it_was_the_own_floor(two_floors: Landmarks) -> None:
+    session = told_session([100], [1])
+    silent = replace(session, camera=replace(session.camera, told_floors=None))
+    for each in (session, silent):
+        assert with_told_floors(Corrections(), each, two_floors) == Corrections()
+    assert floors_told(silent) == ()
+
+
+def test_a_floor_that_the_survey_does_not_have_is_left_out_and_told() -> None:
+    session = told_session([100, 150, 200], [2, 77, 1])
+    kept = on_known_floors(session, site_of(TWO_FLOORS))
+    assert kept.camera.told_floors is not None
+    assert kept.camera.told_floors.floor.tolist() == [2, 1]
+    (finding,) = kept.findings
+    assert (finding.kind, finding.count) == ("unknown_told_floor", 1)
+    assert "floor 77" in finding.message
+    assert on_known_floors(told_session([100], [77]), site_of(TWO_FLOORS)).camera.told_floors is None
+    assert on_known_floors(kept, site_of(TWO_FLOORS)) is kept
+
+
+def shared(count: int) -> FloatArray:
+    """Errors that all landmarks have in common, and some of their own."""
+    return np.asarray(np.eye(3 * count) * 0.01 + 0.04, dtype=np.float64)
+
+
+def told(*ids: str) -> ToldLandmarks:
+    k = len(ids)
+    return ToldLandmarks(
+        ids,
+        np.zeros(k, dtype=np.int64),
+        np.arange(2.0 * k).reshape(k, 2),
+        np.linspace(0.0, 0.1 * (k - 1), k),
+        shared(k),
+        sessions=3,
+    )
+
+
+SURVEY = replace(landmarks_at({"a": (1.0, 2.0), "b": (3.0, 4.0)}, sigma_m=0.1), source=("f:2", "f:3"))
+
+
+def test_places_are_those_told_and_new_ones_are_added() -> None:
+    given = told("c", "b").onto(SURVEY)
+    assert given.ids == ("a", "b", "c")
+    assert given.position_bcs.tolist() == [[1, 2], [2, 3], [0, 1]]
+    assert given.heading_rad[1:].tolist() == [0.1, 0.0]
+    assert given.source == ("f:2", "f:3", "")
+    assert given.surveyed.all()
+
+
+def test_errors_that_are_shared_stay_shared_and_others_apart() -> None:
+    given = told("c", "b").onto(SURVEY)
+    assert given.joint_covariance is not None
+    rows = [4, 5, 2, 3, 8, 7]  # x, y of c and b, then their headings
+    assert given.joint_covariance[np.ix_(rows, rows)] == pytest.approx(shared(2))
+    assert given.joint_covariance[np.ix_([0, 1], [0, 1])] == pytest.approx(0.01 * np.eye(2))
+    assert not given.joint_covariance[np.ix_([0, 1], rows)].any()
+    assert given.covariance_bcs[1] == pytest.approx(0.01 * np.eye(2) + 0.04)
+    assert given.heading_sigma_rad[1:] == pytest.approx(np.sqrt(0.05))
+
+
+def test_the_part_of_some_landmarks_keeps_what_they_share() -> None:
+    given = told("c", "b").onto(SURVEY)
+    some = given.select([2, 0])
+    assert some.joint_covariance is not None
+    assert some.joint_covariance.shape == (6, 6)
+    assert some.joint_covariance[0, 1] == pytest.approx(0.04)
+    assert some.joint_covariance[0, 2] == 0
+
+
+def test_an_unknown_heading_stays_unknown() -> None:
+    one = replace(told("b"), heading_rad=np.array([np.nan])).onto(SURVEY)
+    assert np.isnan([one.heading_rad[1], one.heading_sigma_rad[1]]).all()

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from tests.dead_reckoning.ilc20 import make_site
-from tests.sessions.companions.walks import OtherClock, write_sensor_logger
+from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.stores import Bucket
 from tests.surveys import make_survey
 from vislam2tag.common.errors import StoreError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.sessions import drawn_floor
-from vislam2tag.sessions.companions.tie import Tie, recording_sha256, write_tie
+from vislam2tag.sessions.companion_ties import Tie, recording_sha256, write_tie
 from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session

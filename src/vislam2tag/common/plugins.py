@@ -13,7 +13,7 @@ import multiprocessing
 import pkgutil
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -37,6 +37,8 @@ class Kind:
     """Of entry points."""
     package: str
     """That the built-in modules lie in, by its full name."""
+    shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """What a module adds, by the module's name, if that is not one thing called like the module."""
 
     @cached_property
     def built_in(self) -> dict[str, str]:
@@ -45,7 +47,11 @@ class Kind:
         spec = find_spec(top)  # the packages below would be imported to be found
         folders = [str(Path(folder, *below)) for folder in (spec and spec.submodule_search_locations) or ()]
         modules = [module.name for module in pkgutil.iter_modules(folders)]
-        return {module.rstrip("_").replace("_", "-"): f"{self.package}.{module}" for module in modules}
+        return {
+            name: f"{self.package}.{module}"
+            for module in modules
+            for name in self.shared.get(module, (module.rstrip("_").replace("_", "-"),))
+        }
 
     @cached_property
     def installed(self) -> dict[str, EntryPoint]:

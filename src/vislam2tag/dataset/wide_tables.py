@@ -15,8 +15,7 @@ from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.not_heard import Judgement, all_heard, filler_found, filler_of, question
-from vislam2tag.intake.quantity import Quantity
-from vislam2tag.intake.signal_strength import NOT_HEARD, SIGNAL_STRENGTH, level_findings
+from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, Quantity, level_findings
 
 _ROWS_AT_ONCE = 2000
 """Rows of the wide table in memory at once; it holds some twenty times as many cells as levels heard."""

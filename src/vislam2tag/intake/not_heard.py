@@ -14,7 +14,7 @@ from enum import Enum
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.intake.quantity import Quantity
+from vislam2tag.intake.readings import Quantity
 
 _MIN_CELLS = 6
 """Fewer equal levels may be chance."""

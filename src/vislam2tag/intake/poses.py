@@ -10,8 +10,8 @@ import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.intake.pose_conventions import CONVENTIONS, Convention
 from vislam2tag.intake.pose_evidence import (
+    CONVENTIONS,
     FAST_M_S,
     MIN_WAY_M,
     Inertial,
@@ -106,7 +106,7 @@ def _conventions(poses: Poses, inertial: Inertial | None, sights: Sights, file: 
     # A camera that looks back may really be carried so, and vehicles are fast; all else makes positions wrong.
     harmless = odd == [_back(evidence)] or (others[0].vehicle_alike and np.isnan(evidence.stretch))
     severity = Severity.WARNING if harmless else Severity.ERROR
-    message = f"{what}. It looks as if {_listed(others)}. {others[0].cure}"
+    message = f"{what}. It looks as if {', or '.join(other.name for other in others)}. {others[0].cure}"
     return [Finding(kind="pose_convention", file=file, count=1, message=message, severity=severity)]
 
 
@@ -120,10 +120,6 @@ def _explains(other: PoseEvidence, evidence: PoseEvidence) -> bool:
 
 def _up_and_down(evidence: PoseEvidence) -> str:
     return f"{evidence.heave:.0%} of the way leads up and down"
-
-
-def _listed(others: list[Convention]) -> str:
-    return ", or ".join(other.name for other in others)
 
 
 def _back(evidence: PoseEvidence) -> str:

@@ -1,12 +1,216 @@
-"""Radio readings at the door: addresses in one notation, and levels that can be true."""
+"""Radio readings that enter: addresses in one notation, levels in a range, and the finding about each that is not."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
 import polars as pl
 
-from vislam2tag.common.findings import Finding
-from vislam2tag.intake.addresses import with_addresses
-from vislam2tag.intake.signal_strength import without_absurd_levels
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity with the range in which a value can be true; both bounds are included."""
+
+    name: str
+    """In the plural, as a message names it: ``signal strengths``."""
+    unit: str
+    least: float
+    greatest: float
+    kind: FindingKind
+    cause: str
+    """What values outside the range usually come from, a clause: ``the sign was lost, or ...``."""
+    cure: str
+    """What to do, a clause: ``correct the file``."""
+    severity: Severity = Severity.WARNING
+
+    def contains(self, values: pl.Expr) -> pl.Expr:
+        """Whether values are finite and in the range; null stays null."""
+        return values.is_finite() & values.is_between(self.least, self.greatest)
+
+    @property
+    def range_text(self) -> str:
+        """The range in words: ``from -126 to -1 dBm``."""
+        return f"from {self.least:g} to {self.greatest:g} {self.unit}"
+
+    def outside(self, file: str, lines: list[int], done: str) -> list[Finding]:
+        """Report the 1-based lines whose values are outside the range; ``done`` says what happens to them."""
+        if not lines:
+            return []
+        message = f"{self.name} must be {self.range_text}; {done}. Possible cause: {self.cause}. {self.cure}"
+        return [Finding.at_lines(self.kind, file, lines, message, self.severity)]
+
+
+SIGNAL_STRENGTH = Quantity(
+    name="signal strengths",
+    unit="dBm",
+    least=-126.0,
+    greatest=-1.0,
+    kind="absurd_levels",
+    cause="0, 127 and -127 stand for 'no value', 100 for 'not heard', or the file has another unit",
+    cure="Leave such levels out of the file, or write them in dBm.",
+)
+"""Receivers report whole dBm. -127 is how Android (``WifiInfo``) and 127 how Bluetooth (Core, HCI) say "no value", and
+drivers that measured nothing report 0. Above, a transmitter of 20 dBm at a hand's breadth arrives with less than
+-1 dBm, and receivers saturate before; below -126 dBm is less than the thermal noise of 1 MHz (-114 dBm).
+"""
+_WITH_ZERO = replace(SIGNAL_STRENGTH, greatest=0.0)
+_MEASURE_ZERO = frozenset({"uji"})
+"""Formats whose specification has 0 dBm as a measured level; dataset/formats/uji.py names it."""
+NOT_HEARD = 100.0
+"""What published tables write for "not heard"."""
+
+
+def strength_of(formats: Iterable[str]) -> Quantity:
+    """Return the range of levels in data of these formats, by the formats' own specifications."""
+    return SIGNAL_STRENGTH if _MEASURE_ZERO.isdisjoint(formats) else _WITH_ZERO
+
+
+def in_range(level_dbm: float, strength: Quantity = SIGNAL_STRENGTH) -> bool:
+    """Whether a single level can be true."""
+    return strength.least <= level_dbm <= strength.greatest
+
+
+def may_lack_its_sign(level: float) -> bool:
+    """Whether a level is positive as if its sign was lost; 100 stands for "not heard"."""
+    return level != NOT_HEARD and in_range(-level)
+
+
+def is_sign_lost(positive: int, levels: int) -> bool:
+    """Whether so many levels of a file's are positive that the sign was lost on the way."""
+    return 2 * positive > levels
+
+
+def lost_sign(file: str, count: int, lines: list[int], done: str) -> Finding:
+    """Report positive levels of a file in which most are; ``lines`` are the first ones of ``count``."""
+    message = f"most levels of the file are positive: the sign was lost (65 for -65); {done}. Negate the levels."
+    finding = Finding.at_lines("lost_sign", file, lines, message)
+    return finding.model_copy(update={"count": count})
+
+
+def level_findings(
+    rows: pl.DataFrame, file: str, done: str, strength: Quantity = SIGNAL_STRENGTH, of: int | None = None
+) -> list[Finding]:
+    """Report the levels of ``rows`` (``row``, ``rssi_dbm``) that are out of range; ``done`` says what happens to them.
+
+    Null is no level. ``of`` is how many levels the file has, if ``rows`` are only some of them.
+    """
+    levels = rows.select("row", pl.col("rssi_dbm").cast(pl.Float64)).drop_nulls()
+    odd = levels.filter(~strength.contains(pl.col("rssi_dbm")))
+    unsigned = SIGNAL_STRENGTH.contains(-pl.col("rssi_dbm")) & (pl.col("rssi_dbm") != NOT_HEARD)
+    positive = odd.filter(unsigned)["row"].to_list()
+    if not is_sign_lost(len(positive), of or levels.height):
+        return strength.outside(file, odd["row"].to_list(), done)
+    rest = odd.filter(~unsigned)["row"].to_list()
+    return [lost_sign(file, len(positive), positive, done), *strength.outside(file, rest, done)]
+
+
+def without_absurd_levels(
+    rows: pl.DataFrame, file: str, strength: Quantity = SIGNAL_STRENGTH
+) -> tuple[pl.DataFrame, list[Finding]]:
+    """Make ``rssi_dbm`` null (and float32) where it is out of range, and report these rows."""
+    findings = level_findings(rows, file, "these rows are kept without their level", strength)
+    return rows.with_columns(measured(strength)), findings
+
+
+def measured(strength: Quantity = SIGNAL_STRENGTH) -> pl.Expr:
+    """The column ``rssi_dbm`` (float32), null where it is out of range."""
+    return pl.when(strength.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
+
+
+_OCTETS = (1, 2, 3, 6)
+"""Octets that a group between separators has: ``aa:bb:cc:dd:ee:ff``, ``aabb.ccdd.eeff``, ``aabbcc-ddeeff``, none."""
+_ADDRESS = re.compile(
+    "|".join(
+        rf"[0-9a-f]{{{2 * size}}}(?:{separator}[0-9a-f]{{{2 * size}}}){{{6 // size - 1}}}"
+        for size in _OCTETS
+        for separator in (":", "-", r"\.")
+    )
+)
+_UUID = re.compile(r"([0-9a-f]{8})-?([0-9a-f]{4})-?([0-9a-f]{4})-?([0-9a-f]{4})-?([0-9a-f]{12})(-\d+-\d+)?")
+_HASH_DIGITS = 32
+"""A keyed hash in place of an address has the digits of a UUID without dashes."""
+MASKED = frozenset({"", "02:00:00:00:00:00", "00:00:00:00:00:00", "ff:ff:ff:ff:ff:ff"})
+"""What is written where an address is not known, in the one notation."""
+NO_ADDRESS = (
+    "Possible cause: Android gives an app without the location permission 02:00:00:00:00:00 in place of every address; "
+    "recorders write zeros, ones or nothing for an unknown one. Grant the app the permission (precise location) "
+    "and record again."
+)
+
+
+def normal_address(text: str) -> str:
+    """Write an address in lower case with colons, a UUID in lower case with dashes; other names stay as they are.
+
+    A UUID may be followed by an iBeacon's major and minor. 32 digits alone stay: they may be a keyed hash.
+    """
+    name = text.strip()
+    lower = name.lower()
+    if _ADDRESS.fullmatch(lower):
+        digits = re.sub(r"[:.-]", "", lower)
+        return ":".join(digits[i : i + 2] for i in range(0, 12, 2))
+    return name if len(lower) <= _HASH_DIGITS else _with_dashes(lower) or name
+
+
+def normal_uuid(text: str) -> str:
+    """Write a UUID in lower case with dashes, from 32 digits, too; anything else stays as it is."""
+    name = text.strip()
+    return _with_dashes(name.lower()) or name
+
+
+def is_masked(text: str) -> bool:
+    """Whether a name in any notation stands for an address that is not known."""
+    return normal_address(text) in MASKED
+
+
+def _with_dashes(lower: str) -> str | None:
+    found = _UUID.fullmatch(lower)
+    if found is None:
+        return None
+    return "-".join(found.groups()[:5]) + (found[6] or "")
+
+
+def normal_addresses(column: pl.Series) -> pl.Series:
+    """:func:`normal_address` of each name; null stays null."""
+    names = column.unique().drop_nulls()
+    changed = {name: new for name in names if (new := normal_address(name)) != name}
+    return column.replace(old=changed) if changed else column
+
+
+def normal_uuids(column: pl.Series) -> pl.Series:
+    """:func:`normal_uuid` of each text; null stays null."""
+    names = column.unique().drop_nulls()
+    changed = {name: new for name in names if (new := normal_uuid(name)) != name}
+    return column.replace(old=changed) if changed else column
+
+
+def with_addresses(
+    rows: pl.DataFrame, column: str, file: str, known: pl.Expr | None = None
+) -> tuple[pl.DataFrame, list[Finding]]:
+    """Bring a column of addresses to the one notation; leave rows out that name none, and report them.
+
+    Rows have their line as ``row``; those that are ``known`` by something else than their address stay.
+    """
+    named = rows.with_columns(normal_addresses(rows[column]))
+    masked = pl.col(column).is_null() | pl.col(column).is_in(list(MASKED))
+    left_out = named.select("row", column, out=masked if known is None else masked & ~known).filter("out")
+    if left_out.is_empty():
+        return named, []
+    kept = named.filter(~masked if known is None else ~masked | known)
+    return kept, [masked_addresses(file, left_out["row"].to_list(), left_out[column].fill_null("").unique().to_list())]
+
+
+def masked_addresses(file: str, lines: list[int], names: list[str]) -> Finding:
+    """Report lines that are left out because their names stand for addresses that are not known."""
+    found = ", ".join(name or "an empty field" for name in sorted(names))
+    verb = "is no address" if len(names) == 1 else "are no addresses"
+    message = f"{found} {verb}; these rows are left out. {NO_ADDRESS}"
+    return Finding.at_lines("masked_addresses", file, lines, message)
+
 
 KINDS = frozenset({"absurd_levels", "lost_sign", "masked_addresses"})
 """Of the findings about them."""

@@ -29,9 +29,17 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.addresses import is_masked, masked_addresses, normal_address
 from vislam2tag.intake.not_heard import Filler, Judgement, filler_found, filler_of
-from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH, in_range, is_sign_lost, lost_sign, may_lack_its_sign
+from vislam2tag.intake.readings import (
+    SIGNAL_STRENGTH,
+    in_range,
+    is_masked,
+    is_sign_lost,
+    lost_sign,
+    masked_addresses,
+    may_lack_its_sign,
+    normal_address,
+)
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")

@@ -12,8 +12,8 @@ from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.receiving.session_zip import RefusedZipError, is_device_name
-from vislam2tag.sessions.apps.format import AppFormat
-from vislam2tag.sessions.phone.record import RECORD_FILE
+from vislam2tag.sessions.apps import AppFormat
+from vislam2tag.sessions.phone_app import RECORD_FILE
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
 from vislam2tag.site.names import is_portable, portable_name, same_name
 from vislam2tag.site.site_table import is_file

@@ -1,26 +1,30 @@
-"""Applying ``corrections.toml`` to a session that has been read."""
+"""``corrections.toml`` applied to a session that has been read, and to the taps of one without tracker."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.context import FixLog
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
-from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.repeated_scans import repeated_scans
-from vislam2tag.sessions.tables.sensor_table import pressure_log
-from vislam2tag.site.corrections.file import (
+from vislam2tag.sessions.clocks import clock_mismatch, pose_lag_of
+from vislam2tag.sessions.model import Session, too_few_fixes
+from vislam2tag.sessions.readings import pressure_log, repeated_scans
+from vislam2tag.sessions.without_poses import without_tracker
+from vislam2tag.survey.corrections.file import (
+    CORRECTIONS_FILE,
     Corrections,
     DropRepeatedScans,
     ExcludeLandmark,
     ExcludeSpan,
     RenameLandmark,
     SetLandmarkFloor,
+    SetTap,
     ShiftClock,
     SwapLandmarks,
 )
@@ -101,10 +105,7 @@ def _with_clocks_judged_again(session: Session) -> Session:
     for record in session.files:
         if record.role in times:
             findings += clock_mismatch(times[record.role], record.name, session.camera)
-    return _with_pose_lag_judged_again(replace(session, findings=tuple(findings)))
-
-
-def _with_pose_lag_judged_again(session: Session) -> Session:
+    session = replace(session, findings=tuple(findings))
     if "sensors" not in session.tables:
         return session
     lag_s = pose_lag_of(session.camera, session.tables["sensors"])
@@ -197,3 +198,57 @@ def _span_ns(entry: ExcludeSpan | RenameLandmark | SetLandmarkFloor, start_ns: i
 def _nanoseconds(seconds: float) -> int:
     """Whole nanoseconds, an infinite time as one that no clock reaches."""
     return round(min(max(seconds, -_LONGEST_S), _LONGEST_S) * _NS)
+
+
+SAME_TAP_S = 0.25
+"""An entry means the tap within this of its moment: nobody taps two places so quickly."""
+_NO_FIXES = FixLog(np.empty(0, dtype=np.int64), np.empty((0, 2)), ())
+
+
+def with_taps_corrected(session: Session, entries: Sequence[SetTap]) -> tuple[Session, tuple[str, ...]]:
+    """Apply entries to a session's fixes, and give one sentence for each use.
+
+    One entry after the other: each moves the tap of its moment, takes it out, or places one where none is. A session
+    with poses stays as it is; one without fixes, too, is walked by dead reckoning from then on.
+    """
+    if not entries or session.camera.tracked:
+        return session, ()
+    if not session.camera.without_poses:
+        begun = without_tracker(session, _NO_FIXES)
+        if begun is None:
+            return session, ()
+        session = begun
+    fixes, uses = session.camera.fixes or _NO_FIXES, list[str]()
+    for entry in entries:
+        fixes = _with_tap(fixes, entry, int(session.camera.time_ns[0]), uses)
+    return _with_fixes_judged_again(session, fixes), tuple(uses)
+
+
+def _with_tap(fixes: FixLog, entry: SetTap, start_ns: int, uses: list[str]) -> FixLog:
+    at_ns = start_ns + round(entry.at_s * 1e9)
+    away_ns = np.abs(fixes.time_ns - at_ns)
+    place = int(away_ns.argmin()) if len(away_ns) and away_ns.min() <= SAME_TAP_S * 1e9 else None
+    kept = np.arange(len(fixes.time_ns)) != place
+    times, positions = fixes.time_ns[kept], fixes.position_bcs[kept]
+    names = tuple(name for name, stays in zip(fixes.name, kept.tolist(), strict=True) if stays)
+    sigma_m = None if fixes.sigma_m is None else fixes.sigma_m[kept]
+    if entry.x is None or entry.y is None:
+        if place is not None:
+            uses.append(f"The tap at {entry.at_s:g} s is left out{entry.because()}.")
+        return FixLog(times, positions, names, sigma_m)
+    uses.append(f"The walk is taken to be at ({entry.x:g}, {entry.y:g}) at {entry.at_s:g} s{entry.because()}.")
+    time_ns = at_ns if place is None else int(fixes.time_ns[place])
+    row = int(np.searchsorted(times, time_ns))
+    return FixLog(
+        np.insert(times, row, time_ns),
+        np.insert(positions, row, (entry.x, entry.y), axis=0),
+        (*names[:row], f"tap at {entry.at_s:g} s", *names[row:]),
+        None if sigma_m is None else np.insert(sigma_m, row, np.nan),
+    )
+
+
+def _with_fixes_judged_again(session: Session, fixes: FixLog) -> Session:
+    findings = [each for each in session.findings if each.kind != "too_few_fixes"]
+    if len(fixes.time_ns) < 2:
+        findings.append(too_few_fixes(CORRECTIONS_FILE, "taps on the plan"))
+    return replace(session, camera=replace(session.camera, fixes=fixes), findings=tuple(findings))

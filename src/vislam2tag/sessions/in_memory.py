@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from vislam2tag.sessions.tables.recognised_times import with_frame_times
+from vislam2tag.sessions.tables.recognised_times import with_landmark_times
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol, TypeAlias
@@ -13,17 +15,15 @@ import polars as pl
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
-from vislam2tag.sessions.model import FileRecord, Session
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
-from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
-from vislam2tag.sessions.tables.recognised_times import clock_of, with_frame_times, with_landmark_times
-from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
-from vislam2tag.site.landmark_file import landmarks_from, landmarks_in
-from vislam2tag.site.model import SessionKey
-from vislam2tag.site.names import landmark_id
-from vislam2tag.site.site_table import SiteTable
+from vislam2tag.intake.time_units import FRAMES
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
+from vislam2tag.sessions.model import FileRecord, FindingSettings, Session
+from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table
+from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
+from vislam2tag.survey.landmark_file import landmarks_from, landmarks_in
+from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.names import landmark_id
+from vislam2tag.survey.site_table import SiteTable
 
 
 class _ArrowStream(Protocol):
@@ -131,10 +131,10 @@ def session_in_memory(
 ) -> Session:
     """Make a session of its tables, as reading its files would; raises UsageError for tables that are none of it."""
     frames = _checked(poses, "poses", CAMERA_SCHEMA)
-    _refuse_unit("poses", with_frame_times(frames, "poses")[1])
+    _refuse_unit("poses", with_times(frames, "poses", FRAMES)[1])
     camera, findings = camera_track(frames, "poses", settings)
     seen = _checked(sightings, "sightings", LANDMARK_SCHEMA)
-    _refuse_unit("sightings", with_landmark_times(seen, "sightings", clock_of(camera))[1])
+    _refuse_unit("sightings", with_times(seen, "sightings", FRAMES, clock_of(camera))[1])
     log, log_findings = landmark_log(seen, "sightings", camera)
     findings += log_findings
     tables = {}

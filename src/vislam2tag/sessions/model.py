@@ -2,16 +2,70 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import polars as pl
+from pydantic import Field
 
-from vislam2tag.common.findings import Finding
-from vislam2tag.core.arrays import IntArray
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.context import FixLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.sessions.fixes import GeographicFixes
-from vislam2tag.site.model import SessionKey
+from vislam2tag.survey.georeference import from_wgs84
+from vislam2tag.survey.model import Floor, SessionKey
+
+
+class FindingSettings(FiniteRecord):
+    """When something odd in a session is worth a finding."""
+
+    frame_gap_s: float = Field(default=1.0, gt=0)
+    """A hole between neighbouring frames longer than this is a ``frame_gap``, seconds."""
+    scan_interval_s: float = Field(default=20.0, gt=0)
+    """A median time between Wi-Fi scans above this is ``scan_throttling`` (Android allows 4 scans in 2 minutes)."""
+    pose_lag_s: float = Field(default=0.1, gt=0)
+    """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
+
+
+@dataclass(frozen=True)
+class GeographicFixes:
+    """Positions that are placed on the floor once its georeference is known.
+
+    ``time_ns`` (k,) increasing strictly; ``position`` (k, 2) longitude and latitude, degrees; ``floor`` (k,) as the
+    log numbers them; ``name`` (k,). ``file`` is where they stand.
+    """
+
+    file: str
+    time_ns: IntArray
+    position: FloatArray
+    floor: IntArray
+    name: tuple[str, ...]
+
+    def on(self, floor: Floor) -> tuple[FixLog | None, list[Finding]]:
+        """Place those of one floor; None, with the reason, where it has no georeference."""
+        if floor.georeference is None:
+            message = (
+                f"its positions are in degrees, and floor {floor.number} has no georeference: give "
+                "[georeference] in site.toml (docs/how-to/site.md)"
+            )
+            return None, [_error("fixes_without_georeference", self.file, message)]
+        here = self.floor == floor.number
+        names = tuple(name for name, taken in zip(self.name, here.tolist(), strict=True) if taken)
+        fixes = FixLog(self.time_ns[here], from_wgs84(self.position[here], floor.georeference), names)
+        return fixes, [] if len(names) > 1 else [too_few_fixes(self.file, f"POSI rows of floor {floor.number}")]
+
+
+def too_few_fixes(file: str, what: str) -> Finding:
+    """Report a session of whose places fewer than two are known; ``what`` is how its file says one."""
+    message = f"fewer than two known positions ({what}): it is not known where the walk was"
+    return _error("too_few_fixes", file, message)
+
+
+def _error(kind: FindingKind, file: str, message: str) -> Finding:
+    return Finding(kind=kind, file=file, count=1, message=message, severity=Severity.ERROR)
 
 
 @dataclass(frozen=True)
@@ -26,6 +80,11 @@ class FileRecord:
     sha256: str
     lines: int
     rows: int
+
+    @classmethod
+    def of(cls, name: str, role: str, data: bytes, lines: int, rows: int) -> FileRecord:
+        """The account of a file with this content."""
+        return cls(name, role, len(data), hashlib.sha256(data).hexdigest(), lines, rows)
 
 
 @dataclass(frozen=True)

@@ -13,22 +13,22 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.intake.poses import pose_findings
-from vislam2tag.sessions.companions.attached import with_companions
-from vislam2tag.sessions.corrected import corrected_session
-from vislam2tag.sessions.corrected_taps import with_taps_corrected
+from vislam2tag.sessions.companions import with_companions
+from vislam2tag.sessions.corrected import corrected_session, with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.id_findings import shifted_ids_findings
-from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import (
+    ToldLandmarks,
     ambiguous_floor,
     candidate_landmarks,
+    floors_told,
     landmarks_of_session,
+    on_known_floors,
     with_fewer_landmarks,
+    with_told_floors,
 )
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
-from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import FILES_OF_POSES, inertial_log, with_presses_as_fixes
 from vislam2tag.site.corrections.file import Corrections, SetTap
 from vislam2tag.site.corrections.landmarks import corrected_landmarks, named_by_floor
@@ -265,31 +265,32 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
 
     ``unused`` are those that only other floors have, where the session does not seem to have been.
     """
-    missing = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
-    planned = [name for name in missing if name in landmarks.planned_ids]
-    missing = [name for name in missing if name not in planned]
-    findings = []
-    if planned:
-        message = (
+    unknown = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
+    planned = [name for name in unknown if name in landmarks.planned_ids]
+    missing = [name for name in unknown if name not in planned]
+    odd: tuple[tuple[FindingKind, Sequence[str], str], ...] = (
+        (
+            "planned_landmarks",
+            planned,
             f"landmarks {', '.join(planned)} were seen, but their positions were only planned (vislam2tag plan), so "
             "they are not used: measure them (vislam2tag register), let the walks place "
-            "them (process --together, survey-landmarks), or use the plan's places with --use-planned"
-        )
-        findings.append(Finding(kind="planned_landmarks", file="", count=len(planned), message=message))
-    if missing:
-        message = (
+            "them (process --together, survey-landmarks), or use the plan's places with --use-planned",
+        ),
+        (
+            "landmark_without_position",
+            missing,
             f"landmarks {', '.join(missing)} were seen but have no surveyed position; only the smoother uses them, and "
-            "less: add them to marker_dict.csv, or let the walks place them (process --together, survey-landmarks)"
-        )
-        findings.append(Finding(kind="landmark_without_position", file="", count=len(missing), message=message))
-    if unused:
-        message = (
+            "less: add them to marker_dict.csv, or let the walks place them (process --together, survey-landmarks)",
+        ),
+        (
+            "landmark_of_other_floor",
+            unused,
             f"landmark {', '.join(unused)} was seen, which only other floors have; nothing else says that the walk "
             "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here; a lift ride to "
-            "a floor where one landmark was met looks the same: pass a second one there, or log air pressure"
-        )
-        findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(unused), message=message))
-    return findings
+            "a floor where one landmark was met looks the same: pass a second one there, or log air pressure",
+        ),
+    )
+    return [Finding(kind=kind, file="", count=len(names), message=message) for kind, names, message in odd if names]
 
 
 def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[Finding]:

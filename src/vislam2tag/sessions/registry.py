@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+from typing import NamedTuple
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import polars as pl
 
@@ -21,20 +22,21 @@ from vislam2tag.common.files.store import at_once
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.sessions.companions.tie import FOLDER as COMPANIONS
-from vislam2tag.sessions.companions.tie import companion_hashes, tied_recordings
-from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.zipped import named_alike, unpacked
-from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
-from vislam2tag.site.corrections.landmarks import unused_corrections, with_control_points_corrected
-from vislam2tag.site.discover import landmarks_off_plan, read_site, session_folders, walks_twice, zip_of
-from vislam2tag.site.landmark_states import planned_findings
-from vislam2tag.site.links import is_from_outside
-from vislam2tag.site.model import SessionKey, SessionRef, Site, StoredFolder, Survey
-from vislam2tag.site.names import session_slugs
-from vislam2tag.site.settings import SurveySettings
-from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_drawings
+from vislam2tag.sessions.companion_ties import FOLDER as COMPANIONS
+from vislam2tag.sessions.companion_ties import companion_hashes, tied_recordings
+from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.session_files import named_alike, unpacked
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
+from vislam2tag.survey.corrections.unused import unused_corrections
+from vislam2tag.survey.discover import read_site, session_folders, zip_of
+from vislam2tag.survey.landmark_states import planned_findings
+from vislam2tag.survey.links import is_from_outside
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, StoredFolder, Survey
+from vislam2tag.survey.names import session_slugs
+from vislam2tag.survey.settings import SurveySettings
+from vislam2tag.survey.site_checks import landmarks_off_plan, walks_twice
+from vislam2tag.survey.stored_survey import opened, stored_folder, with_stored_drawings
 
 _MOST_NAMES = 5000
 """Of a zip that is looked into; a recording has a file a frame at most."""
@@ -45,7 +47,10 @@ UNKNOWN_FORMAT = "unknown"
 class SessionFormat(Protocol):
     """Reads the session folders of one raw format."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """By which a survey, a plug-in and messages call the format."""
+        ...
 
     def recognises(self, folder: Path) -> bool:
         """Tell from the names in a folder whether it is a session of this format; reads no file.
@@ -109,6 +114,8 @@ def format_in_zip(root: Path, packed: Path) -> str | None:
 
 def format_module(name: str) -> str:
     """Name of the module that a session format is written in; this one for a format that is none."""
+    if name in plugins.SESSION_FORMATS.built_in:
+        return plugins.SESSION_FORMATS.built_in[name]
     return type(FORMATS.named(name)).__module__ if name in FORMATS.names() else __name__
 
 
@@ -206,25 +213,14 @@ def format_for(ref: SessionRef) -> SessionFormat:
     return FORMATS.named(ref.format)
 
 
-class FoundSession(NamedTuple):
-    """A session as it lies in a survey: ``key`` by its folder's names, ``packed`` the zip that it is read from."""
-
-    key: SessionKey
-    folder: Path
-    format: str
-    packed: Path | None = None
-    from_outside: bool = False
-    """Whether links lead to any of its files outside the survey."""
-
-
 @dataclass(frozen=True)
 class SurveyFiles:
     """A survey folder, looked at but not read, before its corrections."""
 
     root: Path
     site: Site
-    sessions: tuple[FoundSession, ...]
-    """Sorted by key."""
+    sessions: tuple[SessionRef, ...]
+    """Sorted by key, which is by the names of the folder; without slugs, and not in a store."""
     findings: tuple[Finding, ...]
     odd_folders: tuple[Finding, ...]
 
@@ -236,18 +232,9 @@ class SurveyFiles:
         own = [found.key for found in self.sessions]
         keys = true_keys(own, corrections, self.site)
         unused = unused_corrections(corrections, [*keys, *own], self.site)
-        listed = zip(keys, self.sessions, session_slugs(keys), strict=True)
         refs = [
-            SessionRef(
-                key,
-                of.folder,
-                of.format,
-                slug,
-                stored_folder(self.root, of.folder, of.packed, tied_recordings),
-                of.packed,
-                from_outside=of.from_outside,
-            )
-            for key, of, slug in listed
+            replace(of, key=key, slug=slug, stored=stored_folder(self.root, of.folder, of.packed, tied_recordings))
+            for key, of, slug in zip(keys, self.sessions, session_slugs(keys), strict=True)
         ]
         site = with_control_points_corrected(self.site, corrections)
         in_order = tuple(sorted(refs, key=lambda ref: ref.key))
@@ -296,7 +283,7 @@ def survey_files(
             f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"
             + "".join(locked[:1])
         )
-    odd_folders += walks_twice(root, [of[:2] for of in sessions])
+    odd_folders += walks_twice(root, [(of.key, of.folder) for of in sessions])
     return SurveyFiles(root, site, tuple(sessions), findings, tuple(odd_folders))
 
 
@@ -323,7 +310,7 @@ def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) 
     return true
 
 
-def _sessions(root: Path) -> tuple[list[FoundSession], list[Finding]]:
+def _sessions(root: Path) -> tuple[list[SessionRef], list[Finding]]:
     sessions = []
     folders, findings = session_folders(root)
     tied = {tie.resolve() for _, folder in folders for tie in tied_recordings(folder)}
@@ -337,14 +324,15 @@ def _sessions(root: Path) -> tuple[list[FoundSession], list[Finding]]:
             message = "the folder's name is not UTF-8; left out: rename it"
             findings.append(_unrecognised(path, message, Severity.WARNING))
         elif name is not None:
-            sessions.append(FoundSession(key, folder, name, from_outside=_is_from_outside(root, folder)))
+            sessions.append(SessionRef(key, folder, name, "", from_outside=_is_from_outside(root, folder)))
             if packed is not None:
                 message = f"is left out: the folder {folder.name} beside it is a session already; remove one of the two"
                 findings.append(Finding(kind="zipped_session", file=f"{path}.zip", count=1, message=message))
         elif packed is None:
             findings.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
         elif (name := _format_in_zip(root, packed, findings)) is not None:
-            sessions.append(FoundSession(key, folder, name, packed, _is_from_outside(root, folder, packed)))
+            outside = _is_from_outside(root, folder, packed)
+            sessions.append(SessionRef(key, folder, name, "", packed=packed, from_outside=outside))
     return sessions, findings
 
 

@@ -1,21 +1,40 @@
-"""One session's files while they are read: what was opened, what was found, what is missing and how grave that is."""
+"""A session's files: the account of what was opened and what is missing, and recordings in the zips that apps share."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Mapping
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
 
+import numpy as np
 import polars as pl
 
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of, zip_names
+from vislam2tag.common.files.folder import Folder, scratch_folder
+from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.sessions.model import FileRecord
-from vislam2tag.sessions.tables.raw_table import RawTable
-from vislam2tag.sessions.tables.sensor_table import PRESSURE
-from vislam2tag.site.site_table import is_file
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.intake.readings import admitted, normal_uuids
+from vislam2tag.intake.time_units import READINGS, Steps
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, with_times
+from vislam2tag.sessions.model import FileRecord, FindingSettings, Recording, Session
+from vislam2tag.sessions.readings import (
+    PRESSURE,
+    SENSOR_VALUES,
+    ble_findings,
+    mark_repeated,
+    mark_repeated_ble,
+    sensor_table,
+    wifi_findings,
+)
+from vislam2tag.sessions.text_tables import Parser, RawTable
+from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.survey.site_table import is_file
 
 MISSING = {
     "poses": ("no camera poses; the session cannot be mapped", Severity.ERROR),
@@ -51,6 +70,14 @@ class SessionFiles:
     findings: list[Finding] = field(default_factory=list)
     _opened: set[str] = field(default_factory=set)
 
+    def name_of(self, role: str) -> str:
+        """Name of a role's file: the one that is there, else the usual one."""
+        return next((name for name in self.names[role] if is_file(self.folder / name)), self.names[role][0])
+
+    def has(self, role: str) -> bool:
+        """Tell whether a role's file is there."""
+        return any(is_file(self.folder / name) for name in self.names[role])
+
     def load(self, role: str) -> tuple[str, bytes]:
         """Name and bytes of a role's file; no bytes where the file is missing, not wanted or cannot be opened."""
         if self.track_only and role not in OF_TRACK:
@@ -58,33 +85,106 @@ class SessionFiles:
         names = [name for name in self.names[role] if is_file(self.folder / name)]
         if not names:
             if role in MISSING:
-                self._note("missing_file", self.names[role][0], *MISSING[role])
+                self.note("missing_file", self.names[role][0], *MISSING[role])
             return self.names[role][0], b""
         if len(names) > 1:
-            self._note("second_file", names[1], f"{names[0]} says the same; this file is not read", Severity.WARNING)
+            self.note("second_file", names[1], f"{names[0]} says the same; this file is not read")
         try:
             data = read_bytes(self.folder / names[0])
         except OSError as error:
-            self._note("unreadable_file", names[0], *_unreadable(role, error))
+            consequence, severity = (MISSING | _OPTIONAL)[role]
+            message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
+            self.note("unreadable_file", names[0], message, severity)
             return names[0], b""
         self._opened.add(names[0])
         return names[0], _of_barometer(data) if self.track_only and role == "sensors" else data
 
-    def has(self, role: str) -> bool:
-        """Tell whether a role's file is there."""
-        return any(is_file(self.folder / name) for name in self.names[role])
-
     def account(self, role: str, data: bytes, table: RawTable) -> pl.DataFrame:
         """Record a file that was opened, and return its rows."""
         if table.file in self._opened and not self.track_only:
-            digest = hashlib.sha256(data).hexdigest()
-            record = FileRecord(table.file, role, len(data), digest, table.lines, table.rows.height)
-            self.files.append(record)
+            self.files.append(FileRecord.of(table.file, role, data, table.lines, table.rows.height))
             self.findings += table.findings
         return table.rows
 
-    def _note(self, kind: FindingKind, file: str, message: str, severity: Severity) -> None:
-        self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
+    def rows(
+        self,
+        role: str,
+        parse: Parser,
+        steps: Steps | None = None,
+        clock_ns: IntArray | None = None,
+        stated: str = "nanoseconds",
+    ) -> pl.DataFrame:
+        """Load, parse and account for a role's file.
+
+        With ``steps`` times are brought to ns whatever unit they are in: see :func:`~.clocks.with_times`.
+        """
+        file, data = self.load(role)
+        rows = self.account(role, data, parse(data, file))
+        if steps is None:
+            return rows
+        rows, unit = with_times(rows, file, steps, clock_ns, stated)
+        self.findings += unit
+        return rows
+
+    def readings(self, parse: Parser, camera: CameraTrack) -> pl.DataFrame:
+        """The table ``sensors`` of a session; values that are not given are 0."""
+        rows = self.rows("sensors", parse, READINGS, clock_of(camera))
+        sensors, findings = sensor_table(
+            rows.with_columns(pl.col(SENSOR_VALUES).fill_null(0.0)), self.name_of("sensors")
+        )
+        self.findings += findings
+        return self.on_clock("sensors", sensors, camera)
+
+    def wifi(self, rows: pl.DataFrame, settings: FindingSettings) -> pl.DataFrame:
+        """The table ``wifi`` of a session, of rows as their file has them."""
+        file = self.name_of("wifi")
+        rows, odd = admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file)
+        rows = mark_repeated(rows)
+        self.findings += [*odd, *wifi_findings(rows, file, settings)]
+        return rows
+
+    def ble(self, rows: pl.DataFrame) -> pl.DataFrame:
+        """The table ``ble`` of a session, of rows as their file has them."""
+        file = self.name_of("ble")
+        rows = rows.with_columns(pl.col("name").fill_null(""), normal_uuids(rows["uuid"]))
+        rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
+        rows = mark_repeated_ble(rows)
+        self.findings += [*odd, *ble_findings(rows, file)]
+        return rows
+
+    def on_clock(self, role: str, rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
+        """The same rows; reported if their times never meet the frames."""
+        self.findings += clock_mismatch(rows["time_ns"].to_numpy(), self.name_of(role), camera)
+        return rows
+
+    def session(
+        self,
+        key: SessionKey,
+        camera: CameraTrack,
+        landmarks: LandmarkLog,
+        tables: dict[str, pl.DataFrame],
+        *,
+        presses_ns: IntArray | None = None,
+        recording: Recording | None = None,
+    ) -> Session:
+        """The session, with the account and the findings of its files."""
+        none = np.empty(0, dtype=np.int64)
+        return Session(
+            key=key,
+            camera=camera,
+            landmarks=landmarks,
+            presses_ns=none if presses_ns is None else presses_ns,
+            tables=tables,
+            files=tuple(self.files),
+            findings=tuple(self.findings),
+            recording=recording,
+        )
+
+    def note(
+        self, kind: FindingKind, file: str, message: str, severity: Severity = Severity.WARNING, count: int = 1
+    ) -> None:
+        """Report something odd about a file."""
+        self.findings.append(Finding(kind=kind, file=file, count=count, message=message, severity=severity))
 
 
 def _of_barometer(data: bytes) -> bytes:
@@ -102,7 +202,63 @@ def existing_files(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[P
     return [path for path in paths if is_file(path)]
 
 
-def _unreadable(role: str, error: OSError) -> tuple[str, Severity]:
-    """Message and severity for a file that cannot be opened: as grave as if it were missing."""
-    consequence, severity = (MISSING | _OPTIONAL)[role]
-    return f"cannot be opened ({error.strerror}): {consequence}; check its permissions", severity
+@dataclass(frozen=True)
+class FileFormat:
+    """A format whose sessions are folders with files of known names."""
+
+    name: str
+    files: Mapping[str, tuple[str, ...]]
+    """Names of each role's file, the first one the usual."""
+    recognises: Callable[[Path], bool]
+    """Whether a folder is a session of this format."""
+    session: Callable[[SessionFiles, SessionKey, FindingSettings], Session]
+    """Reads a session."""
+
+    def input_files(self, folder: Path) -> list[Path]:
+        """The files that :meth:`read` looks at, as far as they are there."""
+        return existing_files(folder, self.files)
+
+    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read a session whole; problems are findings, only a SessionError may escape."""
+        return self.session(SessionFiles(ref.folder, self.files), ref.key, settings)
+
+    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read what the tracker and the walker said; raises as :meth:`read`."""
+        return self.session(SessionFiles(ref.folder, self.files, track_only=True), ref.key, settings)
+
+
+@contextmanager
+def named_alike(names: Iterable[PurePosixPath]) -> Iterator[Path]:
+    """Yield a folder with empty files of these names, as long as the block lasts."""
+    with scratch_folder() as scratch:
+        folder = scratch.folder("zip").make()
+        for name in names:
+            with suppress(OSError):  # a name that this system does not allow, or one that is there twice
+                folder.create(name.as_posix())
+        yield folder.path
+
+
+def unpacked(
+    ref: SessionRef,
+    packed: Path,
+    scratch: Folder,
+    inner: Callable[[Path], Path],
+    read: Callable[[Path], list[Path]] | None,
+) -> SessionRef:
+    """A session as one folder below ``scratch``: the files of its zip, and those that lie in the folder beside.
+
+    ``inner`` finds the recording's folder in what the zip holds. Only the files that ``read`` lists of it are unpacked;
+    None: all. Where the zip cannot be unpacked the session is as it was, and reading it tells.
+    """
+    try:
+        with plain(packed).open("rb") as file, named_alike(zip_names(file)) as names:
+            within = inner(names).relative_to(names)
+            files = None if read is None else read(names / within)
+            wanted = None if files is None else {PurePosixPath(each.relative_to(names).as_posix()) for each in files}
+        folder = Folder.at(folder_of(packed, scratch, wanted=wanted) / within).make()
+        for path in ref.folder.iterdir() if ref.folder.is_dir() else ():
+            if path.is_file():
+                folder.copy(path, path.name)
+    except (DatasetError, OSError):
+        return ref
+    return replace(ref, folder=folder.path, packed=None, beside=ref.folder)

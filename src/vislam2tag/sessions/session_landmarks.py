@@ -1,8 +1,8 @@
-"""Which landmarks a session sees: those of its own floor, or of all floors where it really went to others."""
+"""Landmarks that a session may use: of its own floor, of floors where it went, and as other sessions place them."""
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,13 +10,14 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.context import Storeys
+from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns
+from vislam2tag.core.context import Storeys, ToldFloors
 from vislam2tag.core.limits import MAX_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import vertical_span_m
 from vislam2tag.sessions.model import Session
-from vislam2tag.site.model import SessionKey, Site
+from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
+from vislam2tag.survey.model import SessionKey, Site
 
 CLIMB_M = 1.5
 """One landmark of another floor is believed where the walk went up or down by this; two are believed anyway."""
@@ -178,3 +179,127 @@ def clashes(landmarks: Landmarks, logged: Sequence[str]) -> Iterator[tuple[str, 
 
 def _line(landmarks: Landmarks, row: int) -> str:
     return f" ({landmarks.source[row]})" if landmarks.source else ""
+
+
+_REASON = "the walker said so"
+
+
+def floors_told(session: Session) -> tuple[int, ...]:
+    """Numbers of the floors that the walker said to be on, sorted; none where nobody said so."""
+    told = session.camera.told_floors
+    return () if told is None else tuple(np.unique(told.floor).tolist())
+
+
+def on_known_floors(session: Session, site: Site) -> Session:
+    """Leave out what the walker told of floors that the survey does not have, and report them."""
+    told = session.camera.told_floors
+    if told is None:
+        return session
+    known = np.isin(told.floor, [floor.number for floor in site.floors])
+    if known.all():
+        return session
+    unknown = ", ".join(map(str, np.unique(told.floor[~known]).tolist()))
+    message = (
+        f"the collector said to be on floor {unknown}, which the survey does not have: what follows counts as on the "
+        "floor before; add the floor (docs/how-to/add-floor.md), or leave the time out by [[exclude_span]]"
+    )
+    finding = Finding(kind="unknown_told_floor", file="Events.csv", count=int((~known).sum()), message=message)
+    kept = ToldFloors(told.time_ns[known], told.floor[known]) if known.any() else None
+    return replace(session, camera=replace(session.camera, told_floors=kept), findings=(*session.findings, finding))
+
+
+def with_told_floors(corrections: Corrections, session: Session, landmarks: Landmarks) -> Corrections:
+    """Add an entry for each sheet that hangs on a floor the walker told, and whose id another floor has too.
+
+    ``landmarks`` are all floors'. From the moment told to the next one, sightings of such an id are the told floor's.
+    What the file says of an id for this session goes before.
+    """
+    told, camera = session.camera.told_floors, session.camera
+    if told is None or not camera.usable.any():
+        return corrections
+    said = {entry.id for entry in corrections.set_landmark_floor if entry.applies(session.key)}
+    floors_of = Counter(landmarks.ids)
+    places = set(zip(landmarks.floor.tolist(), landmarks.ids, strict=True))
+    key = {"floor": session.key.floor, "device": session.key.device, "session": session.key.session}
+    start_ns = int(camera.time_ns[camera.usable][0])
+    ends_ns = [*told.time_ns[1:].tolist(), None]
+    entries = []
+    for begin_ns, end_ns, floor in zip(told.time_ns.tolist(), ends_ns, told.floor.tolist(), strict=True):
+        for name in _seen_within(session, begin_ns, end_ns) if floor != session.key.floor else ():
+            if (floor, name) in places and floors_of[name] > 1 and name not in said:
+                to_s = float("inf") if end_ns is None else (end_ns - start_ns) * 1e-9
+                span = {"from_s": (begin_ns - start_ns) * 1e-9, "to_s": to_s}
+                entries.append(
+                    SetLandmarkFloor.model_validate({"id": name, "to": floor, **key, **span, "reason": _REASON})
+                )
+    added = (*corrections.set_landmark_floor, *entries)
+    return corrections.model_copy(update={"set_landmark_floor": added}) if entries else corrections
+
+
+def _seen_within(session: Session, begin_ns: int, end_ns: int | None) -> list[str]:
+    """Ids that were logged from one moment to another (None: the end), boot-clock ns."""
+    log: LandmarkLog = session.landmarks
+    at_ns = session.camera.time_ns[log.frame]
+    inside = (at_ns >= begin_ns) & (at_ns < (np.iinfo(np.int64).max if end_ns is None else end_ns))
+    return [log.ids[number] for number in np.unique(log.landmark[inside]).tolist()]
+
+
+@dataclass(frozen=True)
+class ToldLandmarks:
+    """``k`` landmarks by id and floor: ``position_bcs`` (k, 2) metres; ``heading_rad`` (k,), NaN where not known;
+    ``joint_covariance`` (3k, 3k) of x, y of each, then of all headings (m^2, m rad, rad^2).
+    """
+
+    ids: tuple[str, ...]
+    floor: IntArray
+    position_bcs: FloatArray
+    heading_rad: FloatArray
+    joint_covariance: FloatArray
+    sessions: int
+    """How many other sessions tell of them."""
+
+    def onto(self, landmarks: Landmarks) -> Landmarks:
+        """The landmarks of a session, ids unique, in the places told; those that it does not list are added."""
+        new = [i for i, name in enumerate(self.ids) if name not in landmarks.index]
+        whole = self._added(landmarks, new)
+        rows = np.array([whole.index[name] for name in self.ids], dtype=np.int64)
+        own = np.concatenate((whole.covariance_bcs[:, (0, 1), (0, 1)].ravel(), whole.heading_sigma_rad**2))
+        joint = np.diag(own)
+        x = 2 * np.arange(len(whole.ids))
+        joint[x, x + 1], joint[x + 1, x] = whole.covariance_bcs[:, 0, 1], whole.covariance_bcs[:, 1, 0]
+        column = joint_columns(rows, len(whole.ids))
+        joint[column] = joint[:, column] = 0
+        joint[np.ix_(column, column)] = self.joint_covariance
+        headed = rows[np.isfinite(self.heading_rad)]
+        position, heading, sigma = whole.position_bcs.copy(), whole.heading_rad.copy(), whole.heading_sigma_rad.copy()
+        position[rows], heading[rows], sigma[rows] = self.position_bcs, self.heading_rad, np.nan
+        variance = np.diag(joint)
+        sigma[headed] = np.sqrt(variance[2 * len(whole.ids) + headed])
+        covariance = whole.covariance_bcs.copy()
+        covariance[rows] = joint[(2 * rows[:, None] + (0, 1))[:, :, None], (2 * rows[:, None] + (0, 1))[:, None, :]]
+        return replace(
+            whole,
+            position_bcs=position,
+            covariance_bcs=covariance,
+            heading_rad=heading,
+            heading_sigma_rad=sigma,
+            joint_covariance=joint,
+        )
+
+    def _added(self, landmarks: Landmarks, new: list[int]) -> Landmarks:
+        """The landmarks with those of the told ones that they lack, as if nobody had surveyed them."""
+        count = len(new)
+        unknown = np.full(count, np.nan)
+        return replace(
+            landmarks,
+            ids=(*landmarks.ids, *(self.ids[i] for i in new)),
+            floor=np.concatenate((landmarks.floor, self.floor[new])),
+            position_bcs=np.concatenate((landmarks.position_bcs, np.full((count, 2), np.nan))),
+            covariance_bcs=np.concatenate(
+                (landmarks.covariance_bcs, np.tile(np.diag((np.inf, np.inf)), (count, 1, 1)))
+            ),
+            z_m=np.concatenate((landmarks.z_m, unknown)),
+            heading_rad=np.concatenate((landmarks.heading_rad, unknown)),
+            heading_sigma_rad=np.concatenate((landmarks.heading_sigma_rad, unknown)),
+            source=(*landmarks.source, *("" for _ in new)) if landmarks.source else (),
+        )

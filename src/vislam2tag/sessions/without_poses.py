@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from vislam2tag.sessions.tables.raw_table import parse_table
+from vislam2tag.sessions.tables.recognised_times import with_times_of
 from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.sessions.fixes import too_few_fixes
-from vislam2tag.sessions.model import Session
+from vislam2tag.intake.time_units import ANY
+from vislam2tag.sessions.clocks import clock_of
+from vislam2tag.sessions.model import FileRecord, Session, too_few_fixes
+from vislam2tag.sessions.readings import pressure_log, readings_of
 from vislam2tag.sessions.session_files import SessionFiles
-from vislam2tag.sessions.tables.raw_table import parse_table
-from vislam2tag.sessions.tables.recognised_times import clock_of, with_times_of
-from vislam2tag.sessions.tables.sensor_table import pressure_log, readings_of
-from vislam2tag.site.model import ControlPoints
+from vislam2tag.sessions.text_tables import FieldTable
+from vislam2tag.survey.model import ControlPoints, SessionKey
 
 FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""
-_FIX_SCHEMA = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
-_OF_TRACKERS = ("poses", "landmarks", "anchors")
+_FIXES = FieldTable({"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64})
 FILES_OF_POSES = ("poses.csv", "CameraPose.csv")
 _FILES_OF_TRACKERS = (*FILES_OF_POSES, "initPoses.csv", "LandmarkPose.csv", "AnchorPose.csv")
 _ABSENCE = frozenset({"missing_file", "empty_file", "no_frames"})
@@ -61,6 +64,27 @@ def track_without_poses(inertial: InertialLog, sensors: pl.DataFrame, fixes: Fix
     )
 
 
+def track_of_log(sensors: pl.DataFrame, fixes: FixLog | None, refused: str) -> CameraTrack:
+    """The frames of a log without poses; raises SessionError, with these words, if it has no inertial readings."""
+    inertial = inertial_log(sensors)
+    if inertial is None:
+        raise SessionError(refused)
+    return track_without_poses(inertial, sensors, fixes)
+
+
+def session_of_log(
+    key: SessionKey,
+    camera: CameraTrack,
+    tables: dict[str, pl.DataFrame],
+    record: FileRecord,
+    findings: Iterable[Finding],
+) -> Session:
+    """The session of a log that is one file without poses; an empty table ``ble`` is left out."""
+    kept = {name: table for name, table in tables.items() if name != "ble" or table.height}
+    none = np.empty(0, dtype=np.int64)
+    return Session(key, camera, no_landmarks(), none, kept, (record,), tuple(findings))
+
+
 def with_fixes(session: Session, reading: SessionFiles) -> Session:
     """Give a session without poses that has a file of fixes the frames and sensors that dead reckoning needs.
 
@@ -68,11 +92,9 @@ def with_fixes(session: Session, reading: SessionFiles) -> Session:
     """
     if session.camera.usable.any() or not reading.has("fixes"):
         return session
-    file, data = reading.load("fixes")
-    clock_ns = clock_of(session.camera, session.tables["sensors"])
-    rows, unit = with_times_of(reading.account("fixes", data, parse_table(data, file, _FIX_SCHEMA)), file, clock_ns)
-    fixes, found = _fixes(rows, file, "t; x; y")
-    return _without_tracker(session, reading, file, fixes, [*unit, *found])
+    rows = reading.rows("fixes", _FIXES.read, ANY, clock_of(session.camera, session.tables["sensors"]))
+    fixes, found = _fixes(rows, FIXES_FILE, "t; x; y")
+    return _without_tracker(session, reading, FIXES_FILE, fixes, found)
 
 
 def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file: str) -> Session:
@@ -90,21 +112,14 @@ def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file:
 def _without_tracker(
     session: Session, reading: SessionFiles, file: str, fixes: FixLog, found: list[Finding]
 ) -> Session:
-    """Give a session frames and inertial readings; ``found`` was found of its fixes, which stand in ``file``."""
-    inertial = inertial_log(session.tables["sensors"])
-    names = {name for role in _OF_TRACKERS for name in reading.names.get(role, ())}
-    findings = [each for each in reading.findings if not (each.kind in _ABSENCE and each.file in names)]
-    if inertial is None:
+    """Give a session frames and inertial readings; ``found`` was found of its fixes, which are in ``file``."""
+    session = replace(session, files=tuple(reading.files), findings=tuple(reading.findings))
+    made = without_tracker(session, fixes)
+    if made is None:
         message = "no poses, and no accelerometer and gyroscope readings either; the session cannot be mapped"
-        problem = Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)
-        return replace(session, files=tuple(reading.files), findings=(*findings, *found, problem))
-    return replace(
-        session,
-        camera=track_without_poses(inertial, session.tables["sensors"], fixes),
-        landmarks=no_landmarks(),
-        files=tuple(reading.files),
-        findings=(*findings, *found),
-    )
+        found = [*found, Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)]
+        made = replace(session, findings=_without_absence(session.findings))
+    return replace(made, findings=(*made.findings, *found))
 
 
 def with_presses_as_fixes(session: Session, points: ControlPoints) -> Session:
@@ -133,10 +148,13 @@ def without_tracker(session: Session, fixes: FixLog) -> Session | None:
         session,
         camera=track_without_poses(inertial, session.tables["sensors"], fixes),
         landmarks=no_landmarks(),
-        findings=tuple(
-            each for each in session.findings if not (each.kind in _ABSENCE and each.file in _FILES_OF_TRACKERS)
-        ),
+        findings=_without_absence(session.findings),
     )
+
+
+def _without_absence(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Findings except those that files of trackers are missing or empty."""
+    return tuple(each for each in findings if not (each.kind in _ABSENCE and each.file in _FILES_OF_TRACKERS))
 
 
 def _fixes(rows: pl.DataFrame, file: str, what: str) -> tuple[FixLog, list[Finding]]:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.sessions.corrected_taps import SAME_TAP_S
+from vislam2tag.sessions.corrected import SAME_TAP_S
 
 Point: TypeAlias = tuple[float, float]
 Box: TypeAlias = tuple[float, float, float, float]

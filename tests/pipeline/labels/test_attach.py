@@ -14,13 +14,13 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.receiving.zips import record, session_zip
-from tests.sessions.companions.walks import OtherClock, write_sensor_logger
+from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.sessions.phone_raw import HEADERS
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.sessions.companions.clocks import first_clear, possible_alignments
-from vislam2tag.sessions.companions.recording import read_recording
+from vislam2tag.sessions.clocks import first_clear, possible_alignments
+from vislam2tag.sessions.companions import read_recording
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session
 

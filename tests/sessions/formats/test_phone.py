@@ -13,6 +13,7 @@ from tests.sessions.phone_raw import (
     IDENTITY,
     NAME,
     START_NS,
+    Rows,
     anchor_line,
     camera_line,
     clean_rows,
@@ -53,6 +54,48 @@ def test_a_clean_session_has_everything_and_no_finding(folder: Path) -> None:
     assert session.tables["ble"]["uuid"].to_list() == ["1a7c877a-f875-49ab-b0ef-beb8a92f46ca"]
     assert session.recording is not None
     assert (session.recording.ended, session.recording.note) == ("stopped", "a note")
+
+
+def changed(rows: Rows, table: str, line: int, new: str) -> Rows:
+    """Rows with one line of a table replaced; behind the last one it is added."""
+    return rows | {table: [*rows[table][:line], new, *rows[table][line + 1 :]]}
+
+
+TRAPS: dict[str, tuple[Rows, bytes | None, dict[tuple[str, str], int]]] = {
+    "unknown clock": (
+        clean_rows() | {"CameraPose.csv": [camera_line(i).replace("boot", "unknown") for i in range(FRAMES)]},
+        None,
+        {("unknown_exposure", "CameraPose.csv"): FRAMES},
+    ),
+    "tracked frame without pose": (
+        changed(clean_rows(), "CameraPose.csv", 3, camera_line(3, pose=f",1.35,0.0,{IDENTITY}")),
+        None,
+        {("non_finite_values", "CameraPose.csv"): 1},
+    ),
+    "stale reading": (
+        changed(clean_rows(), "WiFi.csv", 12, wifi_line(0, 1).replace(",0,aa", ",9,aa")),
+        None,
+        {("stale_wifi_rows", "WiFi.csv"): 1},
+    ),
+    "other floor": (clean_rows(), record(floor=3), {("other_floor", "session.json"): 1}),
+    **{
+        f"record {number}": (clean_rows(), content, {("unreadable_record", "session.json"): 1})
+        for number, content in enumerate(
+            (b"{", b"[]", record(format="other"), record(floor=None), record(version="one"))
+        )
+    },
+}
+
+
+@pytest.mark.parametrize("trap", TRAPS)
+def test_a_trap_gives_exactly_its_finding(folder: Path, trap: str) -> None:
+    rows, content, expected = TRAPS[trap]
+    session = read_rows(folder, rows, content)
+    assert kinds(session) == expected
+    assert session.camera.exposure_known == (trap != "unknown clock")
+    assert np.flatnonzero(~session.camera.usable).tolist() == ([3] if trap == "tracked frame without pose" else [])
+    assert session.tables["wifi"]["repeated"].sum() == (trap == "stale reading")
+    assert session.key.floor == 1
 
 
 def test_ranges_are_read_where_the_phone_measured_them(folder: Path) -> None:
@@ -106,14 +149,6 @@ def test_the_exposure_is_the_frame_s_time_and_there_is_no_lag_to_estimate(folder
     assert session.camera.pose_lag_s == 0.0
 
 
-def test_frames_of_an_unknown_clock_are_told(folder: Path) -> None:
-    rows = clean_rows()
-    rows["CameraPose.csv"] = [line.replace(",boot,", ",unknown,") for line in rows["CameraPose.csv"]]
-    session = read_rows(folder, rows)
-    assert not session.camera.exposure_known
-    assert kinds(session) == {("unknown_exposure", "CameraPose.csv"): FRAMES}
-
-
 def test_frames_that_are_not_tracked_are_losses_with_their_reason_even_if_poses_look_fine(folder: Path) -> None:
     rows = clean_rows()
     for frame in range(20, 30):
@@ -156,14 +191,6 @@ def test_frames_are_held_within_their_part(folder: Path) -> None:
     assert session.camera.state is not None
     assert session.camera.state.section.tolist() == [0] * 30 + [1] * 30
     assert kinds(session) == {("tracking_lost", "CameraPose.csv"): 3, ("tracking_restarted", "CameraPose.csv"): 1}
-
-
-def test_a_tracked_frame_without_pose_is_invalid(folder: Path) -> None:
-    rows = clean_rows()
-    rows["CameraPose.csv"][3] = camera_line(3, pose=f",1.35,0.0,{IDENTITY}")
-    session = read_rows(folder, rows)
-    assert np.flatnonzero(~session.camera.usable).tolist() == [3]
-    assert kinds(session) == {("non_finite_values", "CameraPose.csv"): 1}
 
 
 def test_the_last_known_pose_is_no_sighting(folder: Path) -> None:
@@ -230,14 +257,6 @@ def test_text_of_networks_may_hold_anything(folder: Path) -> None:
     assert session.findings == ()
 
 
-def test_stale_readings_count_once(folder: Path) -> None:
-    rows = clean_rows()
-    rows["WiFi.csv"].append(wifi_line(0, 1).replace(",0,aa", ",9,aa"))
-    session = read_rows(folder, rows)
-    assert session.tables["wifi"]["repeated"].sum() == 1
-    assert kinds(session) == {("stale_wifi_rows", "WiFi.csv"): 1}
-
-
 def test_refused_scans_and_dropped_rows_are_told(folder: Path) -> None:
     rows = clean_rows()
     rows["Events.csv"] += [f"{START_NS},scan_refused,"] * 3 + [f"{START_NS},scan_failed,"]
@@ -278,21 +297,9 @@ def test_a_session_without_record_is_read(folder: Path) -> None:
     assert session.camera.usable.all()
 
 
-@pytest.mark.parametrize("content", [b"{", b"[]", record(format="other"), record(floor=None), record(version="one")])
-def test_a_wrong_record_is_a_finding(folder: Path, content: bytes) -> None:
-    session = read_rows(folder, clean_rows(), content)
-    assert kinds(session) == {("unreadable_record", "session.json"): 1}
-
-
 def test_an_unknown_version_ends_the_session(folder: Path) -> None:
     with pytest.raises(SessionError, match="update"):
         read_rows(folder, clean_rows(), record(version=2))
-
-
-def test_another_floor_is_told_and_the_folder_counts(folder: Path) -> None:
-    session = read_rows(folder, clean_rows(), record(floor=3))
-    assert kinds(session) == {("other_floor", "session.json"): 1}
-    assert session.key.floor == 1
 
 
 def test_a_record_alone_is_a_session_that_cannot_be_mapped(folder: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sessions.companions.walks import METADATA
+from tests.sessions.companion_walks import METADATA
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import format_of, hash_inputs, read_session
 from vislam2tag.site.model import SessionKey, SessionRef

@@ -60,7 +60,7 @@ def _attach(
 ) -> None:
     from vislam2tag.common.errors import UsageError
     from vislam2tag.pipeline.labels.attach import attach
-    from vislam2tag.sessions.companions.tie import TableColumns
+    from vislam2tag.sessions.companion_ties import TableColumns
 
     if unit is not None and unit not in ("s", "ms", "us", "ns"):
         raise UsageError(f"--unit {unit}: there are s, ms, us, ns")

@@ -39,8 +39,7 @@ from vislam2tag.dataset.writing import (
     train_test_assignment,
     with_unix_time,
 )
-from vislam2tag.intake.addresses import MASKED, normal_addresses
-from vislam2tag.intake.signal_strength import NOT_HEARD, strength_of
+from vislam2tag.intake.readings import MASKED, NOT_HEARD, normal_addresses, strength_of
 
 TECHNOLOGY = "wifi"
 STRENGTH = strength_of(["uji"])

@@ -15,9 +15,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment
-from vislam2tag.sessions.companions.clocks import WAYS, first_clear, possible_alignments
-from vislam2tag.sessions.companions.recording import OtherRecording, read_recording
-from vislam2tag.sessions.companions.tie import (
+from vislam2tag.sessions.clocks import WAYS, first_clear, possible_alignments
+from vislam2tag.sessions.companion_ties import (
     FOLDER,
     TableColumns,
     Tie,
@@ -26,6 +25,7 @@ from vislam2tag.sessions.companions.tie import (
     tie_file,
     write_tie,
 )
+from vislam2tag.sessions.companions import OtherRecording, read_recording
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import UNKNOWN_FORMAT, format_in_zip, format_of, read_session
 from vislam2tag.site.discover import zip_of

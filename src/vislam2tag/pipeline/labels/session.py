@@ -34,8 +34,7 @@ from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
-from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
-from vislam2tag.sessions.told_floors import floors_told
+from vislam2tag.sessions.session_landmarks import ambiguous_landmarks, floors_told
 
 _JOINING = f"{__package__}.joining.together"
 

@@ -20,7 +20,7 @@ from vislam2tag.pipeline.labels.kept_passes import passes_record
 from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
-from vislam2tag.sessions.told_floors import floors_told
+from vislam2tag.sessions.session_landmarks import floors_told
 
 
 def session_result(

@@ -13,7 +13,7 @@ from vislam2tag.core.status import STATUS_LABELS, Status, counts_by_label, has_p
 from vislam2tag.core.tracks import CameraTrack, Trajectory
 from vislam2tag.labeling.results import RecordingRecord, ScanStatistics, SigmaStatistics
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
+from vislam2tag.sessions.readings import median_scan_interval_s
 
 
 def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, Any]:

@@ -13,11 +13,9 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
 from vislam2tag.core.clock_by_levels import Heard, align_by_levels
 from vislam2tag.dataset.labelled import LabelledSession
-from vislam2tag.intake.addresses import with_addresses
-from vislam2tag.intake.signal_strength import level_findings
-from vislam2tag.sessions.companions.clocks import LEVELS, MOTION, heard_in
-from vislam2tag.sessions.companions.table import MOTION_COLUMNS, level_columns, numbers, three_axes
-from vislam2tag.sessions.tables.clocks import TableTimes
+from vislam2tag.intake.readings import level_findings, with_addresses
+from vislam2tag.sessions.clocks import LEVELS, MOTION, heard_in
+from vislam2tag.sessions.foreign_tables import MOTION_COLUMNS, TableTimes, level_columns, numbers, three_axes
 
 _NAMES = {"GYRO": "the turns that both felt", "ACC": "the acceleration that both felt"}
 Aligner = Callable[[LabelledSession], ClockAlignment]

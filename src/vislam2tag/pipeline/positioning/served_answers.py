@@ -14,8 +14,7 @@ from pydantic import Field, field_validator
 
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.intake.addresses import is_masked
-from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH
+from vislam2tag.intake.readings import SIGNAL_STRENGTH, is_masked
 from vislam2tag.pipeline.positioning.locate import located_table, namer
 from vislam2tag.positioning.model_file import SavedModel, model_bytes
 from vislam2tag.positioning.radio_scans import scans_from_readings

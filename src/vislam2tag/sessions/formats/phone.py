@@ -6,6 +6,21 @@ docs/reference/phone-format.md is its specification.
 from __future__ import annotations
 
 from dataclasses import replace
+from vislam2tag.intake.addresses import normal_uuids
+from vislam2tag.sessions.clock import clock_mismatch
+from vislam2tag.sessions.phone.table import PhoneSchema
+from vislam2tag.sessions.phone.table import parse_phone_table
+from vislam2tag.sessions.tables.ble_table import ble_findings
+from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.recognised_times import with_frame_times
+from vislam2tag.sessions.tables.recognised_times import with_landmark_times
+from vislam2tag.sessions.tables.recognised_times import with_reading_times
+from vislam2tag.sessions.tables.recognised_times import with_scan_times
+from vislam2tag.sessions.tables.recognised_times import with_times_of
+from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES
+from vislam2tag.sessions.tables.sensor_table import sensor_table
+from vislam2tag.sessions.tables.wifi_table import wifi_findings
+from vislam2tag.site.model import SessionRef
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +31,11 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import AnchorLog, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.intake.addresses import normal_uuids
 from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
-from vislam2tag.sessions.model import Recording, Session
-from vislam2tag.sessions.phone.camera import phone_camera
-from vislam2tag.sessions.phone.record import RECORD_FILE, STOPPED, PhoneRecord, parse_record
-from vislam2tag.sessions.phone.schemas import (
+from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
+from vislam2tag.sessions.clocks import clock_of, pose_lag_of
+from vislam2tag.sessions.model import FindingSettings, Recording, Session
+from vislam2tag.sessions.phone_app import (
     ANCHORS,
     BLE,
     CAMERA,
@@ -30,36 +43,27 @@ from vislam2tag.sessions.phone.schemas import (
     FIRST_COLUMN,
     LANDMARKS,
     PRESSES,
+    RECORD_FILE,
     RTT,
     SENSORS,
     SIGHTING,
+    STOPPED,
     TAPS,
     TRACKING,
     WIFI,
+    PhoneRecord,
+    parse_record,
+    phone_camera,
     unit_poses,
 )
-from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
+from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
-from vislam2tag.sessions.tables.camera import poses_of
-from vislam2tag.sessions.tables.landmark_log import frames_of, landmark_log
-from vislam2tag.sessions.tables.raw_table import RawTable
-from vislam2tag.sessions.tables.recognised_times import (
-    clock_of,
-    with_frame_times,
-    with_landmark_times,
-    with_reading_times,
-    with_scan_times,
-    with_times_of,
-)
-from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
+from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
+from vislam2tag.sessions.text_tables import RawTable
+from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of, sorted_once
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
-from vislam2tag.site.model import SessionKey, SessionRef
-from vislam2tag.site.site_table import is_file
+from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.site_table import is_file
 
 FILE_NAMES = {
     "record": (RECORD_FILE,),
@@ -79,28 +83,9 @@ _RADIOS = {"wifi": "Wi-Fi", "ble": "Bluetooth"}
 """How events name what a phone hears with."""
 
 
-class PhoneFormat:
-    """Reads the folders of the phone app."""
-
-    name = "phone"
-
-    def recognises(self, folder: Path) -> bool:
-        """A session holds ``session.json``, or a table of a known name that begins with our header."""
-        if is_file(folder / RECORD_FILE):
-            return True
-        return any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
-
-    def input_files(self, folder: Path) -> list[Path]:
-        """The files that :meth:`read` looks at, as far as they are there."""
-        return existing_files(folder, FILE_NAMES)
-
-    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read a session whole; problems are findings. Raises SessionError for an unknown version."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES), ref.key, settings)
-
-    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read what the tracker and the walker said; raises as :meth:`read`."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES, track_only=True), ref.key, settings)
+def _recognises(folder: Path) -> bool:
+    """A session has ``session.json``, or a table of a known name that begins with our header."""
+    return is_file(folder / RECORD_FILE) or any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
@@ -108,29 +93,23 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
     camera = _camera(reading, settings)
     landmarks = _landmarks(reading, camera)
     anchors = _anchors(reading, camera)
-    sensors = _sensors(reading, camera)
+    sensors = reading.readings(SENSORS.read, camera)
     clock_ns = clock_of(camera, sensors)
-    tables = {"wifi": _wifi(reading, camera, clock_ns, settings), "sensors": sensors}
-    ble = _ble(reading, camera, clock_ns)
-    if len(ble):
-        tables["ble"] = ble
-    rtt = _rtt(reading, camera, clock_ns)
-    if len(rtt):
-        tables["rtt"] = rtt
-    presses_ns, taps, taps_file = _presses(reading, camera, clock_ns)
+    wifi = reading.wifi(reading.rows("wifi", WIFI.read, SCANS, clock_ns), settings)
+    tables = {"wifi": reading.on_clock("wifi", wifi, camera), "sensors": sensors}
+    ble = reading.on_clock("ble", reading.ble(reading.rows("ble", BLE.read, ANY, clock_ns)), camera)
+    tables |= {name: table for name, table in (("ble", ble), ("rtt", _rtt(reading, camera, clock_ns))) if table.height}
+    presses_ns, taps = _presses(reading, camera, clock_ns)
     recording, told_floors = _recording(reading, record, clock_ns)
-    camera = replace(camera, anchors=anchors, told_floors=told_floors, pressure=pressure_log(tables["sensors"]))
-    session = Session(
-        key=key,
-        camera=replace(camera, pose_lag_s=pose_lag_of(camera, tables["sensors"])),
-        landmarks=landmarks,
-        presses_ns=presses_ns,
-        tables=tables,
-        files=tuple(reading.files),
-        findings=tuple(reading.findings),
-        recording=recording,
+    camera = replace(
+        camera,
+        anchors=anchors,
+        told_floors=told_floors,
+        pressure=pressure_log(sensors),
+        pose_lag_s=pose_lag_of(camera, sensors),
     )
-    return with_taps(with_fixes(session, reading), reading, taps, taps_file)
+    session = reading.session(key, camera, landmarks, tables, presses_ns=presses_ns, recording=recording)
+    return with_taps(with_fixes(session, reading), reading, taps, reading.name_of("presses"))
 
 
 def _has_header(path: Path) -> bool:
@@ -141,23 +120,18 @@ def _has_header(path: Path) -> bool:
         return False
 
 
-def _table(reading: SessionFiles, role: str, schema: PhoneSchema) -> tuple[str, bytes, RawTable]:
-    file, data = reading.load(role)
-    return file, data, parse_phone_table(data, file, schema)
-
-
 def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
     """The session's record; where it says another floor or device than the folders do, these count."""
     file, data = reading.load("record")
     if not reading.has("record"):
         message = "floor and device are the folders'; how the recording ended is not known"
-        reading.findings.append(Finding(kind="missing_file", file=file, count=1, message=message))
+        reading.note("missing_file", file, message)
         return None
     try:
         record = parse_record(data, str(reading.folder / file))
     except ValueError as error:
         message = f"{error}; the folders tell floor and device, how the recording ended is not known"
-        reading.findings.append(Finding(kind="unreadable_record", file=file, count=1, message=message))
+        reading.note("unreadable_record", file, message)
         return None
     reading.account("record", data, RawTable(file, 1, pl.DataFrame({"row": [1]}), (), ()))
     if record.floor != key.floor:
@@ -165,29 +139,24 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
             f"the collector chose floor {record.floor}, and the session lies under floor {key.floor}, which counts; "
             "move its folder if that is wrong"
         )
-        reading.findings.append(Finding(kind="other_floor", file=file, count=1, message=message))
+        reading.note("other_floor", file, message)
     if record.ended != STOPPED:
         detail = f" ({record.end.detail})" if record.end and record.end.detail else ""
         message = f"the recording was not stopped by hand, it ended as '{record.ended}'{detail}; what there is counts"
-        reading.findings.append(
-            Finding(kind="recording_ended", file=file, count=1, message=message, severity=Severity.INFO)
-        )
+        reading.note("recording_ended", file, message, Severity.INFO)
     return record
 
 
 def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
-    file, data, table = _table(reading, "poses", CAMERA)
-    rows, unit = with_frame_times(reading.account("poses", data, table), file)
-    camera, findings = phone_camera(rows, file, settings)
-    reading.findings += [*unit, *findings]
+    camera, findings = phone_camera(reading.rows("poses", CAMERA.read, FRAMES), reading.name_of("poses"), settings)
+    reading.findings += findings
     return camera
 
 
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     """Rows that the tracker stands for; one that it does not track, or in a lost frame, counts as lost."""
-    file, data, table = _table(reading, "landmarks", LANDMARKS)
-    rows, unit = with_landmark_times(unit_poses(reading.account("landmarks", data, table)), file, clock_of(camera))
-    reading.findings += unit
+    file = reading.name_of("landmarks")
+    rows = unit_poses(reading.rows("landmarks", LANDMARKS.read, FRAMES, clock_of(camera)))
     # A row that is not tracked may have no pose: it says no more than that.
     logged = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
     log, findings = landmark_log(logged, file, camera)
@@ -202,11 +171,10 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
 
 def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     """Rows of anchors that are tracked, at usable frames with tracking; None where there are none."""
-    file, data, table = _table(reading, "anchors", ANCHORS)
-    rows, unit = with_landmark_times(unit_poses(reading.account("anchors", data, table)), file, clock_of(camera))
+    rows = unit_poses(reading.rows("anchors", ANCHORS.read, FRAMES, clock_of(camera)))
     rows = rows.filter(pl.col("state") == TRACKING)
-    position, orientation, sound, findings = poses_of(rows, file)
-    reading.findings += [*unit, *findings]
+    position, orientation, sound, findings = poses_of(rows, reading.name_of("anchors"))
+    reading.findings += findings
     frame, _ = frames_of(rows["time_ns"].to_numpy(), camera)
     used = sound & (frame >= 0)
     if camera.state is not None and len(camera.time_ns):
@@ -214,82 +182,41 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     if not used.any():
         return None
     anchor = rows["anchor"].to_numpy()
-    order = np.flatnonzero(used)
-    order = order[np.lexsort((frame[order], anchor[order]))]
-    once = np.ones(len(order), dtype=bool)
-    once[1:] = (np.diff(anchor[order]) != 0) | (np.diff(frame[order]) != 0)
-    order = order[once]
+    order, _ = sorted_once(anchor, frame, np.flatnonzero(used))
     return AnchorLog(anchor[order], frame[order], position[order], orientation[order])
 
 
-def _wifi(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray, settings: FindingSettings) -> pl.DataFrame:
-    file, data, table = _table(reading, "wifi", WIFI)
-    rows, unit = with_scan_times(reading.account("wifi", data, table), file, clock_ns)
-    rows, odd = admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file)
-    reading.findings += unit
-    rows = mark_repeated(rows)
-    reading.findings += odd
-    reading.findings += wifi_findings(rows, file, settings)
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
-def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
-    file, data, table = _table(reading, "sensors", SENSORS)
-    rows, unit = with_reading_times(reading.account("sensors", data, table), file, clock_of(camera))
-    sensors, findings = sensor_table(rows.with_columns(pl.col(SENSOR_VALUES).fill_null(0.0)), file)
-    reading.findings += [*unit, *findings]
-    reading.findings += clock_mismatch(sensors["time_ns"].to_numpy(), file, camera)
-    return sensors
-
-
-def _ble(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
-    file, data, table = _table(reading, "ble", BLE)
-    rows, unit = with_times_of(reading.account("ble", data, table), file, clock_ns)
-    rows = rows.with_columns(pl.col("name").fill_null(""), normal_uuids(rows["uuid"]))
-    rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
-    rows = mark_repeated_ble(rows)
-    reading.findings += [*unit, *odd, *ble_findings(rows, file)]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
 def _rtt(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
-    """Ranges to access points; none of apps before them, which have no such file."""
-    file, data = reading.load("rtt")
-    table = parse_phone_table(data, file, RTT)
-    rows, unit = with_times_of(reading.account("rtt", data, table), file, clock_ns)
-    rows, odd = admitted(rows, "bssid", file)
-    rows = mark_repeated(rows.with_columns(responder=pl.col("responder") != 0))
-    reading.findings += [*unit, *odd]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
+    """Ranges to access points; older apps have no such file."""
+    rows, odd = admitted(reading.rows("rtt", RTT.read, ANY, clock_ns), "bssid", reading.name_of("rtt"))
+    reading.findings += odd
+    return reading.on_clock("rtt", mark_repeated(rows.with_columns(responder=pl.col("responder") != 0)), camera)
 
 
-def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> tuple[IntArray, pl.DataFrame, str]:
-    """Times (k,) of presses of the button, ns; the taps on the plan; their file. What was taken back is left out."""
-    file, data = reading.load("presses")
-    has_places = b"x_m" in data.partition(b"\n")[0].split(b",")
-    table = parse_phone_table(data, file, TAPS if has_places else PRESSES)
-    rows, unit = with_times_of(reading.account("presses", data, table), file, clock_ns)
-    reading.findings += unit
+def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> tuple[IntArray, pl.DataFrame]:
+    """Times (k,) of presses of the button, ns, and the taps on the plan. What was taken back is left out."""
+    rows = reading.rows("presses", _parse_presses, ANY, clock_ns)
     undone = rows.filter(pl.col("action") == "undo")["n"]
     kept = rows.filter(~pl.col("n").is_in(undone.to_list()))
-    presses_ns = kept.filter(action="press")["time_ns"].to_numpy().astype(np.int64)
-    reading.findings += clock_mismatch(presses_ns, file, camera)
-    if not has_places:
-        return presses_ns, kept.clear(), file
+    presses = reading.on_clock("presses", kept.filter(action="press"), camera)
+    presses_ns = presses["time_ns"].to_numpy().astype(np.int64)
+    if "x_m" not in kept.columns:
+        return presses_ns, kept.clear()
     x, y = (pl.col(name).fill_null(np.nan).alias(name[0]) for name in ("x_m", "y_m"))
-    return presses_ns, kept.filter(action="tap").select("row", "time_ns", x, y, "sigma_m"), file
+    return presses_ns, kept.filter(action="tap").select("row", "time_ns", x, y, "sigma_m")
+
+
+def _parse_presses(data: bytes, file: str) -> RawTable:
+    has_places = b"x_m" in data.partition(b"\n")[0].split(b",")
+    return (TAPS if has_places else PRESSES).read(data, file)
 
 
 def _recording(
     reading: SessionFiles, record: PhoneRecord | None, clock_ns: IntArray
 ) -> tuple[Recording, ToldFloors | None]:
     """What the recorder says of itself, and where the walker said to have come to another floor."""
-    file, data, table = _table(reading, "events", EVENTS)
-    rows, unit = with_times_of(reading.account("events", data, table), file, clock_ns)
-    reading.findings += unit
+    file = reading.name_of("events")
+    rows = reading.rows("events", EVENTS.read, ANY, clock_ns)
     counts = dict(rows["event"].value_counts().sort("event").iter_rows())
     recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
     if recording.scans_refused:
@@ -297,9 +224,7 @@ def _recording(
             "scans were refused or failed, as when scanning is throttled; switch off 'Wi-Fi scan throttling' in the "
             "phone's developer options"
         )
-        reading.findings.append(
-            Finding(kind="scans_refused", file=file, count=recording.scans_refused, message=message)
-        )
+        reading.note("scans_refused", file, message, count=recording.scans_refused)
     stopped = rows.filter(pl.col("event") == "scans_stopped")
     if stopped.height:
         radios = " and ".join(_RADIOS.get(word, word) for word in stopped["detail"].fill_null("").unique().sort())
@@ -312,7 +237,7 @@ def _recording(
     dropped = counts.get("rows_dropped", 0)
     if dropped:
         message = "rows came faster than the phone could write them, and are missing; log at a lower rate"
-        reading.findings.append(Finding(kind="rows_dropped", file=file, count=dropped, message=message))
+        reading.note("rows_dropped", file, message, count=dropped)
     return recording, _told_floors(rows)
 
 
@@ -324,4 +249,4 @@ def _told_floors(events: pl.DataFrame) -> ToldFloors | None:
     return ToldFloors(told["time_ns"].to_numpy(), told["floor"].to_numpy()) if told.height else None
 
 
-register(PhoneFormat())
+register(FileFormat("phone", FILE_NAMES, _recognises, _session))

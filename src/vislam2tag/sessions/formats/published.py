@@ -3,37 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.intake.readings import admitted
+from vislam2tag.sessions.clock import clock_mismatch
+from vislam2tag.sessions.tables.ble_table import ble_findings
+from vislam2tag.sessions.tables.ble_table import parse_ble
+from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.raw_table import parse_table
+from vislam2tag.sessions.tables.recognised_times import with_frame_times
+from vislam2tag.sessions.tables.recognised_times import with_landmark_times
+from vislam2tag.sessions.tables.recognised_times import with_reading_times
+from vislam2tag.sessions.tables.recognised_times import with_scan_times
+from vislam2tag.sessions.tables.recognised_times import with_times_of
+from vislam2tag.sessions.tables.sensor_table import sensor_table
+from vislam2tag.sessions.tables.wifi_table import mark_repeated
+from vislam2tag.sessions.tables.wifi_table import wifi_findings
+from vislam2tag.site.model import SessionRef
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
-from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
-from vislam2tag.sessions.model import Session
+from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
+from vislam2tag.sessions.clocks import clock_of, pose_lag_of
+from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.readings import BLE_LINES, SENSOR_SCHEMA, parse_wifi, pressure_log
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
-from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
-from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
-from vislam2tag.sessions.tables.raw_table import parse_table
-from vislam2tag.sessions.tables.recognised_times import (
-    clock_of,
-    with_frame_times,
-    with_landmark_times,
-    with_reading_times,
-    with_scan_times,
-    with_times_of,
-)
-from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
+from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
+from vislam2tag.sessions.text_tables import FieldTable
+from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
-from vislam2tag.site.model import SessionKey, SessionRef
-from vislam2tag.site.site_table import is_file
+from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.site_table import is_file
 
 SENSOR_LOGGER_METADATA = "Metadata.csv"
 FILE_NAMES = {
@@ -47,108 +50,32 @@ FILE_NAMES = {
 }
 """The names of each role's file: the published one, and the paper's."""
 
-_PRESS_SCHEMA = {"n": pl.Int64, "time_ns": pl.Int64}
+_PRESSES = FieldTable({"n": pl.Int64, "time_ns": pl.Int64})
 
 
-class PublishedFormat:
-    """Reads the folders of the published survey and phone app, whichever names their files have."""
-
-    name = "published"
-
-    def recognises(self, folder: Path) -> bool:
-        """A session has at least one file of a known name; Sensor Logger also writes a WiFi.csv, beside metadata."""
-        return bool(existing_files(folder, FILE_NAMES)) and not is_file(folder / SENSOR_LOGGER_METADATA)
-
-    def input_files(self, folder: Path) -> list[Path]:
-        """The files that :meth:`read` looks at, as far as they are there."""
-        return existing_files(folder, FILE_NAMES)
-
-    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read a session whole; problems are findings."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES), ref.key, settings)
-
-    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read what the tracker said."""
-        return _session(SessionFiles(ref.folder, FILE_NAMES, track_only=True), ref.key, settings)
+def _recognises(folder: Path) -> bool:
+    """A session has at least one file of a known name; Sensor Logger also writes a WiFi.csv, beside metadata."""
+    return bool(existing_files(folder, FILE_NAMES)) and not is_file(folder / SENSOR_LOGGER_METADATA)
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
-    camera = _camera(reading, settings)
-    landmarks = _landmarks(reading, camera)
-    sensors = _sensors(reading, camera)
+    poses = reading.rows("poses", FieldTable(CAMERA_SCHEMA).read, FRAMES)
+    camera, odd_frames = camera_track(poses, reading.name_of("poses"), settings)
+    reading.findings += odd_frames
+    logged = reading.rows("landmarks", FieldTable(LANDMARK_SCHEMA).read, FRAMES, clock_of(camera))
+    landmarks, odd_landmarks = landmark_log(logged, reading.name_of("landmarks"), camera)
+    reading.findings += odd_landmarks
+    sensors = reading.readings(FieldTable(SENSOR_SCHEMA).read, camera)
     clock_ns = clock_of(camera, sensors)
-    tables = {"wifi": _wifi(reading, camera, clock_ns, settings), "sensors": sensors}
+    scans = reading.rows("wifi", parse_wifi, SCANS, clock_ns, "microseconds")
+    tables = {"wifi": reading.on_clock("wifi", reading.wifi(scans, settings), camera), "sensors": sensors}
     if reading.has("ble"):
-        tables["ble"] = _ble(reading, camera, clock_ns)
-    presses_ns = _presses(reading, camera, clock_ns)
-    pose_lag_s = pose_lag_of(camera, tables["sensors"])
-    session = Session(
-        key=key,
-        camera=replace(camera, pressure=pressure_log(tables["sensors"]), pose_lag_s=pose_lag_s),
-        landmarks=landmarks,
-        presses_ns=presses_ns,
-        tables=tables,
-        files=tuple(reading.files),
-        findings=tuple(reading.findings),
-    )
-    return with_fixes(session, reading)
+        adverts = reading.ble(reading.rows("ble", BLE_LINES.read, ANY, clock_ns))
+        tables["ble"] = reading.on_clock("ble", adverts, camera)
+    presses = reading.on_clock("presses", reading.rows("presses", _PRESSES.read, ANY, clock_ns), camera)
+    camera = replace(camera, pressure=pressure_log(sensors), pose_lag_s=pose_lag_of(camera, sensors))
+    presses_ns = presses["time_ns"].to_numpy().astype(np.int64)
+    return with_fixes(reading.session(key, camera, landmarks, tables, presses_ns=presses_ns), reading)
 
 
-def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
-    file, data = reading.load("poses")
-    rows, unit = with_frame_times(reading.account("poses", data, parse_table(data, file, CAMERA_SCHEMA)), file)
-    camera, findings = camera_track(rows, file, settings)
-    reading.findings += [*unit, *findings]
-    return camera
-
-
-def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
-    file, data = reading.load("landmarks")
-    rows = reading.account("landmarks", data, parse_table(data, file, LANDMARK_SCHEMA))
-    rows, unit = with_landmark_times(rows, file, clock_of(camera))
-    log, findings = landmark_log(rows, file, camera)
-    reading.findings += [*unit, *findings]
-    return log
-
-
-def _wifi(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray, settings: FindingSettings) -> pl.DataFrame:
-    file, data = reading.load("wifi")
-    rows, unit = with_scan_times(reading.account("wifi", data, parse_wifi(data, file)), file, clock_ns, "microseconds")
-    rows, odd = admitted(rows, "bssid", file)
-    rows = mark_repeated(rows)
-    reading.findings += [*unit, *odd, *wifi_findings(rows, file, settings)]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
-def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
-    file, data = reading.load("sensors")
-    readings = reading.account("sensors", data, parse_table(data, file, SENSOR_SCHEMA))
-    readings, unit = with_reading_times(readings, file, clock_of(camera))
-    rows, findings = sensor_table(readings, file)
-    reading.findings += [*unit, *findings]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
-def _ble(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
-    file, data = reading.load("ble")
-    rows, unit = with_times_of(reading.account("ble", data, parse_ble(data, file)), file, clock_ns)
-    rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
-    rows = mark_repeated_ble(rows)
-    reading.findings += [*unit, *odd, *ble_findings(rows, file)]
-    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
-    return rows
-
-
-def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> IntArray:
-    """Times (k,) of the presses, ns."""
-    file, data = reading.load("presses")
-    rows, unit = with_times_of(reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA)), file, clock_ns)
-    reading.findings += unit
-    presses_ns = rows["time_ns"].to_numpy().astype(np.int64)
-    reading.findings += clock_mismatch(presses_ns, file, camera)
-    return presses_ns
-
-
-register(PublishedFormat())
+register(FileFormat("published", FILE_NAMES, _recognises, _session))

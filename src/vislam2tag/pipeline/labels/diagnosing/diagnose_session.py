@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from vislam2tag.diagnosis.two_floors import told_floors
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,1 +1,0 @@
-"""Parts of the phone app's format: record, tables, camera."""

@@ -1,0 +1,260 @@
+"""Readings of a session: sensors, Wi-Fi scans and Bluetooth advertisements, and which of them repeat others."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.context import PressureLog
+from vislam2tag.core.limits import of_one_recording
+from vislam2tag.intake.readings import normal_uuids
+from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.text_tables import LineTable, RawTable, level_dbm
+from vislam2tag.sessions.tracker_tables import FAR_TIMES, findings_of
+
+SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
+SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
+
+
+def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Make the ``sensors`` table of the parsed rows of a sensor file: ``row`` first, ``repeated`` added.
+
+    A row is ``repeated`` where an earlier one has the same sensor and time. All rows are kept as they are.
+    """
+    time_ns = rows["time_ns"].to_numpy()
+    repeated = np.zeros(len(time_ns), dtype=bool)
+    backward = np.zeros(len(time_ns), dtype=bool)
+    in_order = bool(np.all(np.diff(time_ns) > 0))
+    for index in [] if in_order else _rows_by_sensor(rows["sensor"]):
+        repeated[index], backward[index] = _irregular(time_ns[index])
+    table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
+    infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
+    backwards = "readings are earlier than one before them of the same sensor; kept"
+    again = "readings have the sensor and time of an earlier one; the first counts"
+    findings = findings_of(
+        rows["row"].to_numpy(),
+        file,
+        ("far_times", ~of_one_recording(time_ns), FAR_TIMES, Severity.WARNING),
+        ("repeated_rows", repeated, again, Severity.INFO),
+        ("backward_times", backward, backwards, Severity.WARNING),
+        ("non_finite_values", infinite, "values are not finite; kept as they are", Severity.WARNING),
+    )
+    return table, findings
+
+
+def sensor_rows(rows: pl.DataFrame, sensor: str, values: Sequence[pl.Expr | pl.Series]) -> pl.DataFrame:
+    """``row``, ``time_ns`` and one sensor's values as a sensor table has them; values that it does not have are 0."""
+    whole = [*values, *(pl.lit(0.0) for _ in SENSOR_VALUES[len(values) :])]
+    named = [value.alias(name) for name, value in zip(SENSOR_VALUES, whole, strict=True)]
+    return rows.select("row", "time_ns", pl.lit(sensor).alias("sensor"), *named)
+
+
+def sensors_of_log(parts: Sequence[pl.DataFrame]) -> pl.DataFrame:
+    """The table ``sensors`` of a log, of :func:`sensor_rows` of its sensors; ``repeated`` is added."""
+    return pl.concat(parts).sort("row").with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
+
+
+def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
+    """Row indices (k,) of each sensor, in file order."""
+    names = sensor.unique().to_list()
+    code = sensor.cast(pl.Enum(names)).to_physical().to_numpy()
+    order = np.argsort(code, kind="stable")
+    starts = np.searchsorted(code[order], np.arange(len(names) + 1))
+    return [order[start:stop] for start, stop in itertools.pairwise(starts.tolist())]
+
+
+def _irregular(time_ns: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Masks (k,) of one sensor's readings at times (k,), ns, that were there before, and of those that go back."""
+    n = len(time_ns)
+    repeated = np.zeros(n, dtype=bool)
+    step = np.diff(time_ns)
+    if np.all(step > 0):
+        return repeated, repeated
+    backward = np.zeros(n, dtype=bool)
+    backward[1:] = time_ns[1:] < np.maximum.accumulate(time_ns)[:-1]
+    repeated[:] = True
+    repeated[np.unique(time_ns, return_index=True)[1]] = False
+    return repeated, backward & ~repeated
+
+
+def readings_of(sensors: pl.DataFrame, sensor: str, values: Sequence[str]) -> tuple[IntArray, FloatArray]:
+    """Times (k,), increasing strictly, ns, and values (k, v) of a sensor's readings in a ``sensors`` table.
+
+    Repeated readings are left out, and those whose times cannot be of one recording.
+    """
+    rows = np.flatnonzero(((sensors["sensor"] == sensor) & ~sensors["repeated"]).to_numpy())
+    all_ns = sensors["time_ns"].to_numpy()
+    rows = rows[of_one_recording(all_ns[rows])]
+    if np.any(np.diff(all_ns[rows]) < 0):
+        rows = rows[np.argsort(all_ns[rows], kind="stable")]
+    return all_ns[rows], np.column_stack([sensors[name].to_numpy()[rows] for name in values])
+
+
+PRESSURE = "PRESSURE"
+"""Sensor type of the barometer; ``v1`` is in hPa."""
+PLAUSIBLE_HPA = (500.0, 1200.0)
+"""What the air around somebody walking may press with; other numbers are faults."""
+
+
+def pressure_log(sensors: pl.DataFrame) -> PressureLog | None:
+    """Take the barometer's readings out of a ``sensors`` table, in time order; None where there are not two."""
+    time_ns, values = readings_of(sensors, PRESSURE, ("v1",))
+    sound = (values[:, 0] >= PLAUSIBLE_HPA[0]) & (values[:, 0] <= PLAUSIBLE_HPA[1])
+    return PressureLog(time_ns[sound], values[sound, 0]) if sound.sum() > 1 else None
+
+
+_US_TO_NS = 1000
+_TIME_US = pl.col("time_us").cast(pl.Int64, strict=False)
+WIFI_LINES = LineTable(
+    # The fields after the text are found from the end of the line.
+    r"^\s*(?<scan>[+-]?\d+)\s*;(?<blank>\s*)(?<time_us>\d+)\s*;\s*WLAN\s*;(?<ssid>.*);\s*(?<bssid>[^;\s]*)\s*;"
+    r"\s*(?<rssi_dbm>[^;\s]+)\s*$",
+    (
+        (pl.when(_TIME_US <= (2**63 - 1) // _US_TO_NS).then(_TIME_US) * _US_TO_NS).alias("time_ns"),
+        pl.col("scan").cast(pl.Int32, strict=False),
+        pl.col("bssid", "ssid"),
+        level_dbm(pl.col("rssi_dbm")),
+        pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
+    ),
+    pl.all_horizontal(pl.col("time_ns", "scan", "bssid", "ssid", "rssi_dbm").is_not_null()),
+    "ssid",
+)
+"""Wi-Fi scans of the published layout: ``scan; t; WLAN; ssid; bssid; rss``, t in microseconds, no frequency (null).
+
+Addresses and levels are as the file has them; an address may be empty.
+"""
+
+
+def parse_wifi(data: bytes, file: str) -> RawTable:
+    """Parse a Wi-Fi file of the published layout into ``row`` and the columns of :data:`WIFI_LINES`."""
+    return WIFI_LINES.read(data, file)
+
+
+def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row has the same bssid and time, as when a scan returns stale results."""
+    return rows.with_columns(pl.struct("bssid", "time_ns").is_first_distinct().not_().alias("repeated"))
+
+
+def wifi_findings(rows: pl.DataFrame, file: str, settings: FindingSettings) -> list[Finding]:
+    """Report stale rows and throttled scanning; ``rows`` carry ``repeated``."""
+    findings = []
+    stale = rows.filter("repeated")["row"].to_list()
+    if stale:
+        message = "a scan repeats readings of an earlier one (same bssid and time); each counts once"
+        findings.append(Finding.at_lines("stale_wifi_rows", file, stale, message, Severity.INFO))
+    interval_s = median_scan_interval_s(rows)
+    if interval_s is not None and interval_s > settings.scan_interval_s:
+        message = (
+            f"scans start every {interval_s:.1f} s (median): the phone throttles scanning; switch off "
+            "'Wi-Fi scan throttling' in its developer options"
+        )
+        scans = rows["scan"].n_unique()
+        findings.append(Finding(kind="scan_throttling", file=file, count=scans, message=message))
+    return findings
+
+
+def median_scan_interval_s(rows: pl.DataFrame) -> float | None:
+    """Median time between the starts of successive scans, seconds; None for fewer than two scans.
+
+    A scan starts with its earliest fresh reading.
+    """
+    fresh = ~rows["repeated"].to_numpy()
+    scan, time_ns = rows["scan"].to_numpy()[fresh], rows["time_ns"].to_numpy()[fresh]
+    order = np.argsort(time_ns, kind="stable")
+    starts_ns = np.sort(time_ns[order[np.unique(scan[order], return_index=True)[1]]])
+    return float(np.median(np.diff(starts_ns))) / 1e9 if len(starts_ns) > 1 else None
+
+
+_GREATEST_NUMBER = 65535
+"""Of major and minor, which have 16 bits."""
+_IDENTITY = pl.col("uuid", "major", "minor")
+BLE_LINES = LineTable(
+    # The shortest name that leaves a level, with or without an identity after it.
+    r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
+    r"(?:;\s*(?<uuid>[0-9A-Fa-f-]{32,36})?\s*;\s*(?<major>\d+)?\s*;\s*(?<minor>\d+)?\s*)?$",
+    (
+        pl.col("time_ns").cast(pl.Int64, strict=False),
+        pl.col("address", "name"),
+        pl.col("uuid").map_batches(normal_uuids, return_dtype=pl.String),
+        pl.col("major", "minor").cast(pl.Int32, strict=False),
+        level_dbm(pl.col("rssi_dbm")),
+    ),
+    pl.all_horizontal(
+        pl.col("time_ns", "address", "name", "rssi_dbm").is_not_null(),
+        pl.sum_horizontal(_IDENTITY.is_not_null()).is_in((0, 3)),
+        pl.max_horizontal("major", "minor").fill_null(0) <= _GREATEST_NUMBER,
+    ),
+    "name",
+)
+"""Bluetooth advertisements: ``t; address; name; rss``, t in nanoseconds; a beacon's identity may follow, whole:
+``; uuid; major; minor`` (iBeacon).
+
+UUIDs come out in one notation; addresses, which may be empty, and levels are as the file has them.
+"""
+
+
+SAME_READING_NS = 5_000_000
+"""Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
+
+
+def mark_jittered(rows: pl.DataFrame, sender: str) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row of the same sender is at most :data:`SAME_READING_NS` older or younger.
+
+    Rows keep their order.
+    """
+    fresh = (pl.col("time_ns").diff() > SAME_READING_NS).over(sender, order_by=["time_ns", "row"])
+    return rows.with_columns(repeated=~fresh.fill_null(value=True))
+
+
+def ble_rows(rows: pl.DataFrame, address: str, name: pl.Expr, level: str) -> pl.DataFrame:
+    """Advertisements of no known beacon (``row``, ``time_ns`` and these columns) as a table ``ble`` has them."""
+    return rows.select(
+        "row",
+        "time_ns",
+        pl.col(address).alias("address"),
+        name.alias("name"),
+        pl.lit(None, dtype=pl.String).alias("uuid"),
+        pl.lit(None, dtype=pl.Int32).alias("major"),
+        pl.lit(None, dtype=pl.Int32).alias("minor"),
+        pl.col(level).cast(pl.Float32).alias("rssi_dbm"),
+    )
+
+
+def mark_repeated_ble(rows: pl.DataFrame) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row has the same transmitter and time."""
+    sender = pl.struct("address", "uuid", "major", "minor", "time_ns")
+    return rows.with_columns(sender.is_first_distinct().not_().alias("repeated"))
+
+
+def ble_findings(rows: pl.DataFrame, file: str) -> list[Finding]:
+    """Report repeated rows; ``rows`` carry ``repeated``."""
+    repeated = rows.filter("repeated")["row"].to_list()
+    if not repeated:
+        return []
+    message = "advertisements have the transmitter and time of an earlier one; each counts once"
+    return [Finding.at_lines("repeated_rows", file, repeated, message, Severity.INFO)]
+
+
+FEWEST_READINGS = 4
+"""Scans of fewer readings may be alike by chance."""
+
+
+def repeated_scans(wifi: pl.DataFrame) -> list[int]:
+    """Numbers of the scans whose readings are those of the scan before, in order; ``wifi`` as in a session."""
+    scans = (
+        wifi.filter(~pl.col("repeated") & pl.col("rssi_dbm").is_not_null())
+        .group_by("scan", maintain_order=True)
+        .agg(
+            pl.col("time_ns").min().alias("first_ns"),
+            pl.struct("bssid", "rssi_dbm").hash(seed=0).sort().alias("readings"),
+            pl.len().alias("count"),
+        )
+        .sort("first_ns")
+    )
+    alike = (pl.col("readings") == pl.col("readings").shift(1)) & (pl.col("count") >= FEWEST_READINGS)
+    return scans.filter(alike.fill_null(value=False))["scan"].to_list()

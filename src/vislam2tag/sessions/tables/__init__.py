@@ -1,1 +1,0 @@
-"""Raw tables of a session, one file a table: text to typed columns with line numbers."""

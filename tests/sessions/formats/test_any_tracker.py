@@ -1,0 +1,110 @@
+"""Poses of any tracker."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.message_factory import GetMessageClass
+from mcap.writer import Writer
+
+from tests.sessions.formats.app_recordings import POSITION, TIME_S, TURN, mcap
+from vislam2tag.common.errors import SessionError
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import read_session
+from vislam2tag.site.model import SessionKey, SessionRef
+
+POSE = "foxglove.PoseInFrame"
+FIELDS = {
+    "foxglove.Stamp": {"seconds": FieldDescriptorProto.TYPE_INT64, "nanos": FieldDescriptorProto.TYPE_INT32},
+    "foxglove.Vector3": dict.fromkeys("xyz", FieldDescriptorProto.TYPE_DOUBLE),
+    "foxglove.Quaternion": dict.fromkeys("xyzw", FieldDescriptorProto.TYPE_DOUBLE),
+    "foxglove.Pose": {"position": "foxglove.Vector3", "orientation": "foxglove.Quaternion"},
+    POSE: {"timestamp": "foxglove.Stamp", "frame_id": FieldDescriptorProto.TYPE_STRING, "pose": "foxglove.Pose"},
+}
+
+
+def read(folder: Path) -> Session:
+    return read_session(SessionRef(SessionKey(1, "robot", "walk"), folder, "mcap", "slug"))
+
+
+def descriptors() -> FileDescriptorSet:
+    """What Foxglove's SDK puts into a file as the schema of PoseInFrame."""
+    file = FileDescriptorProto(name="foxglove/PoseInFrame.proto", package="foxglove", syntax="proto3")
+    for name, fields in FIELDS.items():
+        message = file.message_type.add(name=name.rpartition(".")[2])
+        for number, (field, kind) in enumerate(fields.items(), start=1):
+            one = message.field.add(name=field, number=number, label=FieldDescriptorProto.LABEL_OPTIONAL)
+            if isinstance(kind, str):
+                one.type, one.type_name = FieldDescriptorProto.TYPE_MESSAGE, f".{kind}"
+            else:
+                one.type = kind
+    return FileDescriptorSet(file=[file])
+
+
+def write_protobuf(folder: Path, *topics: str) -> None:
+    content = descriptors()
+    pool = DescriptorPool()
+    pool.Add(content.file[0])
+    message = GetMessageClass(pool.FindMessageTypeByName(POSE))
+    with (folder / "poses.mcap").open("wb") as file:
+        writer = Writer(file, chunk_size=1000)
+        writer.start()
+        schema = writer.register_schema(POSE, "protobuf", content.SerializeToString())
+        for topic in topics:
+            channel = writer.register_channel(topic, "protobuf", schema)
+            for i, t in enumerate(TIME_S.tolist()):
+                time_ns = round(t * 1e9)
+                pose = {
+                    "position": dict(zip("xyz", POSITION[i].tolist(), strict=True)),
+                    "orientation": dict(zip("xyzw", TURN[i].as_quat().tolist(), strict=True)),
+                }
+                stamp = {"seconds": time_ns // 10**9, "nanos": time_ns % 10**9}
+                data = message(timestamp=stamp, frame_id="map", pose=pose).SerializeToString()
+                writer.add_message(channel, time_ns, data, time_ns)
+        writer.finish()
+    (folder / "poses.toml").write_text('camera = "y-up"\nframe = "y-up"\n', encoding="utf-8")
+
+
+def test_poses_in_protobuf(tmp_path: Path) -> None:
+    write_protobuf(tmp_path, "/pose")
+    camera = read(tmp_path).camera
+    np.testing.assert_allclose(camera.position_acs, POSITION, atol=1e-9)
+    np.testing.assert_allclose(camera.time_ns * 1e-9, TIME_S, atol=1e-6)
+
+
+def test_of_several_topics_one_must_be_named(tmp_path: Path) -> None:
+    write_protobuf(tmp_path, "/left", "/right")
+    with pytest.raises(SessionError, match=r'has poses of /left, /right: say in poses\.toml which, topic = "/left"'):
+        read(tmp_path)
+    with (tmp_path / "poses.toml").open("a") as file:
+        file.write('topic = "/right"\n')
+    assert len(read(tmp_path).camera.time_ns) == len(TIME_S)
+
+
+def test_a_file_that_is_cut_off_keeps_what_came_before(tmp_path: Path) -> None:
+    write_protobuf(tmp_path, "/pose")
+    path = tmp_path / "poses.mcap"
+    path.write_bytes(path.read_bytes()[:3000])
+    session = read(tmp_path)
+    assert 5 < len(session.camera.time_ns) < len(TIME_S)
+    assert "partial_last_line" in {each.kind for each in session.findings}
+
+
+def test_a_file_without_poses_is_named(tmp_path: Path) -> None:
+    mcap(tmp_path)
+    path = tmp_path / "poses.mcap"
+    path.write_bytes(b"no mcap at all")
+    with pytest.raises(SessionError, match=r"holds no message of foxglove.PoseInFrame \(InvalidMagic"):
+        read(tmp_path)
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("foxglove.Log", "jsonschema", b"{}")
+        writer.add_message(writer.register_channel("/log", "json", schema), 1, b"{}", 1)
+        writer.finish()
+    with pytest.raises(SessionError, match=r"it holds foxglove\.Log: record poses by this schema"):
+        read(tmp_path)
