@@ -13,7 +13,6 @@ looked at in development; the figures in docs/results/diagnosis.md are of others
 from __future__ import annotations
 
 import argparse
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from collections import Counter, defaultdict
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -39,8 +38,8 @@ from vislam2tag.quality.diagnosis.search import found_faults
 from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, sensor_clock_offset_s, stream_faults
 from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_plan
 from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk
+from vislam2tag.sessions.readings import repeated_scans
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.simulation.building import draw_plan
 from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.imu import INERTIAL_TYPES, ImuSettings, simulate_imu

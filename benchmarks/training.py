@@ -24,7 +24,7 @@ from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.signals import RATE_HZ
 from vislam2tag.dead_reckoning.speed import SpeedModel
 from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 
 ROUNDS = 3

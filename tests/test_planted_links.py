@@ -11,7 +11,7 @@ import pytest
 
 from tests.cli.command import vislam2tag
 from tests.preparation.rendered_walk import Walk, write_stray_scanner
-from tests.sessions.companions.walks import OtherClock, write_sensor_logger
+from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.site.plans import drawn_floor
 from tests.site.site import write_survey
 from tests.surveys import bytes_of, make_survey

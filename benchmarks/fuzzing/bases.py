@@ -33,7 +33,7 @@ from vislam2tag.quality.evaluation.station_frame import read_shots, read_station
 from vislam2tag.quality.evaluation.trajectory_files import READERS
 from vislam2tag.receiving.session_zip import unpack
 from vislam2tag.settings import part_of, setting_fields
-from vislam2tag.site.corrections import lines as correction_lines
+from vislam2tag.site.corrections import edits as correction_lines
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.settings import SETTINGS_FILE

@@ -157,10 +157,15 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.registry import model_named as model_named
     from vislam2tag.positioning.scan_file import Tracks as Tracks
     from vislam2tag.positioning.settings import SequenceMethod as SequenceMethod
+    from vislam2tag.preparation.planning.records import PlanSummary as PlanSummary
+    from vislam2tag.preparation.planning.settings import CameraSettings as CameraSettings
+    from vislam2tag.preparation.planning.settings import PlanSettings as PlanSettings
     from vislam2tag.preparation.registration.names import NameRules as NameRules
     from vislam2tag.preparation.registration.point_file import PointColumn as PointColumn
     from vislam2tag.preparation.registration.record import Registration as Registration
     from vislam2tag.preparation.registration.record import RegistrationSettings as RegistrationSettings
+    from vislam2tag.preparation.sheets.sheet_folder import SheetOptions as SheetOptions
+    from vislam2tag.preparation.sheets.sheet_folder import SheetsRecord as SheetsRecord
     from vislam2tag.preparation.sheets.sheet_folder import make_sheets as _make_sheets
     from vislam2tag.quality.diagnosis.alignment import WalkPasses as WalkPasses
     from vislam2tag.quality.diagnosis.record import Diagnosis as Diagnosis
@@ -172,8 +177,9 @@ if TYPE_CHECKING:
     from vislam2tag.quality.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.quality.self_check_record import SessionCheck as SessionCheck
     from vislam2tag.quality.self_check_record import SurveyCheck as SurveyCheck
-    from vislam2tag.sessions.companions.tie import TableColumns as TableColumns
-    from vislam2tag.sessions.companions.tie import Tie as Tie
+    from vislam2tag.sessions.companion_ties import TableColumns as TableColumns
+    from vislam2tag.sessions.companion_ties import Tie as Tie
+    from vislam2tag.sessions.foreign_tables import Clock as Clock
     from vislam2tag.sessions.inspection import Inspection as Inspection
     from vislam2tag.sessions.inspection import inspect_survey as _inspect_survey
     from vislam2tag.sessions.model import Attachment as Attachment
@@ -205,12 +211,6 @@ if TYPE_CHECKING:
     from vislam2tag.site.site_file import SiteFile as SiteFile
     from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
     from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
-    from vislam2tag.planning.records import PlanSummary as PlanSummary
-    from vislam2tag.planning.settings import CameraSettings as CameraSettings
-    from vislam2tag.planning.settings import PlanSettings as PlanSettings
-    from vislam2tag.sessions.foreign_tables import Clock as Clock
-    from vislam2tag.sheets.making import SheetOptions as SheetOptions
-    from vislam2tag.sheets.sheet_folder import SheetsRecord as SheetsRecord
 
     dataset = _build_dataset
     demo = _run_demo

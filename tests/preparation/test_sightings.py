@@ -17,7 +17,7 @@ from tests.preparation.rendered_walk import HEIGHT_M, Walk, posters_round_the_ro
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import read_grey
 from vislam2tag.preparation.sightings import Seen, search
-from vislam2tag.sessions.apps.pictures import Pictures
+from vislam2tag.sessions.apps import Pictures
 
 TAG_SIDE_M, PAPER_M = 0.2, 0.25
 VIDEO = cv2.VideoCapture

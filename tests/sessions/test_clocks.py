@@ -19,9 +19,9 @@ from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import POSE_LAGS_S, regular_survey
 from vislam2tag.simulation.settings import WalkStyle, walk_settings
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.site.corrections.file import Corrections, ShiftClock
+from vislam2tag.site.model import Survey
 from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.survey.corrections.file import Corrections, ShiftClock
-from vislam2tag.survey.model import Survey
 
 
 @pytest.fixture(scope="module")

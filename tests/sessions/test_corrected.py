@@ -22,8 +22,8 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections.edits import corrections_of
-from vislam2tag.survey.corrections.file import Corrections, SetTap, read_corrections
+from vislam2tag.site.corrections.edits import corrections_of
+from vislam2tag.site.corrections.file import Corrections, SetTap, read_corrections
 
 
 @pytest.fixture

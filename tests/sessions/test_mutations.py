@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from vislam2tag.sessions.tables.ble_table import parse_ble
-from vislam2tag.sessions.tables.raw_table import parse_table
 
 import numpy as np
 import polars as pl
@@ -27,7 +25,7 @@ from vislam2tag.sessions.readings import (
 )
 from vislam2tag.sessions.text_tables import FieldTable, RawTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
-from vislam2tag.survey.names import landmark_id
+from vislam2tag.site.names import landmark_id
 
 LINES = 30
 SETTINGS = FindingSettings()

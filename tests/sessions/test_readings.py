@@ -30,7 +30,7 @@ from vislam2tag.sessions.readings import (
     wifi_findings,
 )
 from vislam2tag.sessions.text_tables import LineTable, RawTable
-from vislam2tag.survey.corrections.file import Corrections, ShiftClock
+from vislam2tag.site.corrections.file import Corrections, ShiftClock
 
 
 def table_of(readings: list[tuple[int, str]], first_value: float = 0.5) -> tuple[pl.DataFrame, dict[str, Finding]]:

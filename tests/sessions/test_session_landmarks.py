@@ -26,8 +26,8 @@ from vislam2tag.sessions.session_landmarks import (
     on_known_floors,
     with_told_floors,
 )
-from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
-from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, Site
+from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
+from vislam2tag.site.model import ControlPoints, Floor, SessionKey, Site
 
 KEY = SessionKey(1, "LG", "walk")
 FLAT = np.zeros(300)

@@ -10,7 +10,7 @@ from vislam2tag.common.judgement import NOT_RUN, Judgement, counted
 from vislam2tag.common.records import Record
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import Status
-from vislam2tag.intake.shifted_ids import IdShift
+from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.georeference import Georeference
 
 RUN_FILE = "run.json"

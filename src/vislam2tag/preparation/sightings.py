@@ -33,7 +33,7 @@ from vislam2tag.preparation.sheets.features import (
 from vislam2tag.preparation.sheets.images import own_files, read_grey, reference_features
 from vislam2tag.preparation.sheets.page import TAG_FAMILY, SheetTag
 from vislam2tag.preparation.sheets.sheet_folder import image_widths
-from vislam2tag.sessions.apps.pictures import Pictures
+from vislam2tag.sessions.apps import Pictures
 from vislam2tag.site.names import landmark_id
 
 TAG_FAMILIES = {

@@ -12,7 +12,7 @@ from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.receiving.app_zip import AppPlace, AppRecording, files_digest, holds_all_of, is_of_our_app, unpack_app
 from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, parse_checksums, unpack
-from vislam2tag.sessions.phone.record import RECORD_FILE
+from vislam2tag.sessions.phone_app import RECORD_FILE
 from vislam2tag.site.discover import floor_folders
 from vislam2tag.site.names import same_name
 

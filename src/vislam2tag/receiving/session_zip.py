@@ -19,7 +19,7 @@ from vislam2tag.common.files.bounded_file import BoundedFile
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES
-from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
+from vislam2tag.sessions.phone_app import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
 from vislam2tag.site.names import is_portable
 
 SUMS_FILE = "SHA256SUMS"

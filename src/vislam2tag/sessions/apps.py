@@ -23,8 +23,8 @@ from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import FieldTable, Parser, ns_of_seconds
 from vislam2tag.sessions.tracker_tables import LANDMARK_SCHEMA, POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import no_landmarks
-from vislam2tag.survey.model import SessionRef
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionRef
+from vislam2tag.site.site_table import is_file
 
 _HALF_TURN_ABOUT_X = np.array((1.0, 0.0, 0.0, 0.0))
 """Quaternion (x, y, z, w) between the two conventions of a camera, either way."""

@@ -30,7 +30,7 @@ from vislam2tag.sessions.foreign_tables import read_table, session_tables, table
 from vislam2tag.sessions.model import Attachment, FileRecord, FindingSettings, Session
 from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef
 
 
 @dataclass(frozen=True)

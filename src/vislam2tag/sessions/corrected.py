@@ -16,7 +16,7 @@ from vislam2tag.sessions.clocks import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Session, too_few_fixes
 from vislam2tag.sessions.readings import pressure_log, repeated_scans
 from vislam2tag.sessions.without_poses import without_tracker
-from vislam2tag.survey.corrections.file import (
+from vislam2tag.site.corrections.file import (
     CORRECTIONS_FILE,
     Corrections,
     DropRepeatedScans,

@@ -18,7 +18,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
-from vislam2tag.survey.site_table import decoded
+from vislam2tag.site.site_table import decoded
 
 TIME_COLUMNS = (
     *("time_ns", "timestamp", "time", "datetime", "date_time", "t", "unix_time", "unixtime", "epoch", "zeit"),

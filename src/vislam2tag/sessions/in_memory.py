@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from vislam2tag.sessions.tables.recognised_times import with_frame_times
-from vislam2tag.sessions.tables.recognised_times import with_landmark_times
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol, TypeAlias
@@ -16,14 +14,19 @@ from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.intake.time_units import FRAMES
-from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
+from vislam2tag.sessions.clocks import (
+    clock_mismatch,
+    clock_of,
+    pose_lag_of,
+    with_times,
+)
 from vislam2tag.sessions.model import FileRecord, FindingSettings, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
-from vislam2tag.survey.landmark_file import landmarks_from, landmarks_in
-from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.names import landmark_id
-from vislam2tag.survey.site_table import SiteTable
+from vislam2tag.site.landmark_file import landmarks_from, landmarks_in
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.names import landmark_id
+from vislam2tag.site.site_table import SiteTable
 
 
 class _ArrowStream(Protocol):

@@ -18,12 +18,12 @@ from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.readings import median_scan_interval_s
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import Corrections, read_corrections
-from vislam2tag.survey.landmark_states import LandmarkCounts
-from vislam2tag.survey.links import Link, link_findings, links_in
-from vislam2tag.survey.model import SessionRef, Survey
-from vislam2tag.survey.settings import SurveySettings
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.corrections.file import Corrections, read_corrections
+from vislam2tag.site.landmark_states import LandmarkCounts
+from vislam2tag.site.links import Link, link_findings, links_in
+from vislam2tag.site.model import SessionRef, Survey
+from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.stored_survey import survey_at_hand
 
 
 class FloorOverview(Record):

@@ -15,8 +15,8 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.survey.georeference import from_wgs84
-from vislam2tag.survey.model import Floor, SessionKey
+from vislam2tag.site.georeference import from_wgs84
+from vislam2tag.site.model import Floor, SessionKey
 
 
 class FindingSettings(FiniteRecord):

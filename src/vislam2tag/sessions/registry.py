@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from typing import NamedTuple
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -26,17 +25,15 @@ from vislam2tag.sessions.companion_ties import FOLDER as COMPANIONS
 from vislam2tag.sessions.companion_ties import companion_hashes, tied_recordings
 from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.session_files import named_alike, unpacked
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
-from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
-from vislam2tag.survey.corrections.unused import unused_corrections
-from vislam2tag.survey.discover import read_site, session_folders, zip_of
-from vislam2tag.survey.landmark_states import planned_findings
-from vislam2tag.survey.links import is_from_outside
-from vislam2tag.survey.model import SessionKey, SessionRef, Site, StoredFolder, Survey
-from vislam2tag.survey.names import session_slugs
-from vislam2tag.survey.settings import SurveySettings
-from vislam2tag.survey.site_checks import landmarks_off_plan, walks_twice
-from vislam2tag.survey.stored_survey import opened, stored_folder, with_stored_drawings
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.site.corrections.landmarks import unused_corrections, with_control_points_corrected
+from vislam2tag.site.discover import landmarks_off_plan, read_site, session_folders, walks_twice, zip_of
+from vislam2tag.site.landmark_states import planned_findings
+from vislam2tag.site.links import is_from_outside
+from vislam2tag.site.model import SessionKey, SessionRef, Site, StoredFolder, Survey
+from vislam2tag.site.names import session_slugs
+from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_drawings
 
 _MOST_NAMES = 5000
 """Of a zip that is looked into; a recording has a file a frame at most."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-import hashlib
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -33,8 +32,8 @@ from vislam2tag.sessions.readings import (
     wifi_findings,
 )
 from vislam2tag.sessions.text_tables import Parser, RawTable
-from vislam2tag.survey.model import SessionKey, SessionRef
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionKey, SessionRef
+from vislam2tag.site.site_table import is_file
 
 MISSING = {
     "poses": ("no camera poses; the session cannot be mapped", Severity.ERROR),

@@ -16,8 +16,8 @@ from vislam2tag.core.limits import MAX_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import vertical_span_m
 from vislam2tag.sessions.model import Session
-from vislam2tag.survey.corrections.file import Corrections, SetLandmarkFloor
-from vislam2tag.survey.model import SessionKey, Site
+from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
+from vislam2tag.site.model import SessionKey, Site
 
 CLIMB_M = 1.5
 """One landmark of another floor is believed where the walk went up or down by this; two are believed anyway."""

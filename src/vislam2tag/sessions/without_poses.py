@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from vislam2tag.sessions.tables.raw_table import parse_table
-from vislam2tag.sessions.tables.recognised_times import with_times_of
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +20,7 @@ from vislam2tag.sessions.model import FileRecord, Session, too_few_fixes
 from vislam2tag.sessions.readings import pressure_log, readings_of
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.text_tables import FieldTable
-from vislam2tag.survey.model import ControlPoints, SessionKey
+from vislam2tag.site.model import ControlPoints, SessionKey
 
 FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""

@@ -21,7 +21,7 @@ from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.ilc20 import find_sites, read
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.site.names import floor_number
 
 T = 1574149352000

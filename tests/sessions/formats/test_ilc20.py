@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from vislam2tag.quality.diagnosis.record import FaultKind
 import re
 import shutil
 from datetime import date, datetime
@@ -27,6 +26,7 @@ from vislam2tag.pipeline.labels.checking.check import check
 from vislam2tag.pipeline.labels.diagnosing import survey_evidence
 from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.sessions.formats.ilc20 import Ilc20Trace, parse_trace
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.site.plans.drawing import placed, read_drawing

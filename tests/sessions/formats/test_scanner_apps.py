@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from vislam2tag.sessions.formats.stray_scanner import StrayScannerFormat
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from vislam2tag.intake.poses import pose_findings
 from vislam2tag.sessions.apps import AppFormat
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import FORMATS, format_of, read_session
-from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef
 
 
 def read(folder: Path, name: str) -> Session:

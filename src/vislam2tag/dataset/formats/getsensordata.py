@@ -22,8 +22,7 @@ from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, regi
 from vislam2tag.dataset.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.sessions.tables.getsensordata_lines import looks_like_a_log
-from vislam2tag.sessions.tables.getsensordata_log import LoggedTaps, parse_log, parse_taps
+from vislam2tag.sessions.formats.getsensordata import LoggedTaps, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.site.georeference import Georeference, from_wgs84
 from vislam2tag.site.names import unique_slugs
 

@@ -26,7 +26,7 @@ from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, regi
 from vislam2tag.dataset.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.site.names import floor_number, unique_slugs
 
 TRACES = "path_data_files"

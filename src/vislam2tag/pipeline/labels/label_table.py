@@ -24,9 +24,8 @@ from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.status_column import status_text
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.labels.table_motion import level_notes, table_aligners
-from vislam2tag.sessions.companions.table import read_table
-from vislam2tag.sessions.phone.record import RECORD_FILE
-from vislam2tag.sessions.tables.clocks import MOST_NS, Clock, TableTimes, table_times, time_column
+from vislam2tag.sessions.foreign_tables import MOST_NS, Clock, TableTimes, read_table, table_times, time_column
+from vislam2tag.sessions.phone_app import RECORD_FILE
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import session_folders
 from vislam2tag.site.model import SessionKey

@@ -19,7 +19,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_AT_ONCE, MAX_DIAGNOSED_PASSES, MAX_PAIRS
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.intake.shifted_ids import IdShift
+from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.model import SessionKey
 from vislam2tag.smoother.drift import STATES, transitions
 from vislam2tag.smoother.equations import Weights, sighting_variance, stretch_drift

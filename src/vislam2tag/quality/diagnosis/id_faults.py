@@ -12,7 +12,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.intake.shifted_ids import IdShift
+from vislam2tag.intake.ids import IdShift
 from vislam2tag.quality.diagnosis.alignment import WalkPasses, align
 from vislam2tag.quality.diagnosis.displaced import SLACK_M, TOGETHER
 from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, listed

@@ -22,8 +22,7 @@ from vislam2tag.quality.diagnosis.evidence import listed
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.repeated_scans import repeated_scans
-from vislam2tag.sessions.tables.sensor_table import readings_of
+from vislam2tag.sessions.readings import readings_of, repeated_scans
 from vislam2tag.site.corrections.file import session_start
 from vislam2tag.site.model import SessionKey
 

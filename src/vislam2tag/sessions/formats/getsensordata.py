@@ -9,11 +9,6 @@ in degrees, so that the floor needs a georeference.
 from __future__ import annotations
 
 import re
-import hashlib
-from vislam2tag.common.errors import SessionError
-from vislam2tag.sessions.without_poses import inertial_log
-from vislam2tag.sessions.without_poses import no_landmarks
-from vislam2tag.sessions.without_poses import track_without_poses
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -42,7 +37,7 @@ from vislam2tag.sessions.without_poses import (
     session_of_log,
     track_of_log,
 )
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 RESET_S = 1.0
 """Times of the app's clock that go back by more mean that it was set anew; rows are some milliseconds out of order."""

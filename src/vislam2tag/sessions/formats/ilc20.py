@@ -5,11 +5,6 @@ values``, taps on the plan, no poses.
 from __future__ import annotations
 
 import re
-import hashlib
-from vislam2tag.common.errors import SessionError
-from vislam2tag.sessions.without_poses import inertial_log
-from vislam2tag.sessions.without_poses import no_landmarks
-from vislam2tag.sessions.without_poses import track_without_poses
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -32,7 +27,7 @@ from vislam2tag.sessions.without_poses import (
     session_of_log,
     track_of_log,
 )
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.site.model import SessionRef
 
 _MARK = re.compile(rb"\tTYPE_")
 _NEWLINE = ord("\n")

@@ -6,21 +6,6 @@ docs/reference/phone-format.md is its specification.
 from __future__ import annotations
 
 from dataclasses import replace
-from vislam2tag.intake.addresses import normal_uuids
-from vislam2tag.sessions.clock import clock_mismatch
-from vislam2tag.sessions.phone.table import PhoneSchema
-from vislam2tag.sessions.phone.table import parse_phone_table
-from vislam2tag.sessions.tables.ble_table import ble_findings
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
-from vislam2tag.sessions.tables.recognised_times import with_frame_times
-from vislam2tag.sessions.tables.recognised_times import with_landmark_times
-from vislam2tag.sessions.tables.recognised_times import with_reading_times
-from vislam2tag.sessions.tables.recognised_times import with_scan_times
-from vislam2tag.sessions.tables.recognised_times import with_times_of
-from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES
-from vislam2tag.sessions.tables.sensor_table import sensor_table
-from vislam2tag.sessions.tables.wifi_table import wifi_findings
-from vislam2tag.site.model import SessionRef
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +18,10 @@ from vislam2tag.core.context import AnchorLog, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions.clocks import clock_of, pose_lag_of
+from vislam2tag.sessions.clocks import (
+    clock_of,
+    pose_lag_of,
+)
 from vislam2tag.sessions.model import FindingSettings, Recording, Session
 from vislam2tag.sessions.phone_app import (
     ANCHORS,
@@ -56,14 +44,17 @@ from vislam2tag.sessions.phone_app import (
     phone_camera,
     unit_poses,
 )
-from vislam2tag.sessions.readings import mark_repeated, pressure_log
+from vislam2tag.sessions.readings import (
+    mark_repeated,
+    pressure_log,
+)
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import RawTable
 from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of, sorted_once
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
-from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.site_table import is_file
 
 FILE_NAMES = {
     "record": (RECORD_FILE,),

@@ -3,40 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.clock import clock_mismatch
-from vislam2tag.sessions.tables.ble_table import ble_findings
-from vislam2tag.sessions.tables.ble_table import parse_ble
-from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
-from vislam2tag.sessions.tables.raw_table import parse_table
-from vislam2tag.sessions.tables.recognised_times import with_frame_times
-from vislam2tag.sessions.tables.recognised_times import with_landmark_times
-from vislam2tag.sessions.tables.recognised_times import with_reading_times
-from vislam2tag.sessions.tables.recognised_times import with_scan_times
-from vislam2tag.sessions.tables.recognised_times import with_times_of
-from vislam2tag.sessions.tables.sensor_table import sensor_table
-from vislam2tag.sessions.tables.wifi_table import mark_repeated
-from vislam2tag.sessions.tables.wifi_table import wifi_findings
-from vislam2tag.site.model import SessionRef
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions.clocks import clock_of, pose_lag_of
+from vislam2tag.sessions.clocks import (
+    clock_of,
+    pose_lag_of,
+)
 from vislam2tag.sessions.model import FindingSettings, Session
-from vislam2tag.sessions.readings import BLE_LINES, SENSOR_SCHEMA, parse_wifi, pressure_log
+from vislam2tag.sessions.readings import (
+    BLE_LINES,
+    SENSOR_SCHEMA,
+    parse_wifi,
+    pressure_log,
+)
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
-from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.site_table import is_file
 
 SENSOR_LOGGER_METADATA = "Metadata.csv"
 FILE_NAMES = {

@@ -30,8 +30,8 @@ from vislam2tag.sessions.apps import MATRIX, AppFormat, Keyframe, Keyframes, Pic
 from vislam2tag.sessions.model import FindingSettings, Session
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.text_tables import Columns, FieldTable, RawTable, header_of
-from vislam2tag.survey.model import SessionRef
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionRef
+from vislam2tag.site.site_table import is_file
 
 LENS = ("fx", "fy", "cx", "cy")
 _FROM_MATRIX = (0, 1, 0, 1), (0, 1, 2, 2)

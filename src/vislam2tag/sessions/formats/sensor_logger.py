@@ -7,15 +7,6 @@ poses a recording is mapped by its inertial readings and ``fixes.csv``, or attac
 from __future__ import annotations
 
 from collections.abc import Mapping
-import numpy as np
-from vislam2tag.common.findings import Finding
-from vislam2tag.core.arrays import FloatArray
-from vislam2tag.sessions.phone.table import PhoneSchema
-from vislam2tag.sessions.phone.table import parse_phone_table
-from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES
-from vislam2tag.sessions.tables.wifi_table import mark_repeated
-from vislam2tag.sessions.tables.wifi_table import wifi_findings
-from vislam2tag.site.model import SessionRef
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,14 +17,19 @@ from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.formats.published import SENSOR_LOGGER_METADATA
 from vislam2tag.sessions.model import FindingSettings, Session
-from vislam2tag.sessions.readings import ble_rows, mark_repeated_ble, sensor_rows, sensor_table
+from vislam2tag.sessions.readings import (
+    ble_rows,
+    mark_repeated_ble,
+    sensor_rows,
+    sensor_table,
+)
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.text_tables import Columns, NamedTable, RawTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.without_poses import FIXES_FILE, no_landmarks, with_fixes
-from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.site_table import is_file
 
 _AXES = ("x", "y", "z")
 _SENSORS: Mapping[str, tuple[str, tuple[str, ...]]] = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from vislam2tag.diagnosis.two_floors import told_floors
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,8 +27,7 @@ from vislam2tag.quality.self_check_record import DoubtfulFix
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
-from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
-from vislam2tag.sessions.told_floors import floors_told
+from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes, floors_told
 from vislam2tag.site.model import SessionKey
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES

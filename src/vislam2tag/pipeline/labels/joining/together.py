@@ -35,7 +35,7 @@ from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
-from vislam2tag.sessions.told_landmarks import ToldLandmarks
+from vislam2tag.sessions.session_landmarks import ToldLandmarks
 from vislam2tag.site.model import SessionKey, Survey
 from vislam2tag.smoother.device_noise import told_by_others
 from vislam2tag.walk_ties.told import rounded_covariance
