@@ -39,6 +39,8 @@ from vislam2tag.diagnosis.streams import StreamSigns
 from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from vislam2tag.diagnosis.walls_crossed import Inside
 from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.settings import SmootherSettings
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import PATH_STEP
 from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
 from vislam2tag.sessions.registry import open_survey, read_session
@@ -52,8 +54,6 @@ from vislam2tag.simulation.sensors.imu import INERTIAL_TYPES, ImuSettings, simul
 from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
 from vislam2tag.simulation.settings import BuildingSettings, stream
 from vislam2tag.simulation.survey import STALE_SHARE, walk_and_track
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.corrections.file import UNITS_M, session_start
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.plans.model import FloorPlan

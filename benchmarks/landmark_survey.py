@@ -24,17 +24,17 @@ from data_sets import Walk, real_walks, walks_of
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.landmark_survey.landmark_map import join
-from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_survey.landmark_map import join
+from vislam2tag.estimation.landmark_survey.local_map import LocalMap
+from vislam2tag.estimation.noise import NoiseLevels
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.smoothing import smooth_in_own_frame
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.noise import NoiseLevels
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.smoothing import smooth_in_own_frame
 from vislam2tag.survey.shared_errors import SharedErrors
 
 SETTINGS = Settings()

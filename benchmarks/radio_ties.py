@@ -18,17 +18,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from calibration import cells, points
 from data_sets import Walk, walks_of
+from landmark_survey import SETTINGS, Site, chosen, generated_floor, site_of, spread
 from together import only, together, told_noise
 
-from landmark_survey import SETTINGS, Site, chosen, generated_floor, site_of, spread
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
 from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.walk_ties import radio
 from vislam2tag.walk_ties.traces import WalkTrace
 

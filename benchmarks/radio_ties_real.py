@@ -21,9 +21,9 @@ import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.dead_reckoning.speed import speed_model
-from vislam2tag.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.estimation.dead_reckoning.speed import speed_model
+from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
 from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace

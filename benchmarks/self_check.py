@@ -25,14 +25,14 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.estimation.contradictions import discrepancy, predicted
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.settings import SmootherSettings
+from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
 from vislam2tag.self_check.accuracy import Estimate, error_factor, estimate_accuracy
 from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
-from vislam2tag.smoother.contradictions import discrepancy, predicted
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 RANGE_M = SmootherSettings().sighting_range_m
 LIMITS_M = (0.5, float("inf"))

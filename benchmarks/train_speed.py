@@ -1,6 +1,6 @@
 """Learn the speed model of dead reckoning from traces with taps, and write it beside what it was learned from.
 
-    python benchmarks/train_speed.py site1/F1 src/vislam2tag/dead_reckoning/speed_model.json
+    python benchmarks/train_speed.py site1/F1 src/vislam2tag/estimation/dead_reckoning/speed_model.json
 
 The folder is a floor of the Indoor Location Competition 2.0 (MIT licence; ../shared/data/ilc20/site1-F1.tar.xz).
 """
@@ -15,8 +15,8 @@ from pathlib import Path
 from training import carried_walks, train
 
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.dead_reckoning.features import NAMES
-from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.estimation.dead_reckoning.features import NAMES
+from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 
@@ -44,7 +44,7 @@ def main() -> None:
         "walks": len(walks),
         "each_walk": "as recorded, phone in the hand, and as a swinging hand would have recorded it",
         "sha256": digest.hexdigest(),
-        "command": "python benchmarks/train_speed.py site1/F1 src/vislam2tag/dead_reckoning/speed_model.json",
+        "command": "python benchmarks/train_speed.py site1/F1 src/vislam2tag/estimation/dead_reckoning/speed_model.json",
         "unit": "m/s",
         "coefficients": dict(zip(NAMES, model.coefficients.round(5).tolist(), strict=True)),
     }

@@ -24,6 +24,7 @@ from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.limits import MAX_CELLS, MAX_CONTROL_POINTS, MAX_FLOOR_M, MAX_JOINT_LANDMARKS, MAX_PAIRS
 from vislam2tag.diagnosis.alignment import _some_pairs
 from vislam2tag.diagnosis.wifi_clock import HeardOnWalk, _Cells
+from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.evaluation.control_points.press_truth import estimate_lead
 from vislam2tag.evaluation.total_station.station_file import read_station_track
 from vislam2tag.evaluation.truth import nearest_points
@@ -31,7 +32,6 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
 from vislam2tag.planning.sigma_map import sigma_map
 from vislam2tag.report.pages.check_page import _gain_map
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.survey.landmark_file import read_control_points
 from vislam2tag.walkable.open_areas import _net_places
 from vislam2tag.walkable.space import WalkableSpace
@@ -189,14 +189,14 @@ def test_landmarks_passed_once_go_before_what_ties_the_walk(monkeypatch: pytest.
     assert observations.within_limits(()) is observations
     often = np.flatnonzero(np.bincount(observations.passes.landmark, minlength=10) > 1)
     count = np.isin(observations.passes.landmark, often)
-    monkeypatch.setattr("vislam2tag.smoother.observations.MAX_SOLVER_BLOCKS", count.sum() * len(often) ** 2)
+    monkeypatch.setattr("vislam2tag.estimation.observations.MAX_SOLVER_BLOCKS", count.sum() * len(often) ** 2)
     less = observations.within_limits(())
     assert less.ids == tuple(observations.ids[i] for i in often)
     assert less.passes_left_out == (~count).sum()
     assert [less.ids[i] for i in less.passes.landmark] == [
         observations.ids[i] for i in observations.passes.landmark[count]
     ]
-    monkeypatch.setattr("vislam2tag.smoother.observations.MAX_SOLVER_BLOCKS", 3 * len(often) ** 2)
+    monkeypatch.setattr("vislam2tag.estimation.observations.MAX_SOLVER_BLOCKS", 3 * len(often) ** 2)
     assert len(observations.within_limits(()).passes.at) == 3
 
 

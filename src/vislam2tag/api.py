@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from vislam2tag.diagnosis.streams import StreamSigns as StreamSigns
     from vislam2tag.diagnosis.wifi_clock import ClockOffset as ClockOffset
     from vislam2tag.diagnosis.wifi_clock import HeardOnWalk as HeardOnWalk
+    from vislam2tag.estimation.settings import SmootherSettings as SmootherSettings
     from vislam2tag.evaluation.metrics import ErrorSummary as ErrorSummary
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
@@ -200,7 +201,6 @@ if TYPE_CHECKING:
     from vislam2tag.simulation.settings import WalkSettings as WalkSettings
     from vislam2tag.simulation.survey import WritingOptions as WritingOptions
     from vislam2tag.simulation.survey import simulate as simulate
-    from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
     from vislam2tag.survey.frame_change import FrameChanges as FrameChanges
     from vislam2tag.survey.model import Floor as Floor
     from vislam2tag.survey.model import SessionKey as SessionKey
@@ -331,7 +331,7 @@ _NAMES = {
     "simulation.scenario": "Scenario paper_evaluation regular_survey",
     "simulation.settings": "BuildingSettings WalkSettings",
     "simulation.survey": "WritingOptions simulate",
-    "smoother.settings": "SmootherSettings",
+    "estimation.settings": "SmootherSettings",
     "survey.frame_change": "FrameChanges",
     "survey.model": "Floor SessionKey SessionRef Site Survey",
     "survey.settings": "SurveySettings",

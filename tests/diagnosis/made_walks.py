@@ -8,7 +8,7 @@ import numpy as np
 
 from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.diagnosis.passes import WalkPasses
-from vislam2tag.smoother.drift import STATES
+from vislam2tag.estimation.drift import STATES
 from vislam2tag.survey.model import SessionKey
 
 SIGHTING_M = 0.15

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from tests.walks import camera_on, log_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.estimation.odometry import continuous_odometry
 from vislam2tag.heights.vertical import VerticalTrack, vertical_track
-from vislam2tag.smoother.odometry import continuous_odometry
 
 N = 400
 STAIRS = np.interp(np.arange(N), (100, 300), (0.0, 3.0))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.planning.prediction import (
     PassedLandmarks,
     expected_along,
@@ -13,7 +14,6 @@ from vislam2tag.planning.prediction import (
     passes_near,
     smoothed_walk,
 )
-from vislam2tag.smoother.noise import NoiseLevels
 
 STRAIGHT = np.column_stack((np.arange(0.0, 60.05, 0.1), np.zeros(601)))
 

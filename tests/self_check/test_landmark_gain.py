@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tests.drifting import loops
+from tests.estimation.dense import as_matrix
 from tests.self_check.test_left_out import TYPICAL, smoothed
-from tests.smoother.dense import as_matrix
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.estimation.equations import normal_equations
+from vislam2tag.estimation.smoothing import Smoothed, mapped_path
 from vislam2tag.self_check import landmark_gain
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.landmark_gain import (
@@ -19,8 +21,6 @@ from vislam2tag.self_check.landmark_gain import (
     gains,
     positions_each_metre,
 )
-from vislam2tag.smoother.equations import normal_equations
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path
 
 
 @pytest.fixture(scope="module")

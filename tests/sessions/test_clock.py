@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from vislam2tag.estimation.settings import SmootherSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.clock import pose_lag_of
@@ -16,7 +17,6 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import POSE_LAGS_S, regular_survey
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.corrections.file import Corrections, ShiftClock
 from vislam2tag.survey.model import Survey
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.walk_ties.traces import WalkTrace
 
 NOTHING = LandmarkPriors.nothing(2)

@@ -1,7 +1,7 @@
 """A walk as diagnosis sees it: where the tracker put each landmark that it passed, and how uncertain that is.
 
 Only the way between passes counts: the frame of the walk may lie anywhere in the building. How far the tracker may
-have drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.smoother.noise`) and not from how the walk
+have drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.estimation.noise`) and not from how the walk
 was mapped: a wrong landmark would have made that worse.
 """
 
@@ -15,12 +15,12 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.similarity import as_points
+from vislam2tag.estimation.drift import STATES, transitions
+from vislam2tag.estimation.equations import Weights, sighting_variance, stretch_drift
+from vislam2tag.estimation.model import Model
+from vislam2tag.estimation.noise import SCALE_SIGMA, USUAL
+from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.intake.shifted_ids import IdShift
-from vislam2tag.smoother.drift import STATES, transitions
-from vislam2tag.smoother.equations import Weights, sighting_variance, stretch_drift
-from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import SCALE_SIGMA, USUAL
-from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.survey.model import SessionKey
 
 
@@ -31,7 +31,7 @@ class WalkPasses:
     ``landmark`` (p,) ids as logged; ``time_s`` (p,) from the first frame; ``camera`` (p,) complex, metres, where the
     camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``sighting_m2`` (p,) variance per axis of
     each pass; ``drift`` (p - 1, 4, 4) covariances of the drift from pass to pass (states as in
-    :mod:`vislam2tag.smoother.drift`); ``id_shift`` is what to add to the ids, None if nothing.
+    :mod:`vislam2tag.estimation.drift`); ``id_shift`` is what to add to the ids, None if nothing.
     """
 
     key: SessionKey

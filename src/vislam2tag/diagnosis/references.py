@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vislam2tag.common.records import Record
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 
 
 class Reference(Record):

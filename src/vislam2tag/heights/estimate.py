@@ -14,14 +14,14 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.core.visits import usable_rank
+from vislam2tag.estimation.map_moves import seen_rows
+from vislam2tag.estimation.observations import FEWEST_FRAMES
+from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 from vislam2tag.heights.differences import Differences, solve_robustly
 from vislam2tag.heights.floors import floor_of_heights
 from vislam2tag.heights.rides import FloorChangeSighting, with_rides_by_landmarks, with_rides_by_pressure
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.heights.vertical import VerticalTrack, vertical_track
-from vislam2tag.smoother.map_moves import seen_rows
-from vislam2tag.smoother.observations import FEWEST_FRAMES
-from vislam2tag.smoother.odometry import Odometry, continuous_odometry
 
 CARRIED_SIGMA_M = 0.5
 """How well a landmark's height is known that nobody measured: it hangs where a phone in the hand sees it."""

@@ -9,8 +9,8 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import usable_rank
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.steps import implausible, predicted, prediction_sigma_m
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.steps import implausible, predicted, prediction_sigma_m
 
 ODD_STEP_M = 0.03
 """A step this far from the predicted one may be the tracker's; only then the landmarks are asked."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pydantic import Field
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.estimation.settings import SmootherSettings
 from vislam2tag.heights.settings import HeightSettings
-from vislam2tag.smoother.settings import SmootherSettings
 
 WITHOUT_TRACKER = "dead-reckoning"
 """The strategy of sessions without poses, which the smoother hands them to; it maps no others."""

@@ -14,17 +14,17 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
+from vislam2tag.estimation.chain import solve
+from vislam2tag.estimation.equations import Weights, normal_equations
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.model import Model
+from vislam2tag.estimation.noise import USUAL, NoiseLevels
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.passes import Passes
+from vislam2tag.estimation.reweighting import equivalent_variances
+from vislam2tag.estimation.smoothing import Smoothed, mapped_path
 from vislam2tag.self_check.accuracy import expected_error_m
-from vislam2tag.smoother.chain import solve
-from vislam2tag.smoother.equations import Weights, normal_equations
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import USUAL, NoiseLevels
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.passes import Passes
-from vislam2tag.smoother.reweighting import equivalent_variances
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path
 
 PASSED_M = 0.7
 """A walk that comes so near to a landmark's station passes it."""

@@ -18,9 +18,9 @@ import numpy.typing as npt
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.robust import iterate, variance_factor
+from vislam2tag.estimation.contradictions import CERTAIN_SIGMAS, LEAST_M
 from vislam2tag.self_check.accuracy import excess
 from vislam2tag.self_check.record import BadLandmark, Fault, LeftOutMark, SessionCheck
-from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, LEAST_M
 
 TAIL = 4.0
 """Degrees of freedom of Student's t for a session's prediction."""

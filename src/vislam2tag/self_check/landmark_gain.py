@@ -16,11 +16,11 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_points
+from vislam2tag.estimation.chain import solve
+from vislam2tag.estimation.equations import normal_equations
+from vislam2tag.estimation.passes import Passes
+from vislam2tag.estimation.smoothing import Smoothed
 from vislam2tag.self_check.accuracy import expected_error_m
-from vislam2tag.smoother.chain import solve
-from vislam2tag.smoother.equations import normal_equations
-from vislam2tag.smoother.passes import Passes
-from vislam2tag.smoother.smoothing import Smoothed
 
 EVERY_M = 1.0
 """Positions are tied to each other this densely along the walk."""

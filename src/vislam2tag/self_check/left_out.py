@@ -17,9 +17,9 @@ from functools import reduce
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.smoother.contradictions import discrepancy
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.smoothing import Smoothed, smooth
+from vislam2tag.estimation.contradictions import discrepancy
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.smoothing import Smoothed, smooth
 
 MOST_SOLUTIONS = 24
 """With more landmarks than this, several are left out at once, as far apart as can be: the cost stays linear."""

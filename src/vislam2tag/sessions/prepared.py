@@ -12,6 +12,7 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
+from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.intake.poses import pose_findings
 from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
@@ -30,7 +31,6 @@ from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.told_floors import floors_told, on_known_floors, with_told_floors
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import FILES_OF_POSES, inertial_log, with_presses_as_fixes
-from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections.file import Corrections, SetTap
 from vislam2tag.survey.corrections.landmarks import corrected_landmarks, named_by_floor
 from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of

@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
 
 EVERY_M, EVERY_S = 1.0, 2.0
 """Others are told of a place once in so much of the way, and where a walker stands once in so many seconds."""

@@ -12,12 +12,12 @@ from tests.walks import corridor_walk, log_of, to_acs
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.estimation import smoothing
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.smoother import smoothing
 
 IN_LINE = {"a": (5.0, 0.5), "b": (15.0, 0.5), "c": (25.0, 0.5)}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from tests.report.markup import own_part, tags_in_figures
 from tests.survey.site import write_survey
 from vislam2tag.diagnosis.references import OddReference, Reference, References
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.sessions.registry import open_survey
 

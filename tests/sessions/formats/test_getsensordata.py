@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.dead_reckoning.walks import START_NS, corners, walked
+from tests.estimation.dead_reckoning.walks import START_NS, corners, walked
 from tests.sessions.getsensordata import HEAD, MAC, ORIGIN, posi
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.faults import EventKind

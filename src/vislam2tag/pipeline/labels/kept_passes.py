@@ -10,11 +10,11 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.diagnosis.passes import WalkPasses
+from vislam2tag.estimation.drift import STATES
+from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.labeling.results import PassesRecord
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.prepared import PreparedSession
-from vislam2tag.smoother.drift import STATES
-from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.survey.model import SessionKey
 
 Places = dict[str, tuple[int, complex]]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.diagnosis.references import Reference, References
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.report.floor_map.arrows import arrow_line
 from vislam2tag.report.floor_map.figures import site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from vislam2tag.common.findings import Severity
 from vislam2tag.diagnosis.references import Reference
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.studio.layer_registry import register
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace

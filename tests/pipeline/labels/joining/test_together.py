@@ -15,9 +15,10 @@ from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import joint_columns
 from vislam2tag.diagnosis.references import References
+from vislam2tag.estimation.device_noise import told_by_others
+from vislam2tag.estimation.landmark_survey.other_walks import OtherWalks
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.other_walks import OtherWalks
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
 from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.joining.together import HearJob, ReduceJob, _told, told_tasks
@@ -30,7 +31,6 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.smoother.device_noise import told_by_others
 from vislam2tag.survey.corrections.file import Corrections
 
 SURVEYED = ("2", "5", "8")

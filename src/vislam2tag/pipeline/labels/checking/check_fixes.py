@@ -8,10 +8,10 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.dead_reckoning.self_check import LeftOut as LeftOutFixes
-from vislam2tag.dead_reckoning.walk import ReckonedWalk
+from vislam2tag.estimation.dead_reckoning.self_check import LeftOut as LeftOutFixes
+from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk
+from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.self_check.accuracy import estimate_accuracy
 from vislam2tag.self_check.left_out import LeftOut
 from vislam2tag.self_check.record import DoubtfulFix, LeftOutMark

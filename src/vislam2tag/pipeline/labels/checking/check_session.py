@@ -11,11 +11,15 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.settings import SmootherSettings
+from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
+from vislam2tag.estimation.strategies.smoother import Smoother
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.pipeline.labels.checking.check_fixes import checked_by_fixes
 from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
 from vislam2tag.pipeline.run.failures import unexpected
@@ -25,10 +29,6 @@ from vislam2tag.self_check.landmark_gain import gains, positions_each_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.self_check.record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 
 @dataclass(frozen=True)

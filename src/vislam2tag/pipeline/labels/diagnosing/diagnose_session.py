@@ -10,13 +10,17 @@ import polars as pl
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.tracks import longest_section
-from vislam2tag.dead_reckoning.bridging import bridged_observations
-from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
 from vislam2tag.diagnosis.two_floors import told_floors
 from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.dead_reckoning.self_check import LeftOut
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import FEWEST_FRAMES
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.smoothing import mapped_path, smooth
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduced
@@ -29,10 +33,6 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
 from vislam2tag.sessions.told_floors import floors_told
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.observations import FEWEST_FRAMES
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.smoothing import mapped_path, smooth
 from vislam2tag.survey.model import SessionKey
 
 PATH_STEP = 15

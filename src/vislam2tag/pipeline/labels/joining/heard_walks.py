@@ -14,13 +14,13 @@ import polars as pl
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.context import PlaceTies
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.walk_ties.traces import WalkTrace
 

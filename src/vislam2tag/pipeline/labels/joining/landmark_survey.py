@@ -17,10 +17,14 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.limits import MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
+from vislam2tag.estimation.landmark_survey.local_map import LocalMap
+from vislam2tag.estimation.noise import NoiseLevels
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.smoothing import smooth_in_own_frame
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
-from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
@@ -28,10 +32,6 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_track
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import CLIMB_M
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.noise import NoiseLevels
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.smoothing import smooth_in_own_frame
 from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.model import SessionKey, Site, Survey
 
@@ -117,7 +117,7 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
     key, site = task.ref.key, task.site
     camera, log, landmarks = prepared.session.camera, prepared.session.landmarks, prepared.landmarks
     if camera.without_poses:
-        from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning  # SciPy, which workers alone need
+        from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning  # SciPy, which workers alone need
 
         walk = DeadReckoning(settings.dead_reckoning, settings.heights).reckoned(camera, landmarks)
         return ReducedSession(key, way=None if walk is None else walk.way())
