@@ -23,11 +23,11 @@ from data_sets import Walk, generated, real_walks
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import MappingStrategy, strategies_for_poses, strategy_named
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.reliability import added, reduce_errors
 from vislam2tag.labeling.results import ErrorRecord
-from vislam2tag.mapping.registry import MappingStrategy, strategies_for_poses, strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 
 FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
 HEADS = ("mean", "median", "p75", "p95", "max", "labelled")

@@ -15,8 +15,8 @@ from pathlib import Path
 from training import carried_walks, train
 
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.estimation.dead_reckoning.features import NAMES
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.estimation.dead_reckoning.gait import NAMES
+from vislam2tag.estimation.settings import DeadReckoningSettings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 
@@ -44,7 +44,7 @@ def main() -> None:
         "walks": len(walks),
         "each_walk": "as recorded, phone in the hand, and as a swinging hand would have recorded it",
         "sha256": digest.hexdigest(),
-        "command": "python benchmarks/train_speed.py site1/F1 src/vislam2tag/estimation/dead_reckoning/speed_model.json",
+        "command": f"python benchmarks/train_speed.py site1/F1 {sys.argv[2]}",
         "unit": "m/s",
         "coefficients": dict(zip(NAMES, model.coefficients.round(5).tolist(), strict=True)),
     }

@@ -9,11 +9,10 @@ from carrying import swung
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.estimation.dead_reckoning.features import NAMES
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.estimation.dead_reckoning.gait import NAMES, SpeedModel
 from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ
-from vislam2tag.estimation.dead_reckoning.speed import SpeedModel
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 ROUNDS = 3
 REWEIGHTINGS = 5

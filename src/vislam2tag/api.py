@@ -62,11 +62,16 @@ if TYPE_CHECKING:
     from vislam2tag.diagnosis.streams import StreamSigns as StreamSigns
     from vislam2tag.diagnosis.wifi_clock import ClockOffset as ClockOffset
     from vislam2tag.diagnosis.wifi_clock import HeardOnWalk as HeardOnWalk
+    from vislam2tag.estimation.settings import HeightSettings as HeightSettings
+    from vislam2tag.estimation.settings import MappingSettings as MappingSettings
     from vislam2tag.estimation.settings import SmootherSettings as SmootherSettings
+    from vislam2tag.estimation.strategy import MappingStrategy as MappingStrategy
+    from vislam2tag.estimation.strategy import strategies_for_poses as strategies_for_poses
+    from vislam2tag.estimation.strategy import strategy_named as strategy_named
+    from vislam2tag.estimation.strategy import strategy_names as strategy_names
     from vislam2tag.evaluation.metrics import ErrorSummary as ErrorSummary
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
-    from vislam2tag.heights.settings import HeightSettings as HeightSettings
     from vislam2tag.intake.shifted_ids import IdShift as IdShift
     from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
     from vislam2tag.labeling.readings import label_readings as label_readings
@@ -76,11 +81,6 @@ if TYPE_CHECKING:
     from vislam2tag.labeling.settings import LabelRule as LabelRule
     from vislam2tag.labeling.settings import LabelSettings as LabelSettings
     from vislam2tag.labeling.settings import ProcessSettings as ProcessSettings
-    from vislam2tag.mapping.registry import MappingStrategy as MappingStrategy
-    from vislam2tag.mapping.registry import strategies_for_poses as strategies_for_poses
-    from vislam2tag.mapping.registry import strategy_named as strategy_named
-    from vislam2tag.mapping.registry import strategy_names as strategy_names
-    from vislam2tag.mapping.settings import MappingSettings as MappingSettings
     from vislam2tag.pipeline.datasets.build import BuildOptions as BuildOptions
     from vislam2tag.pipeline.datasets.build import SessionStep as SessionStep
     from vislam2tag.pipeline.datasets.build import build_dataset as _build_dataset
@@ -255,14 +255,13 @@ _NAMES = {
     "diagnosis.wifi_clock": "ClockOffset HeardOnWalk",
     "evaluation.metrics": "ErrorSummary",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
-    "heights.settings": "HeightSettings",
+    "estimation.settings": "HeightSettings MappingSettings SmootherSettings",
     "intake.shifted_ids": "IdShift",
     "labeling.mapped_walk": "MappedWalk",
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
-    "mapping.registry": "MappingStrategy strategies_for_poses strategy_named strategy_names",
-    "mapping.settings": "MappingSettings",
+    "estimation.strategy": "MappingStrategy strategies_for_poses strategy_named strategy_names",
     "pipeline.datasets.build": "BuildOptions SessionStep build_dataset dataset=build_dataset",
     "pipeline.datasets.export": "ExportOptions ExportRecord export",
     "pipeline.datasets.figures": "figures=make_dataset_figures",
@@ -331,7 +330,6 @@ _NAMES = {
     "simulation.scenario": "Scenario paper_evaluation regular_survey",
     "simulation.settings": "BuildingSettings WalkSettings",
     "simulation.survey": "WritingOptions simulate",
-    "estimation.settings": "SmootherSettings",
     "survey.frame_change": "FrameChanges",
     "survey.model": "Floor SessionKey SessionRef Site Survey",
     "survey.settings": "SurveySettings",

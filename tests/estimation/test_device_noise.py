@@ -9,10 +9,18 @@ import pytest
 
 from tests.drifting import loops
 from vislam2tag.core.context import TrackerNoise
-from vislam2tag.estimation.device_noise import GREATEST_TIMES, STEP, STEP_NUMBERS, told_by_others
 from vislam2tag.estimation.equations import Weights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import ESTIMATED, PRIOR_WEIGHT, USUAL, NoiseLevels
+from vislam2tag.estimation.noise import (
+    ESTIMATED,
+    GREATEST_TIMES,
+    PRIOR_WEIGHT,
+    STEP,
+    STEP_NUMBERS,
+    USUAL,
+    NoiseLevels,
+    told_by_others,
+)
 from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth, smooth_in_own_frame
 
 

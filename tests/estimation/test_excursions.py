@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from tests.walks import camera_on, log_of
 from vislam2tag.core.arrays import ComplexArray
-from vislam2tag.estimation.excursions import PLACE_SIGMA_M, Excursion, find_excursions, returned
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+from vislam2tag.estimation.steps import PLACE_SIGMA_M, Excursion, find_excursions, returned
 
 STEPS = 300
 WAY_M = np.full(STEPS, 0.03)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.drifting import camera_track
-from vislam2tag.estimation.losses import (
+from vislam2tag.estimation.steps import (
     FOUND_M_S,
     FOUND_SIGMA_M,
     FOUND_TURN_RAD,

@@ -16,10 +16,10 @@ from vislam2tag.core.faults import EventKind
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import frames_without_landmark
-from vislam2tag.estimation.losses import lost_frames
 from vislam2tag.estimation.map_moves import map_moves
+from vislam2tag.estimation.observations import find_passes
 from vislam2tag.estimation.odometry import continuous_odometry
-from vislam2tag.estimation.passes import find_passes
+from vislam2tag.estimation.steps import lost_frames
 
 FRAMES = 300
 UPDATE = 150

@@ -16,8 +16,8 @@ from vislam2tag.core.faults import EventKind
 from vislam2tag.core.orientation import multiply
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.estimation.losses import FOUND_M_S
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+from vislam2tag.estimation.steps import FOUND_M_S
 
 MILLIMETRE = 1e-3
 Session = tuple[CameraTrack, LandmarkLog]

@@ -12,8 +12,8 @@ from tests.drifting import loops, nothing_logged, sheet_orientation
 from tests.walks import camera_on, corridor_walk, log_of
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.estimation.observations import Passes, find_passes
 from vislam2tag.estimation.odometry import continuous_odometry
-from vislam2tag.estimation.passes import Passes, find_passes
 
 RANGE_M = 6.0
 

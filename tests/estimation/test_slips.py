@@ -9,10 +9,10 @@ import pytest
 
 from tests.drifting import Drifting, loops
 from vislam2tag.core.faults import EventKind, TrackerEvent
+from vislam2tag.estimation.contradictions import may_have_slipped, slips
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.slips import may_have_slipped, slips
 from vislam2tag.estimation.smoothing import Smoothed, smooth
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)

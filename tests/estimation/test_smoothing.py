@@ -16,9 +16,8 @@ from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.equations import Weights, normal_equations
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
-from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import continuous_odometry
-from vislam2tag.estimation.passes import Passes
 from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth, smooth_in_own_frame
 from vislam2tag.evaluation.reliability import region_probability
 

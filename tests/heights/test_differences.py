@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from vislam2tag.heights.differences import Differences, solve_robustly
+from vislam2tag.estimation.differences import Differences, solve_robustly
 
 
 def chain(values: np.ndarray, tailed: bool) -> list[Differences]:

@@ -11,8 +11,8 @@ from tests.walks import camera_on, landmarks_at, log_of
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import PressureLog, Storeys, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
-from vislam2tag.heights.settings import HeightSettings
+from vislam2tag.estimation.heights import estimate_heights, vertical_span_m
+from vislam2tag.estimation.settings import HeightSettings
 
 STOREY_M = 4.0
 HUNG_M = {"a": 1.5, "b": 1.3, "c": 1.6, "d": 1.2}

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.heights.floors import floor_of_heights
+from vislam2tag.estimation.heights import floor_of_heights
 
 LEVELS = np.array([0.0, 3.5, 7.5])
 

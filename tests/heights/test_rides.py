@@ -7,14 +7,14 @@ import pytest
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PressureLog
-from vislam2tag.heights.rides import (
+from vislam2tag.estimation.vertical import (
     FloorChangeSighting,
+    VerticalTrack,
     altitude_m,
     still_stretches,
     with_rides_by_landmarks,
     with_rides_by_pressure,
 )
-from vislam2tag.heights.vertical import VerticalTrack
 
 TIME_S = np.arange(0, 100, 0.1)
 TIME_NS = (TIME_S * 1e9).astype(np.int64)

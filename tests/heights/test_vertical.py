@@ -11,7 +11,7 @@ from tests.walks import camera_on, log_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.estimation.odometry import continuous_odometry
-from vislam2tag.heights.vertical import VerticalTrack, vertical_track
+from vislam2tag.estimation.vertical import VerticalTrack, vertical_track
 
 N = 400
 STAIRS = np.interp(np.arange(N), (100, 300), (0.0, 3.0))

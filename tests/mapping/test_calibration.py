@@ -12,9 +12,9 @@ import pytest
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.evaluation.reliability import region_probability
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulated_floor, walk_and_track
 from vislam2tag.simulation.walking.sampling import position_at

@@ -15,8 +15,8 @@ from vislam2tag.core.orientation import multiply
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, longest_section, section_numbers
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 
 
 def anew(camera: CameraTrack, log: LandmarkLog, later: BoolArray) -> tuple[CameraTrack, LandmarkLog]:

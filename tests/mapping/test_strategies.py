@@ -12,8 +12,8 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.mapping.registry import strategy_named, strategy_names
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named, strategy_names
 
 STATIONS = {"a": (5.0, 0.6), "b": (15.0, -0.6), "c": (25.0, 0.6), "d": (35.0, -0.5)}
 ALL = ("global", "global-affine", "local", "local-corrected")

@@ -8,9 +8,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.estimation.settings import SmootherSettings
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.sessions.clock import pose_lag_of
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from tests.walk_ties.test_radio import hall, heard, walked
+from vislam2tag.positioning.heard_floor import HeardFloor, scan_weights
 from vislam2tag.positioning.radio_scans import RadioScans
-from vislam2tag.walk_ties.heard_floor import HeardFloor, scan_weights
-from vislam2tag.walk_ties.traces import WalkTrace
+from vislam2tag.positioning.walk_traces import WalkTrace
 
 
 def there_and_back(walks: int) -> tuple[list[WalkTrace | None], list[RadioScans]]:

@@ -8,9 +8,8 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
-from vislam2tag.walk_ties.fix_errors import Fixes, MatchErrors, match_errors, promised
-from vislam2tag.walk_ties.radio import radio_ties, walk_fixes
-from vislam2tag.walk_ties.traces import WalkTrace
+from vislam2tag.positioning.walk_ties import Fixes, MatchErrors, match_errors, promised, radio_ties, walk_fixes
+from vislam2tag.positioning.walk_traces import WalkTrace
 
 SENDERS = np.array([(-5.0, -5.0), (25.0, -5.0), (10.0, 5.0), (-5.0, 15.0), (25.0, 15.0)])
 

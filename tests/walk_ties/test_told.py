@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.walk_ties.told import rounded, rounded_covariance
+from vislam2tag.positioning.walk_traces import rounded, rounded_covariance
 
 
 def test_what_is_told_can_be_mapped_with_where_landmarks_share_nearly_all_of_their_error() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.walk_ties.traces import WalkTrace
+from vislam2tag.positioning.walk_traces import WalkTrace
 
 NOTHING = LandmarkPriors.nothing(2)
 

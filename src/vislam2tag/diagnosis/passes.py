@@ -1,7 +1,7 @@
 """A walk as diagnosis sees it: where the tracker put each landmark that it passed, and how uncertain that is.
 
-Only the way between passes counts: the frame of the walk may lie anywhere in the building. How far the tracker may
-have drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.estimation.noise`) and not from how the walk
+Only the way between passes counts: the frame of the walk may lie anywhere in the building. How far the tracker may have
+drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.estimation.noise`) and not from how the walk
 was mapped: a wrong landmark would have made that worse.
 """
 

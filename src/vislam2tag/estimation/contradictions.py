@@ -1,7 +1,10 @@
-"""Landmarks that contradict the rest: wrongly surveyed, moved since, or hung up with another's id.
+"""What a solved walk contradicts: landmarks that do not fit the rest, and slips of the tracker.
 
-The smoother's heavy tails keep such a landmark from bending the walk; here it is named. Each landmark in turn is taken
-for unsurveyed, so that the others alone say where it is.
+The smoother's heavy tails keep a landmark that is wrongly surveyed, moved, or hung up with another's id from bending
+the walk; here it is named. Each suspect in turn is taken for unsurveyed, so that the others alone say where it is.
+
+A slip is a stretch between passes over which the tracker led elsewhere than its usual drift explains. Unlike a break no
+step alone proves it; the landmarks before and after do.
 """
 
 from __future__ import annotations
@@ -10,12 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.faults import Contradiction
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.equations import normal_equations
-from vislam2tag.estimation.noise import DOUBTED
+from vislam2tag.estimation.noise import DOUBTED, ESTIMATED
 from vislam2tag.estimation.smoothing import Smoothed
 
 CERTAIN_SIGMAS = 5.0
@@ -68,3 +71,53 @@ def _contradiction(smoothed: Smoothed, landmark: int) -> Contradiction | None:
         offset_bcs_m=(float(offset[0]), float(offset[1])),
         passes=int(np.sum(smoothed.model.observations.passes.landmark == landmark)),
     )
+
+
+UNUSUAL_SIGMAS = 4.0
+"""A slip led farther off than this many standard deviations of the stretch's usual drift ..."""
+LEAST_SLIP_M = 0.3
+"""... and at least this far."""
+WORTH_ASKING_M = 0.15
+"""Less is made good by the drift of the stretch about as well as by knowing where it happened."""
+
+
+def slips(smoothed: Smoothed) -> tuple[TrackerEvent, ...]:
+    """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
+    observations, off = smoothed.model.observations, _led_off(smoothed)
+    size = np.hypot(off[:, 0], off[:, 1])
+    unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_SLIP_M) & ~_jumped(smoothed)
+    found = []
+    for k in np.flatnonzero(unusual).tolist():
+        start, stop = observations.nodes[k : k + 2].tolist()
+        doubt = observations.odometry.doubt[start:stop] * smoothed.model.turn[start:stop]
+        along = np.abs((doubt * complex(off[k, 0], -off[k, 1])).real)
+        at = start + int(along.argmax()) + 1 if doubt.any() else (start + stop) // 2
+        frame = int(observations.odometry.frame[at])
+        found.append(TrackerEvent(EventKind.SLIP, frame, float(size[k]), float(off[k, 3])))
+    return tuple(found)
+
+
+def may_have_slipped(smoothed: Smoothed) -> bool:
+    """Whether a stretch led far enough elsewhere for it to be worth asking other sensors where it slipped."""
+    off = _led_off(smoothed)
+    return bool(((np.hypot(off[:, 0], off[:, 1]) > WORTH_ASKING_M) & ~_jumped(smoothed)).any())
+
+
+def _led_off(smoothed: Smoothed) -> FloatArray:
+    """(p + 1, 4) how far off each stretch led: x, y, metres in the BCS, scale and heading."""
+    state = smoothed.solution.state
+    off = state[1:] - np.einsum("kij,kj->ki", smoothed.model.carry, state[:-1])
+    return np.asarray(off + smoothed.model.stretches_drifted)
+
+
+def _jumped(smoothed: Smoothed) -> BoolArray:
+    """Mask (p + 1,) of the stretches with a break, a correction or a loss."""
+    observations = smoothed.model.observations
+    until = np.concatenate(([0], np.cumsum(observations.odometry.jumped)))
+    return np.asarray(np.diff(until[observations.nodes]) > 0)
+
+
+def _usual_drift_m(smoothed: Smoothed) -> FloatArray:
+    """(p + 1,) standard deviation per axis of where each stretch leads by the session's usual drift."""
+    covariance = sum(smoothed.noise.level(source) ** 2 * smoothed.model.stretches[source] for source in ESTIMATED)
+    return np.asarray(np.sqrt(np.trace(np.asarray(covariance)[:, :2, :2], axis1=1, axis2=2) / 2))

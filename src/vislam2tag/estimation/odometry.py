@@ -20,24 +20,23 @@ from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.estimation.excursions import find_excursions, returned
-from vislam2tag.estimation.losses import (
-    FASTEST_M_S,
-    frozen_frames,
-    loss_turn_rad,
-    lost_frames,
-    steps_over_loss,
-    walkable_m,
-)
 from vislam2tag.estimation.map_moves import MapMoves, map_moves
 from vislam2tag.estimation.steps import (
     AFTER,
     BEFORE,
+    FASTEST_M_S,
     IMPOSSIBLE,
+    find_excursions,
+    frozen_frames,
     implausible,
+    loss_turn_rad,
+    lost_frames,
     predicted,
     predicted_in_plane,
     prediction_sigma_m,
+    returned,
+    steps_over_loss,
+    walkable_m,
 )
 
 SUSPICIOUS = 5.0

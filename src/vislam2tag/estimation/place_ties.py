@@ -15,8 +15,7 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.estimation.landmark_priors import LandmarkPriors, ToldPlaces, landmark_shares
-from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.passes import Passes
+from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.smoothing import Smoothed, refined
 
 AWAY_S = 0.5

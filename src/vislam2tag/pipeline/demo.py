@@ -17,13 +17,13 @@ from vislam2tag.common.files.whole_file import output_errors
 from vislam2tag.common.files.whole_folder import whole_folder, work_folder_of
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.estimation.strategy import strategies_for_poses
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import trajectory_of
-from vislam2tag.mapping.registry import strategies_for_poses
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.simulation.scenario import regular_survey

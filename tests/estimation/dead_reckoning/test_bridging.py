@@ -17,9 +17,9 @@ from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.without_poses import no_landmarks

@@ -9,10 +9,9 @@ import pytest
 
 from tests.estimation.dead_reckoning.walks import simulated, true_fixes
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.estimation.dead_reckoning.contradictions import contradictions_m
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.speed import speed_model
-from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.dead_reckoning.gait import speed_model
+from vislam2tag.estimation.dead_reckoning.walk import SensedWalk, contradictions_m
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 
 def contradicting_m(log: InertialLog, fixes: FixLog) -> float:

@@ -7,9 +7,9 @@ import pytest
 
 from tests.estimation.dead_reckoning.walks import simulated, true_fixes
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.speed import speed_model
+from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 SEEDS = range(6)
 INSIDE_95 = 2.45

@@ -8,9 +8,8 @@ from tests.estimation.dead_reckoning.walks import START_NS, G
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import InertialLog
 from vislam2tag.core.faults import EventKind
-from vislam2tag.estimation.dead_reckoning.events import Happening, happenings
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.dead_reckoning.walk import Happening, SensedWalk, happenings
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 TIME_S = np.arange(0.0, 40.0, 0.02)
 

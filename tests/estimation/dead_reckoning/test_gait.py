@@ -11,10 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from tests.estimation.dead_reckoning.walks import corners, walked
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.estimation.dead_reckoning.gait import turned_by_gait
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.speed import speed_model
+from vislam2tag.estimation.dead_reckoning.gait import speed_model, turned_by_gait
 from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 ROUND = corners((20, 0), (0, 15), (-20, 0), (0, -15))
 SETTINGS = DeadReckoningSettings()

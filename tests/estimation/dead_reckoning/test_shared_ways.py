@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from tests.estimation.dead_reckoning.walks import corners, walked
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.shared_ways import SIGMA_M, SharedLines
-from vislam2tag.estimation.dead_reckoning.speed import speed_model
+from vislam2tag.estimation.dead_reckoning.gait import speed_model
+from vislam2tag.estimation.dead_reckoning.maps import SIGMA_M, SharedLines
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 SETTINGS = DeadReckoningSettings()
 WAY = corners((30, 0), (0, 25), (-30, 0))

@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.estimation.dead_reckoning.equations import STATES, PathModel, PathState, Ties
-from vislam2tag.estimation.dead_reckoning.nodes import Nodes
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.shared_ways import SharedLines
+from vislam2tag.estimation.dead_reckoning.factors import STATES, PathModel, PathState, Ties
+from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
+from vislam2tag.estimation.dead_reckoning.signals import Nodes
 from vislam2tag.estimation.dead_reckoning.smoothing import FACTORS, smooth_path
-from vislam2tag.estimation.dead_reckoning.walls import Walls
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 SETTINGS = DeadReckoningSettings(wall_memory_s=3.0)
 

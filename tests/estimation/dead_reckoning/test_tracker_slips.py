@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray
-from vislam2tag.estimation.dead_reckoning.tracker_slips import tracker_slips
+from vislam2tag.estimation.dead_reckoning.bridging import tracker_slips
 
 TIME_S = np.arange(0.0, 60.0, 0.1)
 SOUND = np.ones(len(TIME_S) - 1, dtype=bool)

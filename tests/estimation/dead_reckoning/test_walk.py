@@ -15,10 +15,9 @@ from training import train
 from tests.estimation.dead_reckoning.walks import corners, walked
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.estimation.dead_reckoning.self_check import LeftOut
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.speed import SpeedModel, speed_model
-from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, speed_model
+from vislam2tag.estimation.dead_reckoning.walk import LeftOut, ReckonedWalk, SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 SETTINGS = DeadReckoningSettings()
 WAY = corners((20, 0), (0, 15), (-10, 0), (0, -15), (5, 0), (0, 10))

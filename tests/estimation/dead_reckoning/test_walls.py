@@ -12,10 +12,10 @@ from tests.estimation.dead_reckoning.walks import corners, walked
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.speed import speed_model
+from vislam2tag.estimation.dead_reckoning.gait import speed_model
+from vislam2tag.estimation.dead_reckoning.maps import Walls
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
-from vislam2tag.estimation.dead_reckoning.walls import Walls
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 SETTINGS = DeadReckoningSettings()
 ROUND = corners((40, 0), (0, 30), (-40, 0), (0, -30))

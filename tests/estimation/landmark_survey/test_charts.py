@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.estimation.landmark_survey.local_maps import building, seen_from, surveyed
-from vislam2tag.estimation.landmark_survey.charts import tied_to_survey
+from vislam2tag.estimation.landmark_survey.local_map import tied_to_survey
 
 ANGLE = st.floats(-np.pi, np.pi)
 FAR = st.floats(-500, 500)

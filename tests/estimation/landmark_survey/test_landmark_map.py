@@ -14,8 +14,7 @@ from tests.estimation.landmark_survey.local_maps import building, seen_from, sur
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.landmark_survey.changed_map import predicted
-from vislam2tag.estimation.landmark_survey.landmark_map import Doubts, LandmarkMap, initial_map, join, solved
+from vislam2tag.estimation.landmark_survey.landmark_map import Doubts, LandmarkMap, initial_map, join, predicted, solved
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap
 from vislam2tag.evaluation.reliability import region_probability
 

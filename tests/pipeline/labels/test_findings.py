@@ -13,9 +13,9 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.estimation import smoothing
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.pipeline.labels.process import process
 

@@ -12,8 +12,8 @@ from tests.estimation.dead_reckoning.walks import START_NS, corners, walked
 from tests.sessions.getsensordata import HEAD, MAC, ORIGIN, posi
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.faults import EventKind
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session

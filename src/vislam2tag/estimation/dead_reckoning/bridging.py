@@ -1,7 +1,8 @@
-"""Losses, breaks and slips bridged by how the walker walked meanwhile (docs/explanation/smoother-path.md, "Bridges").
+"""Losses, breaks and slips of a tracker bridged by how the walker walked meanwhile (docs/explanation/smoother-path.md).
 
-Inertial sensors tell steps and turns, but for a heading and a scale, which the tracker's steps on both sides tell. How
+Inertial sensors give steps and turns, but for a heading and a scale, which the tracker's steps on both sides give. How
 far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker saw.
+Slips are where the ways of tracker and inertial sensors part although the tracker reports no loss.
 """
 
 from __future__ import annotations
@@ -14,13 +15,71 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.context import InertialLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.estimation.dead_reckoning.features import WindowFeatures
-from vislam2tag.estimation.dead_reckoning.heading import turned_about_up
-from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, WalkSignals
-from vislam2tag.estimation.dead_reckoning.speed import speed_model
-from vislam2tag.estimation.dead_reckoning.tracker_slips import tracker_slips
+from vislam2tag.estimation.dead_reckoning.gait import WindowFeatures, speed_model
+from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, WalkSignals, turned_about_up
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+
+WINDOW_S, HOP_S = 1.0, 0.25
+"""Ways are compared over windows so long, begun so often."""
+BESIDE = 5
+"""So many windows on each side tell heading and scale of the inertial path."""
+LEAST_WAY_M2 = 2.0
+"""Of them, lengths squared and summed: who walked less told no heading."""
+UNUSUAL = 6.0
+"""A slip leads farther off than this many times what such windows of the same walk usually do, per axis ..."""
+LEAST_SLIP_M = 0.3
+"""... and at least this far."""
+CLEAREST = 0.8
+"""Of windows one after the other those count that show nearly as much as the clearest one."""
+MEDIAN_SIGMAS = 1.18
+"""Median length of a normal error of two dimensions, in standard deviations per axis."""
+
+
+@dataclass(frozen=True)
+class Slip:
+    """Steps ``start`` to ``stop`` (excluded) of a tracker's path, which led it off by ``off``, complex metres."""
+
+    start: int
+    stop: int
+    off: complex
+
+
+def tracker_slips(time_s: FloatArray, told: ComplexArray, felt: ComplexArray, sound: BoolArray) -> list[Slip]:
+    """Find slips of a tracker's path ``told`` (n,) against the inertial one ``felt`` (n,), both complex metres.
+
+    ``sound`` (n - 1,) are the steps of which both tell. Slips that last longer than a window are not found.
+    """
+    start_s = np.arange(time_s[0], time_s[-1] - WINDOW_S, HOP_S)
+    end_s = start_s + WINDOW_S
+    if not len(start_s):
+        return []
+    unsound = np.concatenate(([0.0], np.cumsum(~sound)))
+    moved, walked, broken = (
+        np.interp(end_s, time_s, path) - np.interp(start_s, time_s, path) for path in (told, felt, unsound)
+    )
+    whole = broken == 0
+    alike = _beside(np.where(whole, walked.conj() * moved, 0))
+    way_m2 = _beside(np.where(whole, np.abs(walked) ** 2, 0)).real
+    known = whole & (way_m2 > LEAST_WAY_M2)
+    off = np.where(known, moved - walked * alike / np.where(known, way_m2, 1), 0)
+    usual_m = float(np.median(np.abs(off[known]))) / MEDIAN_SIGMAS if known.any() else 0.0
+    found = []
+    for first, after in runs_of(np.abs(off) > max(UNUSUAL * usual_m, LEAST_SLIP_M)):
+        size = np.abs(off[first:after])
+        clear = first + np.flatnonzero(size > CLEAREST * size.max())
+        start, stop = np.searchsorted(time_s, (start_s[clear[0]], end_s[clear[-1]])).tolist()
+        found.append(Slip(start, stop, complex(off[first + int(size.argmax())])))
+    return found
+
+
+def _beside(values: ComplexArray) -> ComplexArray:
+    """Sums (m,) of values (m,) of the windows beside each that do not overlap it nor one another."""
+    hops = round(WINDOW_S / HOP_S)
+    padded = np.pad(values, BESIDE * hops)
+    shifts = [BESIDE * hops + side * hops * number for number in range(1, BESIDE + 1) for side in (-1, 1)]
+    return np.asarray(sum(padded[shift : shift + len(values)] for shift in shifts), dtype=np.complex128)
+
 
 CHUNK_S, CHUNKS = 1.0, 5
 """So long, and so many times so long, a tracker's path is compared with the inertial one on each side of a bridge."""

@@ -1,4 +1,4 @@
-"""Inertial readings of any rate, brought to one clock and one band."""
+"""Inertial readings brought to one clock of 50 Hz, the heading from them, and the nodes of the path between them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import InertialLog
+from vislam2tag.estimation.dead_reckoning.gait import WindowFeatures
 
 RATE_HZ = 50.0
 BAND_HZ = 6.0
@@ -101,3 +102,109 @@ def _in_gap(time_s: FloatArray, time_ns: IntArray, start_ns: int) -> BoolArray:
     at = (time_ns - start_ns) * 1e-9
     after = np.searchsorted(at, time_s).clip(1, len(at) - 1)
     return np.asarray(at[after] - at[after - 1] > LONGEST_GAP_S)
+
+
+GRAVITY_HZ = 0.3
+"""Steps are quicker than this, tilting the phone is slower."""
+COMPASS_HZ = 0.25
+FORWARD = np.array((0.0, 1.0, -1.0)) / np.sqrt(2)
+"""Walkers look along this axis of a phone: its top edge points ahead where it lies flat, its back where it stands."""
+
+
+@dataclass(frozen=True)
+class Headings:
+    """``up`` (n, 3) unit vectors in the device's axes; ``turned_rad`` (n,) rotation about them since the start,
+    anticlockwise; ``drift_rad`` (n,) the walker's heading by the phone's own, from east, less ``turned_rad``, slow: NaN
+    where it has none.
+    """
+
+    up: FloatArray
+    turned_rad: FloatArray
+    drift_rad: FloatArray
+
+    @classmethod
+    def of(cls, signals: WalkSignals, log: InertialLog) -> Headings:
+        """Integrate the gyroscope about gravity and compare with the rotation vector, where there is one."""
+        up, turned = turned_about_up(signals)
+        return cls(up, turned, _drift(signals, log, turned))
+
+
+def turned_about_up(signals: WalkSignals) -> tuple[FloatArray, FloatArray]:
+    """``up`` and ``turned_rad`` of :class:`Headings`."""
+    slow = low_pass(signals.force, GRAVITY_HZ)
+    up = slow / np.maximum(np.linalg.norm(slow, axis=1, keepdims=True), 1e-6)
+    about_up = np.einsum("ni,ni->n", signals.rate, up)
+    return up, np.concatenate(([0.0], np.cumsum((about_up[1:] + about_up[:-1]) / 2) / RATE_HZ))
+
+
+def _drift(signals: WalkSignals, log: InertialLog, turned_rad: FloatArray) -> FloatArray:
+    if len(log.orientation_ns) < 2:
+        return np.full(len(turned_rad), np.nan)
+    from scipy.spatial.transform import Rotation
+
+    ahead = Rotation.from_quat(log.orientation).apply(FORWARD)
+    # Directions are interpolated as angles that were unwrapped: components of quaternions flip their signs.
+    heading = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
+    at = (log.orientation_ns - signals.start_ns) * 1e-9
+    return low_pass(np.interp(signals.time_s, at, heading) - turned_rad, COMPASS_HZ)
+
+
+HOP_S = 0.5
+CLOSE_S = 0.05
+"""So near to a fix no further node is made: stretches must not be short."""
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """``k`` moments of a walk and the k - 1 stretches between them.
+
+    ``time_s`` (k,); ``motion`` (k - 1,) complex metres, in a frame that the gyroscope holds still; ``length_m``
+    (k - 1,) of the way; ``turn_rad`` (k - 1,) how far the phone turned, either way; ``known`` (k - 1,) mask of the
+    stretches without a gap in the readings; ``drift_rad`` (k,) the phone's own heading less the gyroscope's, NaN where
+    it has none; ``swinging`` (k - 1,) from 0, the phone is held still, to 1.
+    """
+
+    time_s: FloatArray
+    motion: ComplexArray
+    length_m: FloatArray
+    turn_rad: FloatArray
+    known: BoolArray
+    drift_rad: FloatArray
+    swinging: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        signals: WalkSignals,
+        headings: Headings,
+        features: WindowFeatures,
+        speed_m_s: FloatArray,
+        at_s: FloatArray,
+    ) -> Nodes:
+        """Sum the motion up between nodes: two a second, and one at each of the moments ``at_s`` within the walk."""
+        end_s = signals.time_s[-1]
+        regular = np.concatenate((np.arange(0, end_s - CLOSE_S, HOP_S), [end_s]))
+        apart = np.abs(regular[:, None] - at_s).min(axis=1, initial=np.inf) > CLOSE_S
+        time_s = np.unique(np.concatenate((regular[apart], at_s)))
+        way = np.concatenate(([0.0], np.cumsum(speed_m_s[:-1]))) / RATE_HZ
+        velocity = speed_m_s * np.exp(1j * headings.turned_rad)
+        path = np.concatenate(([0.0], np.cumsum(velocity[:-1]))) / RATE_HZ
+        unknown = np.concatenate(([0], np.cumsum(~signals.known[:-1])))
+        return cls(
+            time_s,
+            np.diff(np.interp(time_s, signals.time_s, path.real) + 1j * np.interp(time_s, signals.time_s, path.imag)),
+            np.diff(np.interp(time_s, signals.time_s, way)),
+            np.abs(np.diff(np.interp(time_s, signals.time_s, headings.turned_rad))),
+            np.diff(np.interp(time_s, signals.time_s, unknown)) == 0,
+            np.interp(time_s, signals.time_s, headings.drift_rad),
+            np.interp((time_s[1:] + time_s[:-1]) / 2, features.time_s, features.swinging),
+        )
+
+    @property
+    def raw(self) -> ComplexArray:
+        """(k,) the path from the start as the sensors have it, complex metres."""
+        return np.concatenate(([0.0], np.cumsum(self.motion)))
+
+    def index_of(self, time_s: FloatArray) -> IntArray:
+        """Index (f,) of the nodes at these moments (f,), which are nodes."""
+        return np.asarray(np.searchsorted(self.time_s, time_s))

@@ -1,4 +1,8 @@
-"""From the log of a walk without a tracker to its path."""
+"""From the log of a walk without a tracker to its path, what happened on it, and which fixes contradict the others.
+
+One wrong fix among many is outvoted by the others, and the path stays right. Fixes contradict each other as a whole
+where positions are in the wrong order, of another floor, or of another walk.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +11,17 @@ from functools import cached_property
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
+from vislam2tag.core.faults import EventKind
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.estimation.dead_reckoning.covering import covering_covariance
-from vislam2tag.estimation.dead_reckoning.equations import PathModel, Ties
-from vislam2tag.estimation.dead_reckoning.features import WindowFeatures
-from vislam2tag.estimation.dead_reckoning.gait import turned_by_gait
-from vislam2tag.estimation.dead_reckoning.heading import Headings
-from vislam2tag.estimation.dead_reckoning.nodes import Nodes
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.shared_ways import SharedLines
-from vislam2tag.estimation.dead_reckoning.signals import WalkSignals
-from vislam2tag.estimation.dead_reckoning.smoothing import SmoothedPath, smooth_path
-from vislam2tag.estimation.dead_reckoning.speed import SpeedModel
-from vislam2tag.estimation.dead_reckoning.walls import Walls
+from vislam2tag.estimation.dead_reckoning.factors import PathModel, Ties, fix_errors
+from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, WindowFeatures, turned_by_gait
+from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
+from vislam2tag.estimation.dead_reckoning.signals import Headings, Nodes, WalkSignals
+from vislam2tag.estimation.dead_reckoning.smoothing import SmoothedPath, covering_covariance, smooth_path
+from vislam2tag.estimation.settings import MIN_JUDGED, DeadReckoningSettings
 
 MOVING = 0.5
 """From here on somebody rather walks than stands."""
@@ -154,3 +153,118 @@ class ReckonedWalk:
         share = ((time_s - nodes[after - 1]) / (nodes[after] - nodes[after - 1])).clip(0, 1)
         share = share.reshape(-1, *(1,) * (values.ndim - 1))
         return np.asarray(values[after - 1] * (1 - share) + values[after] * share)
+
+
+TURN_RAD = np.pi / 3
+"""Who turns by more without a step turns in place."""
+CLIMB_M_S = 0.15
+CLIMB_M = 1.5
+"""Air pressure must tell of this much rise at once; less may be doors and ventilation."""
+CLIMB_WINDOW_S = 4.0
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something that lasted from ``start_s`` to ``end_s`` of a walk; ``size_m`` is the rise, ``turn_rad`` the turn."""
+
+    kind: EventKind
+    start_s: float
+    end_s: float
+    size_m: float
+    turn_rad: float
+
+
+def happenings(walk: SensedWalk, altitude_m: FloatArray | None, settings: DeadReckoningSettings) -> list[Happening]:
+    """List what happened on a walk, in order of time; ``altitude_m`` (m,) is that at its windows, by air pressure."""
+    time_s, standing = walk.features.time_s, walk.features.moving < 0.5
+    turned = np.interp(time_s, walk.signals.time_s, walk.headings.turned_rad)
+    found = []
+    climbing = np.zeros(len(time_s), dtype=bool)
+    if altitude_m is not None:
+        ends = [np.interp(time_s + side * CLIMB_WINDOW_S / 2, time_s, altitude_m) for side in (-1, 1)]
+        climbing = np.abs(ends[1] - ends[0]) > CLIMB_M_S * CLIMB_WINDOW_S
+        for first, stop in runs_of(climbing):
+            last = stop - 1
+            rise = float(altitude_m[last] - altitude_m[first])
+            if abs(rise) >= CLIMB_M:
+                kind = EventKind.LIFT if standing[first:stop].mean() > 0.5 else EventKind.STAIRS
+                found.append(Happening(kind, float(time_s[first]), float(time_s[last]), abs(rise), float("nan")))
+    for first, stop in runs_of(standing & ~climbing):
+        last = stop - 1
+        lasted, turn = float(time_s[last] - time_s[first]), float(turned[last] - turned[first])
+        if abs(turn) > TURN_RAD:
+            found.append(Happening(EventKind.TURN, float(time_s[first]), float(time_s[last]), 0.0, turn))
+        elif lasted >= settings.standing_s:
+            found.append(Happening(EventKind.STANDING, float(time_s[first]), float(time_s[last]), 0.0, turn))
+    return sorted(found, key=lambda each: each.start_s)
+
+
+DOUBTFUL = 3.7
+"""Standard deviations (per axis) beyond which one fix in a thousand lies by chance."""
+LEAST_FREEDOM = 0.02
+"""Where all but this of a fix's place is its own doing, the others say nothing of it."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Fixes (f,) left out one at a time, by the linear model about the path.
+
+    ``error_m`` (f, 2) from the fix to where the others put the walker, metres in the BCS; ``sigma_m`` (f,) per axis,
+    what that is expected to be; NaN at fixes of which the others say nothing.
+    """
+
+    error_m: FloatArray
+    sigma_m: FloatArray
+
+    @classmethod
+    def of(cls, walk: ReckonedWalk) -> LeftOut:
+        """Leave out each fix of a walk in turn, without solving again."""
+        sigma, node = walk.path.fix_sigma_m, walk.ties.node
+        error, weight = fix_errors(walk.path.state, replace(walk.ties, sigma_m=sigma))
+        variance = np.trace(walk.path.covariance[node, :2, :2], axis1=1, axis2=2) / 2
+        own = variance * weight
+        freedom = np.where(own < 1 - LEAST_FREEDOM, 1 - own, np.nan)
+        without = as_points(error) / freedom[:, None]
+        return cls(without, np.sqrt(walk.fix_scatter_m**2 + variance / freedom))
+
+    @property
+    def doubtful(self) -> BoolArray:
+        """Mask (f,) of the fixes that contradict the others."""
+        return np.asarray(np.linalg.norm(self.error_m, axis=1) > DOUBTFUL * self.sigma_m)
+
+
+MIN_DOUBTFUL = 2
+MAX_DOUBTFUL_SHARE = 0.3
+"""Real walks have one wrong fix in ten at most."""
+MAX_SCALE = 2.0
+"""Greatest distance between fixes, in parts of what the steps say ..."""
+MAX_M_S = 3.0
+"""... and in metres per second of the time between them ..."""
+MARGIN_M = 3.0
+"""... plus this, metres: a fix that is farther from its neighbour is wrong."""
+
+
+def contradictions_m(walk: ReckonedWalk) -> FloatArray:
+    """How far each fix (f,) contradicts the others, metres, if together they cannot be right; otherwise zeros."""
+    left_out = LeftOut.of(walk)
+    judged, doubtful = np.isfinite(left_out.sigma_m), left_out.doubtful
+    most = doubtful.sum() >= MIN_DOUBTFUL and doubtful.sum() > MAX_DOUBTFUL_SHARE * judged.sum()
+    if not most and judged.sum() >= MIN_JUDGED:
+        return np.zeros(len(judged))
+    error_m = np.where(doubtful, np.linalg.norm(np.nan_to_num(left_out.error_m), axis=1), 0.0)
+    error_m = np.maximum(error_m, _too_far_m(walk))
+    if not error_m.any():
+        return error_m
+    return np.where(error_m > 0, error_m, np.median(error_m[error_m > 0]))  # the path is no better where one agrees
+
+
+def _too_far_m(walk: ReckonedWalk) -> FloatArray:
+    """How much farther each fix (f,) is from its neighbours than the steps or the time allow, metres."""
+    nodes, at = walk.nodes, walk.ties.node
+    duration_s = np.diff(nodes.time_s)
+    in_time_m = MAX_M_S * duration_s
+    walked_m = np.where(nodes.known, MAX_SCALE * nodes.length_m, in_time_m)
+    so_far_m = np.vstack((np.zeros(2), np.cumsum(np.column_stack((walked_m, in_time_m)), axis=0)))
+    possible_m = np.diff(so_far_m[at], axis=0).min(axis=1)
+    excess_m = (np.abs(np.diff(walk.ties.position)) - possible_m - MARGIN_M).clip(0)
+    return np.asarray(np.maximum(np.append(excess_m, 0.0), np.append(0.0, excess_m)))

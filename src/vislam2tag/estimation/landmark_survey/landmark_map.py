@@ -1,6 +1,5 @@
-"""Local maps of many walks and a survey of some landmarks, joined to one map of all landmarks.
-
-docs/explanation/landmarks.md tells more.
+"""Local maps of many walks and a survey of some landmarks, joined to one map of all landmarks
+(docs/explanation/landmarks.md).
 
 Unknown are the places and headings of all landmarks in the BCS, and for each walk where its frame lies and how it is
 turned. A walk's map may be wrong by its covariance, and it may see a landmark off its place: a sheet that was moved, or
@@ -20,8 +19,7 @@ from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.estimation.equations import FREE_M, FREE_RAD
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.landmark_survey.charts import Chart, tied_to_survey
-from vislam2tag.estimation.landmark_survey.local_map import LinearMap, LocalMap
+from vislam2tag.estimation.landmark_survey.local_map import Chart, LinearMap, LocalMap, tied_to_survey
 
 SHIFT_M, SHIFT_NUMBERS = 0.06, 1.0
 """A walk sees a landmark off its place by this, per axis (assumed, as if so many numbers told it, before anything is
@@ -291,3 +289,58 @@ def _survey_doubts(joined: LandmarkMap) -> FloatArray:
     survey = np.ones(len(rows))
     survey[rows] = variance_factor(square, (2 - left).clip(0), SURVEY_TAIL)
     return survey
+
+
+CHANGE_SETTLED_M = 0.01
+"""To compare a survey with all others, which tell its place to several centimetres at best, less will do."""
+
+
+def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
+    """Join again as if one landmark were not surveyed, from its best sight in a walk being a usual one.
+
+    Doubts are found anew: a wrong survey has made walks past it look worse than they are.
+    """
+    trial = replace(_sights_usual(joined, landmark), priors=joined.priors.without(landmark))
+    return _joined_again(trial)
+
+
+def apart(joined: LandmarkMap, landmark: int, walks: Sequence[int]) -> LandmarkMap:
+    """Join again as if some walks had seen another landmark, which nobody surveyed: it becomes the last one."""
+    new, trial = len(joined.position), _sights_usual(joined, landmark)
+    maps = list(joined.maps)
+    for number in walks:
+        own = maps[number].landmark
+        maps[number] = replace(maps[number], landmark=np.where(own == landmark, new, own))
+    return _joined_again(
+        replace(
+            trial,
+            maps=tuple(maps),
+            priors=joined.priors.with_another(),
+            doubts=replace(trial.doubts, survey=np.append(trial.doubts.survey, 1.0)),
+            position=np.append(joined.position, joined.position[landmark]),
+            heading_rad=np.append(joined.heading_rad, joined.heading_rad[landmark]),
+        )
+    )
+
+
+def _sights_usual(joined: LandmarkMap, landmark: int) -> LandmarkMap:
+    """Doubt sights of a landmark by as much less that the best of them is a usual one."""
+    rows = [one.landmark == landmark for one in joined.maps]
+    least = min(
+        (shift[row].min() for shift, row in zip(joined.doubts.shift, rows, strict=True) if row.any()), default=1
+    )
+    shift = tuple(np.where(row, old / least, old) for old, row in zip(joined.doubts.shift, rows, strict=True))
+    return replace(joined, doubts=replace(joined.doubts, shift=shift))
+
+
+def _joined_again(trial: LandmarkMap) -> LandmarkMap:
+    """Solve a joint map that differs a little from the one it was made of, its doubts found anew."""
+    done = iterate(
+        "the joint landmark map with a change",
+        solved(trial),
+        lambda before, _: solved_anew(before),
+        moved_m,
+        tolerance=CHANGE_SETTLED_M,
+        most_rounds=MOST_ROUNDS,
+    )
+    return solved_anew(done.state, Doubts.expected)

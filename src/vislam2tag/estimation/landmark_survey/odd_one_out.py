@@ -15,11 +15,16 @@ import numpy as np
 
 from vislam2tag.core.arrays import joint_columns
 from vislam2tag.core.robust import TRUSTED_MEAN_SQUARE, trusted
-from vislam2tag.estimation.landmark_survey.comparison import Comparison, Verdict
+from vislam2tag.estimation.landmark_survey.comparison import (
+    GREATEST_SIGMA_M,
+    Comparison,
+    OtherWalks,
+    Verdict,
+    days_compared,
+    survey_left_out,
+)
 from vislam2tag.estimation.landmark_survey.device_metre import DeviceMetre, device_metres, in_true_metres
 from vislam2tag.estimation.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, join, linear_map
-from vislam2tag.estimation.landmark_survey.other_walks import GREATEST_SIGMA_M, OtherWalks
-from vislam2tag.estimation.landmark_survey.seen_apart import days_compared, survey_left_out
 
 SUSPECT_SIGMAS, SUSPECT_FACTOR = 1.5, 1.5
 """A survey is looked at more closely that is so many standard deviations off, or whose landmark a walk is taken to have

@@ -12,18 +12,12 @@ from vislam2tag.core.context import FixLog
 from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.estimation.dead_reckoning.contradictions import contradictions_m
-from vislam2tag.estimation.dead_reckoning.events import happenings
-from vislam2tag.estimation.dead_reckoning.self_check import LeftOut
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.speed import speed_model
-from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
-from vislam2tag.heights.by_pressure import heights_by_pressure
-from vislam2tag.heights.rides import altitude_m
-from vislam2tag.heights.settings import HeightSettings
-from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.settings import WITHOUT_TRACKER
-from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder
+from vislam2tag.estimation.dead_reckoning.gait import speed_model
+from vislam2tag.estimation.dead_reckoning.walk import LeftOut, ReckonedWalk, SensedWalk, contradictions_m, happenings
+from vislam2tag.estimation.heights import heights_by_pressure
+from vislam2tag.estimation.settings import WITHOUT_TRACKER, DeadReckoningSettings, HeightSettings
+from vislam2tag.estimation.strategy import TrajectoryBuilder, register
+from vislam2tag.estimation.vertical import altitude_m
 
 APART_M = 2.0
 """Fixes this far apart tell a heading where the phone has none of its own."""

@@ -11,8 +11,7 @@ from vislam2tag.core.similarity import Affine2, Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Segment, Trajectory
 from vislam2tag.core.visits import boundaries_of_loss, find_visits
-from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder, surveyed_rows
+from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed_rows
 
 
 @dataclass(frozen=True)

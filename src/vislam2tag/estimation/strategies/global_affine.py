@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vislam2tag.core.similarity import Affine2
 from vislam2tag.estimation.strategies.global_ import GlobalMapping
-from vislam2tag.mapping.registry import register
+from vislam2tag.estimation.strategy import register
 
 NEEDS = "three surveyed landmarks seen that are not on one line"
 

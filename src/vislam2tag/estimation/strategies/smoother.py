@@ -11,19 +11,17 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.orientation import camera_to_bcs, level_view
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
-from vislam2tag.estimation.contradictions import contradictions
+from vislam2tag.estimation.contradictions import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.frame_states import ExposureInterpolation
+from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.place_ties import smooth_with_ties
-from vislam2tag.estimation.slips import may_have_slipped, slips
+from vislam2tag.estimation.settings import HeightSettings
 from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
-from vislam2tag.heights.estimate import estimate_heights
-from vislam2tag.heights.settings import HeightSettings
-from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder
+from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 
 
 @dataclass(frozen=True)

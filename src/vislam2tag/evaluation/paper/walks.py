@@ -10,6 +10,8 @@ import numpy as np
 
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, Trajectory
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.evaluation.control_points.press_truth import is_faulty, nearest_point_errors, walk_error
 from vislam2tag.evaluation.metrics import points_within_sigma
 from vislam2tag.evaluation.paper.tables import WalkErrors
@@ -17,8 +19,6 @@ from vislam2tag.evaluation.point_errors import PointErrors
 from vislam2tag.evaluation.total_station.station_errors import JUMP_M, clock_offset, station_point_errors
 from vislam2tag.evaluation.total_station.station_file import StationTrack
 from vislam2tag.evaluation.truth import Truth
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import Floor, SessionKey
 

@@ -26,6 +26,7 @@ from vislam2tag.diagnosis.other_ids import id_faults
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.references import References
 from vislam2tag.diagnosis.search import found_faults
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,
@@ -36,7 +37,6 @@ from vislam2tag.labeling.results import (
     Summary,
 )
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans, survey_evidence, thinned
 from vislam2tag.pipeline.labels.joining.odd_references import odd_findings
 from vislam2tag.pipeline.labels.joining.together import refuse_together, told_tasks

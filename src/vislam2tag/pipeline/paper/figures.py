@@ -12,6 +12,7 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.dataset.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
+from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.evaluation.metrics import frames_within_sigma, strategy_errors
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
 from vislam2tag.evaluation.pooling import error_curve
@@ -29,7 +30,6 @@ from vislam2tag.figures.site_figures import landmark_configuration, scan_labels,
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
 from vislam2tag.sessions.model import Session

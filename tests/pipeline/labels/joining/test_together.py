@@ -15,8 +15,8 @@ from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import joint_columns
 from vislam2tag.diagnosis.references import References
-from vislam2tag.estimation.device_noise import told_by_others
-from vislam2tag.estimation.landmark_survey.other_walks import OtherWalks
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
+from vislam2tag.estimation.noise import told_by_others
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk

@@ -12,13 +12,12 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.odometry import Odometry
-from vislam2tag.estimation.settings import SmootherSettings
+from vislam2tag.estimation.settings import HeightSettings, SmootherSettings
 from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
 from vislam2tag.estimation.strategies.smoother import Smoother
-from vislam2tag.heights.estimate import estimate_heights
-from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import checked_by_fixes
 from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces

@@ -16,7 +16,7 @@ from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
 from vislam2tag.diagnosis.two_floors import told_floors
 from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
-from vislam2tag.estimation.dead_reckoning.self_check import LeftOut
+from vislam2tag.estimation.dead_reckoning.walk import LeftOut
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry

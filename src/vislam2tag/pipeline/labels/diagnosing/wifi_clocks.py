@@ -20,10 +20,10 @@ from vislam2tag.diagnosis.wifi_clock import (
     heard_on_floors,
     wifi_clock_offsets,
 )
+from vislam2tag.positioning.heard_floor import HeardFloor, ScanLag
 from vislam2tag.positioning.radio_scans import scans_of_walk
+from vislam2tag.positioning.walk_traces import HOLE_S, WalkTrace
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.walk_ties.heard_floor import HeardFloor, ScanLag
-from vislam2tag.walk_ties.traces import HOLE_S, WalkTrace
 
 LEAST_LAG_S = 1.5
 """Less than this is how long a scan takes."""

@@ -12,6 +12,7 @@ from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
 from vislam2tag.evaluation.control_points.odd_points import judgement_of_points, odd_points
 from vislam2tag.evaluation.dense import dense_rows, survey_drift
 from vislam2tag.evaluation.pooling import table_rows
@@ -19,7 +20,6 @@ from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.evaluation.trajectory_files import READERS
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
 from vislam2tag.pipeline.labels.evaluating.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluating.evaluate_station import (
     StationOutcome,

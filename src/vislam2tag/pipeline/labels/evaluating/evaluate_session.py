@@ -14,6 +14,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.visits import find_visits
+from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.evaluation.control_points.odd_points import PressOffset, press_offsets
 from vislam2tag.evaluation.control_points.press_truth import (
     is_faulty,
@@ -32,8 +34,6 @@ from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
 from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session

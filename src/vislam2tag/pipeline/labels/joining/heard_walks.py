@@ -15,14 +15,14 @@ import polars as pl
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
+from vislam2tag.positioning.walk_traces import WalkTrace
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.walk_ties.traces import WalkTrace
 
 MOST_KEPT = 256
 """Scans of a session, evenly spread: no more of it are asked."""
@@ -70,8 +70,8 @@ def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
 
 def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
     """What each walk of a floor is told of where it was, rounded; of those that are told something."""
-    from vislam2tag.walk_ties.radio import radio_ties  # SciPy, which workers alone need otherwise
-    from vislam2tag.walk_ties.told import rounded
+    from vislam2tag.positioning.walk_ties import radio_ties  # SciPy, which workers alone need otherwise
+    from vislam2tag.positioning.walk_traces import rounded
 
     known = sorted((walk for walk in walks if walk.trace is not None and walk.scans), key=lambda walk: walk.key)
     told = radio_ties([walk.trace for walk in known], [walk.scans for walk in known if walk.scans])

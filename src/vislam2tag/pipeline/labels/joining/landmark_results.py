@@ -11,9 +11,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.diagnosis.references import References
 from vislam2tag.estimation.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
-from vislam2tag.estimation.landmark_survey.changed_map import predicted
-from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap
-from vislam2tag.estimation.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
+from vislam2tag.estimation.landmark_survey.comparison import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
+from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, predicted
 from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
 from vislam2tag.pipeline.labels.joining.odd_references import references
 

@@ -17,15 +17,15 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.limits import MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.estimation.heights import Heights, estimate_heights, vertical_span_m
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.smoothing import smooth_in_own_frame
-from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all

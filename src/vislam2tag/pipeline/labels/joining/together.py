@@ -1,10 +1,11 @@
 """``process --together``: walks tell one another where landmarks hang, where they led and how noisy a tracker is.
 
 Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
-survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.estimation.landmark_survey.other_walks`). On
-floors where a walk still goes far without a landmark, others' radio scans say where it was
-(:mod:`vislam2tag.pipeline.labels.joining.heard_walks`). What a session is told is a part of what its result follows
-from, rounded, so that one more session repeats others only where it tells them something new.
+survey and all *other* sessions say of the landmarks that it passed
+(:mod:`vislam2tag.estimation.landmark_survey.comparison`). On floors where a walk still goes far without a landmark,
+others' radio scans say where it was (:mod:`vislam2tag.pipeline.labels.joining.heard_walks`). What a session is told is
+a part of what its result follows from, rounded, so that one more session repeats others only where it tells them
+something new.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.similarity import as_points
 from vislam2tag.diagnosis.references import References
-from vislam2tag.estimation.device_noise import told_by_others
-from vislam2tag.estimation.landmark_survey.other_walks import OtherWalks, ToldPlaces
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
+from vislam2tag.estimation.noise import told_by_others
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk, heard_walk, ties_of
 from vislam2tag.pipeline.labels.joining.landmark_survey import (
@@ -34,11 +35,11 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import (
 from vislam2tag.pipeline.labels.joining.odd_references import references
 from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
+from vislam2tag.positioning.walk_traces import rounded_covariance
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.survey.model import SessionKey, Survey
-from vislam2tag.walk_ties.told import rounded_covariance
 
 STRATEGY = "smoother"
 """The others map with surveyed landmarks alone, as published."""

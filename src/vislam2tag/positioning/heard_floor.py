@@ -14,7 +14,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.nearest_scans import Apart, NearestScans, ScanIndex, SignalDistance
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, Representation, joined_scans, represented_levels
-from vislam2tag.walk_ties.traces import WalkTrace
+from vislam2tag.positioning.walk_traces import WalkTrace
 
 NEIGHBOURS = 5
 EXPONENT, SHARPNESS = 2.2, 4.0

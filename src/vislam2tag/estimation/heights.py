@@ -1,7 +1,8 @@
 """Height and floor of every frame: the tracker's vertical axis, tied to the building by the landmarks seen.
 
 Unknown are the offset of the vertical axis at the moments at which landmarks are seen, each landmark's height and each
-floor's elevation where nobody measured it. All measurements are linear in them; heavy tails take what is wrong.
+floor's elevation where it was not measured. All measurements are linear in them; heavy tails take what is wrong
+(docs/explanation/heights.md).
 """
 
 from __future__ import annotations
@@ -10,18 +11,66 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.context import Storeys
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
+from vislam2tag.core.context import PressureLog, Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.core.visits import usable_rank
+from vislam2tag.estimation.differences import Differences, solve_robustly
 from vislam2tag.estimation.map_moves import seen_rows
 from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
-from vislam2tag.heights.differences import Differences, solve_robustly
-from vislam2tag.heights.floors import floor_of_heights
-from vislam2tag.heights.rides import FloorChangeSighting, with_rides_by_landmarks, with_rides_by_pressure
-from vislam2tag.heights.settings import HeightSettings
-from vislam2tag.heights.vertical import VerticalTrack, vertical_track
+from vislam2tag.estimation.settings import HeightSettings
+from vislam2tag.estimation.vertical import (
+    FloorChangeSighting,
+    VerticalTrack,
+    altitude_m,
+    vertical_track,
+    with_rides_by_landmarks,
+    with_rides_by_pressure,
+)
+
+UNDECIDED_M = 0.5
+"""This near the middle between two storeys the floor is the one before or after: who stands on a landing stays put."""
+
+
+def floor_of_heights(height_m: FloatArray, elevation_m: FloatArray, carried_m: float, start: int) -> IntArray:
+    """Index (f,) into the storeys of the one below the phone, ``carried_m`` above its floor, at each height (f,).
+
+    ``elevation_m`` (s,) in any order. Near the middle between two storeys the floor changes once at most; ``start`` is
+    the storey before the first frame.
+    """
+    order = np.argsort(elevation_m, kind="stable")
+    level = elevation_m[order]
+    middle = (level[1:] + level[:-1]) / 2
+    margin = np.minimum(UNDECIDED_M, np.diff(level) / 4)
+    foot = height_m - carried_m
+    nearest = np.searchsorted(middle, foot)
+    undecided = (np.searchsorted(middle - margin, foot) != nearest) | (
+        np.searchsorted(middle + margin, foot) != nearest
+    )
+    rank = np.where(undecided, -1, nearest)
+    before = int(np.flatnonzero(order == start)[0])
+    return order[_settled(rank, nearest, before)]
+
+
+def _settled(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
+    """Decide each undecided run (-1) of ranks (f,): the neighbours' floor, or one change where the two differ."""
+    settled = rank.copy()
+    for start, stop in runs_of(rank < 0):
+        earlier = int(rank[start - 1]) if start else before
+        later = int(rank[stop]) if stop < len(rank) else earlier
+        settled[start:stop] = earlier
+        if later != earlier:
+            settled[
+                start + _change(np.abs(nearest[start:stop] - earlier) < np.abs(nearest[start:stop] - later)) : stop
+            ] = later
+    return settled
+
+
+def _change(early: BoolArray) -> int:
+    """Index at which to change so that the fewest entries of the mask (k,) lie on the wrong side."""
+    return int(np.argmax(np.concatenate(([0], np.cumsum(np.where(early, 1, -1))))))
+
 
 CARRIED_SIGMA_M = 0.5
 """How well a landmark's height is known that nobody measured: it hangs where a phone in the hand sees it."""
@@ -280,3 +329,26 @@ def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int, st
         Differences(first + pinned, none, elevation[pinned], np.full(len(pinned), PINNED_M), False),
         Differences(first + lower + 1, first + lower, storey_m * storeys_up, STOREY_SIGMA_M * storeys_up, False),
     ]
+
+
+def heights_by_pressure(
+    time_ns: IntArray, pressure: PressureLog | None, storeys: Storeys | None, settings: HeightSettings
+) -> Heights:
+    """Find height and floor at boot-clock times (n,) of a walk that starts on its own floor, phone in hand.
+
+    Only floors whose elevation is known are told apart; without pressure the walk stays on its own.
+    """
+    n = len(time_ns)
+    if storeys is None:
+        return Heights(np.full(n, np.nan), np.empty(0, dtype=np.int64))
+    floor, z = np.full(n, storeys.own, dtype=np.int64), np.full(n, np.nan)
+    known = np.isfinite(storeys.elevation_m)
+    number, elevation = storeys.number[known], storeys.elevation_m[known]
+    if storeys.own not in number.tolist() or n == 0:
+        return Heights(z, floor)
+    own = int(np.flatnonzero(number == storeys.own)[0])
+    rise = np.zeros(n) if pressure is None else altitude_m(pressure, time_ns)
+    height = elevation[own] + settings.carried_m + rise - rise[0]
+    if len(number) > 1 and pressure is not None:
+        floor = number[floor_of_heights(height, elevation, settings.carried_m, own)]
+    return Heights(height, floor)

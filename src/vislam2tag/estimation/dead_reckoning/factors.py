@@ -17,10 +17,9 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import NormalEquations
-from vislam2tag.estimation.dead_reckoning.nodes import Nodes
-from vislam2tag.estimation.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.estimation.dead_reckoning.shared_ways import MEMORY_S, SharedLines
-from vislam2tag.estimation.dead_reckoning.walls import Walls
+from vislam2tag.estimation.dead_reckoning.maps import MEMORY_S, SharedLines, Walls
+from vislam2tag.estimation.dead_reckoning.signals import Nodes
+from vislam2tag.estimation.settings import DeadReckoningSettings
 
 STATES = 5
 FIX_TAIL = 5.0

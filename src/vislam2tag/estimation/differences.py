@@ -14,6 +14,7 @@ from vislam2tag.core.robust import IterationResult, iterate, variance_factor
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+
 WIDEST, NARROWING = 4.0, 0.88
 """The tails are widened by this at first, so that the first guess does not decide what is wrong, then by this factor
 less in each round ..."""
