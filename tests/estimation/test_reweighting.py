@@ -10,7 +10,7 @@ import pytest
 
 from tests.drifting import loops
 from tests.estimation.dense import as_matrix, whitened_rows
-from tests.estimation.test_equations import linearised
+from tests.estimation.test_factors import linearised
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.estimation import reweighting

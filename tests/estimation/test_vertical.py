@@ -1,4 +1,7 @@
-"""The tracker's vertical axis made continuous."""
+"""The tracker's vertical axis made continuous.
+
+Rides that the tracker does not see.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,18 @@ from hypothesis import strategies as st
 
 from tests.walks import camera_on, log_of
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.context import PressureLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.estimation.odometry import continuous_odometry
-from vislam2tag.estimation.vertical import VerticalTrack, vertical_track
+from vislam2tag.estimation.vertical import (
+    FloorChangeSighting,
+    VerticalTrack,
+    altitude_m,
+    still_stretches,
+    vertical_track,
+    with_rides_by_landmarks,
+    with_rides_by_pressure,
+)
 
 N = 400
 STAIRS = np.interp(np.arange(N), (100, 300), (0.0, 3.0))
@@ -88,3 +100,68 @@ def test_frames_that_cannot_be_used_are_left_out() -> None:
     )
     assert 150 not in track.frame
     assert track.height_m == pytest.approx(np.delete(STAIRS, 150))
+
+
+TIME_S = np.arange(0, 100, 0.1)
+TIME_NS = (TIME_S * 1e9).astype(np.int64)
+STILL = ((20.0, 23.0), (50.0, 62.0))
+
+
+def level(speed: FloatArray | None = None) -> VerticalTrack:
+    """A walk of which the tracker sees no vertical motion; it stands still twice."""
+    still = np.any([np.abs(TIME_S - (start + stop) / 2) <= (stop - start) / 2 for start, stop in STILL], axis=0)
+    n = len(TIME_S)
+    walking = np.where(still, 0.0, 1.0) if speed is None else speed
+    return VerticalTrack(np.arange(n), TIME_S, np.zeros(n), np.zeros(n), 1e-4 * TIME_S, walking)
+
+
+def pressure_of(height: FloatArray, noise_hpa: float = 0.0) -> PressureLog:
+    noise = noise_hpa * np.random.default_rng(1).standard_normal(len(height))
+    return PressureLog(TIME_NS, 1005.0 * (1 - height / 44330.77) ** (1 / 0.190263) + noise)
+
+
+def test_altitude_differences_are_heights() -> None:
+    height = np.linspace(0, 20, len(TIME_S))
+    altitude = altitude_m(pressure_of(height), TIME_NS)
+    assert np.diff(altitude[[50, -50]]) == pytest.approx(np.diff(height[[50, -50]]), rel=0.01)
+
+
+def test_pressure_gives_the_ride_and_leaves_the_rest() -> None:
+    height = np.interp(TIME_S, (52, 57), (0, 4.0))
+    track = with_rides_by_pressure(level(), TIME_NS, pressure_of(height, 0.02))
+    assert np.abs(track.height_m - height).max() < 0.5
+    assert not track.height_m[TIME_S < 45].any()
+    assert np.sqrt(track.variance_m2[-1]) == pytest.approx(np.sqrt(0.4**2 + 1e-4 * 99.9), abs=0.01)
+
+
+def test_weather_and_doors_are_no_ride() -> None:
+    height = 0.02 * TIME_S + np.where(TIME_S > 40, 0.8, 0.0)
+    track = with_rides_by_pressure(level(), TIME_NS, pressure_of(height, 0.02))
+    assert not track.height_m.any()
+
+
+def test_still_stretches_are_those_long_enough() -> None:
+    found = TIME_S[still_stretches(level())]
+    assert found == pytest.approx(np.array(STILL), abs=0.11)
+    assert len(still_stretches(level(np.ones(len(TIME_S))))) == 0
+
+
+def test_landmarks_put_the_ride_into_the_longest_still_stretch_between_them() -> None:
+    track = with_rides_by_landmarks(level(), [FloorChangeSighting(100, 900, 4.0, 0.2)])
+    assert track.height_m[TIME_S < 50].max() == 0.0
+    assert track.height_m[TIME_S > 62] == pytest.approx(3.8)
+    assert track.height_m[560] == pytest.approx(1.9, abs=0.1)
+    before = with_rides_by_landmarks(level(), [FloorChangeSighting(100, 400, -4.0, 0.0)])
+    assert before.height_m[TIME_S > 23] == pytest.approx(-4.0)
+    assert not before.height_m[TIME_S < 20].any()
+
+
+def test_without_standing_still_the_ride_is_spread_over_the_way() -> None:
+    track = with_rides_by_landmarks(level(np.ones(len(TIME_S))), [FloorChangeSighting(100, 110, 4.0, 0.0)])
+    assert np.ptp(track.height_m[100:111]) == pytest.approx(4.0)
+    assert not track.height_m[:100].any()
+
+
+@pytest.mark.parametrize("seen_m", [2.5, 4.0, 6.0])
+def test_a_rise_that_the_tracker_saw_is_no_ride(seen_m: float) -> None:
+    assert not with_rides_by_landmarks(level(), [FloorChangeSighting(100, 900, 4.0, seen_m)]).height_m.any()

@@ -1,4 +1,7 @@
-"""A mapped walk as others are told of it."""
+"""A mapped walk as others are told of it.
+
+What a walk is told, rounded.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.positioning.walk_traces import WalkTrace
+from vislam2tag.positioning.walk_traces import WalkTrace, rounded, rounded_covariance
 
 NOTHING = LandmarkPriors.nothing(2)
 
@@ -89,3 +93,22 @@ def test_whoever_stands_is_told_of_where_he_stands() -> None:
     middle = stands.time_ns[[110, 570]]
     np.testing.assert_allclose(trace.along(middle)[:, :2], stands.position_bcs[[110, 570], :2], atol=0.45)
     np.testing.assert_allclose(trace.along(stands.time_ns[[-1]])[:, :2], stands.position_bcs[[-1], :2])
+
+
+def test_what_is_told_can_be_mapped_with_where_landmarks_share_nearly_all_of_their_error() -> None:
+    shared_m2, own_m2, heading_rad2 = 0.35**2, 1e-6, 2e-5
+    covariance = np.zeros((60, 60))
+    covariance[:40, :40] = np.kron(np.full((20, 20), shared_m2), np.eye(2)) + own_m2 * np.eye(40)
+    covariance[40:, 40:] = heading_rad2 * np.eye(20)
+    unit = np.concatenate((np.full(40, 1e-2), np.full(20, 1e-3)))
+    stated = rounded_covariance(covariance, unit)
+    np.linalg.cholesky(stated)
+    np.testing.assert_allclose(stated, covariance, atol=1e-4)
+    np.testing.assert_array_equal(rounded_covariance(covariance + 1e-13, unit), stated)
+
+
+def test_a_hardly_different_tale_is_rounded_to_the_same() -> None:
+    ties = PlaceTies(np.array([10, 30]), np.array([(1.001, 2), (3, 4)]), np.eye(4) * 4 + 1)
+    other = PlaceTies(ties.time_ns, ties.position_bcs + 1e-4, ties.covariance_m2 + 1e-5)
+    np.testing.assert_array_equal(rounded(ties).position_bcs, rounded(other).position_bcs)
+    np.testing.assert_array_equal(rounded(ties).covariance_m2, rounded(other).covariance_m2)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.walk_ties.test_radio import hall, heard, walked
+from tests.positioning.test_walk_ties import hall, heard, walked
 from vislam2tag.positioning.heard_floor import HeardFloor, scan_weights
 from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.walk_traces import WalkTrace
