@@ -29,7 +29,7 @@ from vislam2tag.estimation.contradictions import discrepancy, predicted
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import SmootherSettings
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
+from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth
 from vislam2tag.self_check.accuracy import Estimate, error_factor, estimate_accuracy
 from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out

@@ -17,7 +17,7 @@ from vislam2tag.estimation.contradictions import contradictions, may_have_slippe
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.smoothing import Smoothed, smooth
+from vislam2tag.estimation.smoother import Smoothed, smooth
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 

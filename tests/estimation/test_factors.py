@@ -14,7 +14,8 @@ from tests.drifting import Drifting, loops
 from tests.estimation.dense import as_matrix, whitened_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.equations import (
+from vislam2tag.estimation.factors import (
+    Model,
     Weights,
     heading_residual,
     landmark_origin,
@@ -24,7 +25,6 @@ from vislam2tag.estimation.equations import (
     sighting_variance,
 )
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.model import Model
 from vislam2tag.estimation.noise import USUAL, DriftSource, NoiseLevels
 
 

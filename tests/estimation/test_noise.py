@@ -9,7 +9,7 @@ import pytest
 
 from tests.drifting import loops
 from vislam2tag.core.context import TrackerNoise
-from vislam2tag.estimation.equations import Weights
+from vislam2tag.estimation.factors import Weights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import (
     ESTIMATED,
@@ -21,7 +21,7 @@ from vislam2tag.estimation.noise import (
     NoiseLevels,
     told_by_others,
 )
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth, smooth_in_own_frame
+from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth, smooth_in_own_frame
 
 
 def walk(times: float, numbers: float = 20.0) -> NoiseLevels:

@@ -15,9 +15,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.estimation import reweighting
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.equations import Weights, normal_equations, sighting_variance
+from vislam2tag.estimation.factors import LEAST_DRIFT, Model, Weights, normal_equations, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.model import LEAST_DRIFT, Model
 from vislam2tag.estimation.noise import (
     ESTIMATED,
     LANDMARK_TAIL,
@@ -37,7 +36,7 @@ from vislam2tag.estimation.reweighting import (
     expected_squares,
     reweighted,
 )
-from vislam2tag.estimation.smoothing import smooth
+from vislam2tag.estimation.smoother import smooth
 
 CALM = NoiseLevels(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)

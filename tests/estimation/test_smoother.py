@@ -15,15 +15,14 @@ from tests.estimation.test_factors import linearised
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.similarity import as_points
-from vislam2tag.estimation import smoothing
+from vislam2tag.estimation import smoother
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.equations import Weights, normal_equations
+from vislam2tag.estimation.factors import Weights, normal_equations
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import continuous_odometry
-from vislam2tag.estimation.place_ties import smooth_with_ties
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth, smooth_in_own_frame
+from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth, smooth_in_own_frame, smooth_with_ties
 from vislam2tag.evaluation.reliability import region_probability
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
@@ -261,11 +260,11 @@ def test_reweighting_goes_on_until_it_has_converged_and_says_where_it_does_not(
     walk = loops(4, marks=8, laps=2)
     done = solved(walk)
     assert done.converged
-    monkeypatch.setattr(smoothing, "SETTLED_SIGMAS", 1e-4)
+    monkeypatch.setattr(smoother, "SETTLED_SIGMAS", 1e-4)
     further = solved(walk)
     sigma_m = np.sqrt(np.trace(mapped_path(done)[1], axis1=1, axis2=2) / 2)
     assert (lengths(mapped_path(further)[0] - mapped_path(done)[0]) / sigma_m).max() < 0.5
-    monkeypatch.setattr(smoothing, "SETTLED_SIGMAS", 0.0)
+    monkeypatch.setattr(smoother, "SETTLED_SIGMAS", 0.0)
     assert not solved(walk).converged
 
 
@@ -287,7 +286,7 @@ def agreeing(logged_m: list[float], surveyed_m: list[float]) -> list[bool]:
     passes = Passes(at, each, nowhere, nowhere, zeros, zeros, np.ones(count, dtype=np.int64))
     priors = replace(LandmarkPriors.nothing(count), position=np.array(surveyed_m, dtype=np.complex128))
     ids = tuple(str(number) for number in each)
-    return [bool(one) for one in smoothing._agreeing(WalkObservations(ids, odometry, passes), priors)]
+    return [bool(one) for one in smoother._agreeing(WalkObservations(ids, odometry, passes), priors)]
 
 
 @pytest.mark.parametrize(("metre", "agree"), [(1.2, True), (0.8, True), (1.3, False), (0.7, False), (2.0, False)])

@@ -9,8 +9,8 @@ from tests.drifting import loops
 from tests.estimation.dense import as_matrix
 from tests.self_check.test_left_out import TYPICAL, smoothed
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.estimation.equations import normal_equations
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path
+from vislam2tag.estimation.factors import normal_equations
+from vislam2tag.estimation.smoother import Smoothed, mapped_path
 from vislam2tag.self_check import landmark_gain
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.landmark_gain import (

@@ -12,7 +12,7 @@ from tests.drifting import SURVEY_SIGMA_M, Drifting, loops
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
+from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth
 from vislam2tag.self_check import left_out
 from vislam2tag.self_check.accuracy import estimate_accuracy
 from vislam2tag.self_check.left_out import MOST_SOLUTIONS, leave_out

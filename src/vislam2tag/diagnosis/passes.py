@@ -16,8 +16,7 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.drift import STATES, transitions
-from vislam2tag.estimation.equations import Weights, sighting_variance, stretch_drift
-from vislam2tag.estimation.model import Model
+from vislam2tag.estimation.factors import Model, Weights, sighting_variance, stretch_drift
 from vislam2tag.estimation.noise import SCALE_SIGMA, USUAL
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.intake.shifted_ids import IdShift

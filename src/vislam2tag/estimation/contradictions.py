@@ -17,9 +17,9 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.equations import normal_equations
+from vislam2tag.estimation.factors import normal_equations
 from vislam2tag.estimation.noise import DOUBTED, ESTIMATED
-from vislam2tag.estimation.smoothing import Smoothed
+from vislam2tag.estimation.smoother import Smoothed
 
 CERTAIN_SIGMAS = 5.0
 """A landmark contradicts the rest where they put it this many standard deviations from its surveyed place ..."""

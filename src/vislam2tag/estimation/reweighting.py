@@ -16,7 +16,8 @@ import numpy.typing as npt
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.robust import variance_factor
 from vislam2tag.estimation.chain import Solution
-from vislam2tag.estimation.equations import (
+from vislam2tag.estimation.factors import (
+    Model,
     Weights,
     heading_residual,
     position_residual,
@@ -26,7 +27,6 @@ from vislam2tag.estimation.equations import (
     stretch_scale,
 )
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.model import Model
 from vislam2tag.estimation.noise import (
     ESTIMATED,
     LANDMARK_TAIL,

@@ -15,14 +15,13 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.equations import Weights, normal_equations
+from vislam2tag.estimation.factors import Model, Weights, normal_equations
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.model import Model
 from vislam2tag.estimation.noise import USUAL, NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.reweighting import equivalent_variances
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path
+from vislam2tag.estimation.smoother import Smoothed, mapped_path
 from vislam2tag.self_check.accuracy import expected_error_m
 
 PASSED_M = 0.7

@@ -17,9 +17,9 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.equations import normal_equations
+from vislam2tag.estimation.factors import normal_equations
 from vislam2tag.estimation.observations import Passes
-from vislam2tag.estimation.smoothing import Smoothed
+from vislam2tag.estimation.smoother import Smoothed
 from vislam2tag.self_check.accuracy import expected_error_m
 
 EVERY_M = 1.0

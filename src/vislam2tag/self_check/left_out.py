@@ -19,7 +19,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.contradictions import discrepancy
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.smoothing import Smoothed, smooth
+from vislam2tag.estimation.smoother import Smoothed, smooth
 
 MOST_SOLUTIONS = 24
 """With more landmarks than this, several are left out at once, as far apart as can be: the cost stays linear."""

@@ -15,10 +15,9 @@ from hypothesis import strategies as st
 from tests.estimation.dead_reckoning.walks import simulated, true_fixes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.estimation.dead_reckoning.factors import STATES, PathModel, PathState, Ties
+from vislam2tag.estimation.dead_reckoning.factors import STATES, Nodes, PathModel, PathState, Ties
 from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
-from vislam2tag.estimation.dead_reckoning.signals import Nodes
 from vislam2tag.estimation.dead_reckoning.smoothing import FACTORS, smooth_path
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
 from vislam2tag.estimation.settings import DeadReckoningSettings

@@ -15,7 +15,7 @@ from tests.walks import corridor_walk
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap, tied_to_survey
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.smoothing import smooth_in_own_frame
+from vislam2tag.estimation.smoother import smooth_in_own_frame
 
 STATIONS = {"a": (5.0, 0.5), "b": (15.0, -0.5), "c": (30.0, 0.6)}
 

@@ -16,10 +16,10 @@ from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.estimation.dead_reckoning.factors import PathModel, Ties, fix_errors
+from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, Ties, fix_errors
 from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, WindowFeatures, turned_by_gait
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
-from vislam2tag.estimation.dead_reckoning.signals import Headings, Nodes, WalkSignals
+from vislam2tag.estimation.dead_reckoning.signals import Headings, WalkSignals
 from vislam2tag.estimation.dead_reckoning.smoothing import SmoothedPath, covering_covariance, smooth_path
 from vislam2tag.estimation.settings import MIN_JUDGED, DeadReckoningSettings
 

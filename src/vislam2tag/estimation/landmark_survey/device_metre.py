@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.estimation.equations import FREE_SCALE
+from vislam2tag.estimation.factors import FREE_SCALE
 from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, join, linear_map, survey_equations
 from vislam2tag.estimation.landmark_survey.local_map import LinearMap
 

@@ -16,7 +16,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.smoothing import Smoothed
+from vislam2tag.estimation.smoother import Smoothed
 
 
 @dataclass(frozen=True)

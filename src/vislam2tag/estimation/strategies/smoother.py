@@ -17,9 +17,8 @@ from vislam2tag.estimation.frame_states import ExposureInterpolation
 from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
-from vislam2tag.estimation.place_ties import smooth_with_ties
 from vislam2tag.estimation.settings import HeightSettings
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
+from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth, smooth_with_ties
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 

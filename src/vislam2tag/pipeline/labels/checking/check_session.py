@@ -16,7 +16,7 @@ from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.settings import HeightSettings, SmootherSettings
-from vislam2tag.estimation.smoothing import Smoothed, mapped_path, smooth
+from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth
 from vislam2tag.estimation.strategies.smoother import Smoother
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import checked_by_fixes

@@ -20,7 +20,7 @@ from vislam2tag.estimation.dead_reckoning.walk import LeftOut
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry
-from vislam2tag.estimation.smoothing import mapped_path, smooth
+from vislam2tag.estimation.smoother import mapped_path, smooth
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduced

@@ -24,7 +24,7 @@ from vislam2tag.estimation.landmark_survey.local_map import LocalMap
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import MappingSettings
-from vislam2tag.estimation.smoothing import smooth_in_own_frame
+from vislam2tag.estimation.smoother import smooth_in_own_frame
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task

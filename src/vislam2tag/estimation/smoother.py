@@ -1,9 +1,4 @@
-"""The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md).
-
-A walk's heading in the building must be known roughly before the model can be linearised with a scale near one. Where
-two or more landmarks apart are surveyed it comes from a first solution in which heading and scale are free and linear;
-otherwise from a sheet whose heading is surveyed.
-"""
+"""The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md)."""
 
 from __future__ import annotations
 
@@ -12,19 +7,17 @@ from math import ceil, log
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
-from vislam2tag.core.context import TrackerNoise
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.context import PlaceTies, TrackerNoise
 from vislam2tag.core.robust import iterate
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.estimation.chain import Solution, solve
-from vislam2tag.estimation.equations import Weights, heading_origin, landmark_origin, normal_equations
-from vislam2tag.estimation.frame_states import FrameStates, states_between_nodes
-from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.model import Model
+from vislam2tag.estimation.factors import Model, Weights, heading_origin, landmark_origin, normal_equations
+from vislam2tag.estimation.frame_states import FrameStates, beside_the_survey, states_between_nodes
+from vislam2tag.estimation.landmark_priors import LandmarkPriors, ToldPlaces, landmark_shares
 from vislam2tag.estimation.noise import NoiseLevels, assumed
-from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.reweighting import equivalent_variances, expected_squares, reweighted
-from vislam2tag.estimation.survey_doubts import beside_the_survey
 
 SETTLED_SIGMAS = 0.1
 """Re-weighting has converged when no node moves any more by this many of its own standard deviations, nor these by this
@@ -261,3 +254,64 @@ def mapped_path(smoothed: Smoothed) -> tuple[FloatArray, FloatArray, FloatArray]
     position = model.path + state[:, 0] + 1j * state[:, 1]
     turn = model.turn * model.observations.odometry.turn
     return as_points(position), covariance, np.angle(turn) + state[:, 3]
+
+
+AWAY_S = 0.5
+"""A moment farther than this from every frame ties nothing."""
+
+
+def smooth_with_ties(smoothed: Smoothed, time_ns: IntArray, ties: PlaceTies) -> Smoothed:
+    """Solve a walk again, about its path by landmarks alone, with the places that others tell.
+
+    ``time_ns`` (n,) are the times of the odometry's frames.
+    """
+    at, rows = _frames(time_ns, ties.time_ns)
+    if not len(rows):
+        return smoothed
+    observations = _with_passes(smoothed.model.observations, at)
+    priors = _with_places(smoothed.priors, ties, rows)
+    return refined(replace(smoothed.model, observations=observations), priors, smoothed.weights.told)
+
+
+def _frames(time_ns: IntArray, moments_ns: IntArray) -> tuple[IntArray, IntArray]:
+    """Frames (k,) nearest to those of the moments (m,) that have one nearby, and which moments (k,) these are."""
+    after = np.searchsorted(time_ns, moments_ns).clip(1, len(time_ns) - 1)
+    nearer = moments_ns - time_ns[after - 1] < time_ns[after] - moments_ns
+    at = (after - nearer).astype(np.int64)
+    rows = np.flatnonzero(np.abs(time_ns[at] - moments_ns) < AWAY_S * 1e9)
+    return at[rows], rows
+
+
+def _with_passes(observations: WalkObservations, at: IntArray) -> WalkObservations:
+    """Observations with a pass at each of some frames (k,) of a landmark of its own, at the camera."""
+    passes, count = observations.passes, len(at)
+    zeros = np.zeros(count)
+    nowhere = np.zeros(count, dtype=np.complex128)
+    order = np.argsort(np.concatenate((passes.at, at)), kind="stable")
+    own = len(observations.ids) + np.arange(count)
+    merged = Passes(
+        at=np.concatenate((passes.at, at))[order],
+        landmark=np.concatenate((passes.landmark, own))[order],
+        offset=np.concatenate((passes.offset, nowhere))[order],
+        heading=np.concatenate((passes.heading, nowhere))[order],
+        distance_m=np.concatenate((passes.distance_m, zeros))[order],
+        spread_m=np.concatenate((passes.spread_m, zeros))[order],
+        count=np.concatenate((passes.count, np.ones(count, dtype=np.int64)))[order],
+    )
+    return replace(observations, ids=(*observations.ids, *("" for _ in at)), passes=merged)
+
+
+def _with_places(priors: LandmarkPriors, ties: PlaceTies, rows: IntArray) -> LandmarkPriors:
+    """Priors with a place for each of some ties (k,), after the landmarks."""
+    column = (2 * rows[:, None] + (0, 1)).ravel()
+    position, unknown = as_complex(ties.position_bcs[rows]), np.full(len(rows), np.nan)
+    told = ToldPlaces(landmark_shares(priors, position), ties.covariance_m2[np.ix_(column, column)])
+    each = np.arange(2 * len(rows)).reshape(-1, 2)
+    return LandmarkPriors(
+        position=np.concatenate((priors.position, position)),
+        covariance=np.concatenate((priors.covariance, told.own[each[:, :, None], each[:, None, :]])),
+        heading_rad=np.concatenate((priors.heading_rad, unknown)),
+        heading_sigma_rad=np.concatenate((priors.heading_sigma_rad, unknown)),
+        joint=priors.joint,
+        told=told,
+    )

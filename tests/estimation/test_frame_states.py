@@ -17,16 +17,14 @@ from tests.estimation.test_factors import bent, linearised, uneven
 from tests.estimation.test_smoother import TYPICAL, solved
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.orientation import camera_to_bcs
-from vislam2tag.estimation import equations
+from vislam2tag.estimation import factors
 from vislam2tag.estimation import frame_states as bridge
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.equations import Weights, normal_equations, position_residual
-from vislam2tag.estimation.frame_states import KNOT_S, ExposureInterpolation, states_between_nodes
+from vislam2tag.estimation.factors import Model, Weights, normal_equations, position_residual
+from vislam2tag.estimation.frame_states import KNOT_S, ExposureInterpolation, beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.model import Model
 from vislam2tag.estimation.noise import USUAL, NoiseLevels
-from vislam2tag.estimation.smoothing import Smoothed
-from vislam2tag.estimation.survey_doubts import beside_the_survey
+from vislam2tag.estimation.smoother import Smoothed
 
 WORTHLESS_M = 1e4
 LIVELY = NoiseLevels(position_m=0.05, heading_rad=0.01, scale=0.005, sighting_m=0.05, sheet_rad=0.02)
@@ -54,7 +52,7 @@ def with_worthless_pass(model: Model, weights: Weights, before: int, at: int) ->
 @pytest.mark.parametrize("stretch", [0, 2, 7])
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
 def test_a_bridged_state_is_that_of_a_further_node(stretch: int, share: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (bridge, equations):  # the floor under each stretch would count twice for a divided one
+    for module in (bridge, factors):  # the floor under each stretch would count twice for a divided one
         monkeypatch.setattr(module, "LEAST_DRIFT", np.diag([1e-12, 1e-12, 1e-16, 1e-16]))
     walk = loops(1, LIVELY, marks=7, laps=1)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 2, 3, 6]))
