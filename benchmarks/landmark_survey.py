@@ -29,7 +29,7 @@ from vislam2tag.estimation.landmark_survey.landmark_map import join
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.smoother import smooth_in_own_frame
+from vislam2tag.estimation.smoother import solve_in_own_frame
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
@@ -124,7 +124,7 @@ def site_of(walks: list[Walk]) -> Site:
         logged = walk.log.select([i for i, name in enumerate(walk.log.ids) if name in row])
         observations = WalkObservations.of(walk.camera, logged, SETTINGS.mapping.smoother.sighting_range_m)
         index = np.array([landmarks.index[name] for name in logged.ids], dtype=np.int64)
-        smoothed = smooth_in_own_frame(observations)
+        smoothed = solve_in_own_frame(observations)
         local = LocalMap.of(smoothed)
         noise.append(smoothed.noise)
         maps.append(replace(local, landmark=index[local.landmark]))

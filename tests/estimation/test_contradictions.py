@@ -17,13 +17,13 @@ from vislam2tag.estimation.contradictions import contradictions, may_have_slippe
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.smoother import Smoothed, smooth
+from vislam2tag.estimation.smoother import SolvedWalk, solve_walk
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
 def named(walk: Drifting, survey: Landmarks) -> tuple[Contradiction, ...]:
-    smoothed = smooth(walk.observations(), LandmarkPriors.of(walk.ids, survey))
+    smoothed = solve_walk(walk.observations(), LandmarkPriors.of(walk.ids, survey))
     assert smoothed is not None
     return contradictions(smoothed)
 
@@ -90,7 +90,7 @@ def test_a_stated_survey_error_is_no_contradiction() -> None:
 
 
 def found(walk: Drifting, observations: WalkObservations) -> tuple[TrackerEvent, ...]:
-    smoothed = smooth(observations, LandmarkPriors.of(walk.ids, walk.landmarks()))
+    smoothed = solve_walk(observations, LandmarkPriors.of(walk.ids, walk.landmarks()))
     assert smoothed is not None
     return slips(smoothed)
 
@@ -153,10 +153,10 @@ def test_a_larger_doubt_across_does_not_say_when() -> None:
 STRETCH = 4
 
 
-def led_off(by_m: float, usual_m: float) -> Smoothed:
+def led_off(by_m: float, usual_m: float) -> SolvedWalk:
     """A walk found to have led this far off over one stretch, of a tracker that usually drifts so much there."""
     walk = loops(1, marks=8, laps=1, drifted=False)
-    smoothed = smooth(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks()))
+    smoothed = solve_walk(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks()))
     assert smoothed is not None
     state = np.zeros_like(smoothed.solution.state)
     state[STRETCH + 1 :, 0] = by_m

@@ -24,7 +24,7 @@ from vislam2tag.estimation.factors import Model, Weights, normal_equations, posi
 from vislam2tag.estimation.frame_states import KNOT_S, ExposureInterpolation, beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import USUAL, NoiseLevels
-from vislam2tag.estimation.smoother import Smoothed
+from vislam2tag.estimation.smoother import SolvedWalk
 
 WORTHLESS_M = 1e4
 LIVELY = NoiseLevels(position_m=0.05, heading_rad=0.01, scale=0.005, sighting_m=0.05, sheet_rad=0.02)
@@ -180,14 +180,14 @@ def test_orientations_turn_with_the_walk(lag_s: float) -> None:
 LANDMARK = 3
 
 
-def walked(laps: int) -> Smoothed:
+def walked(laps: int) -> SolvedWalk:
     """A walk that passes each landmark once a lap, all observations taken for usual."""
     smoothed = solved(loops(3, TYPICAL, marks=8, laps=laps, survey_m=0.02))
     even = (np.ones_like(part) for part in (smoothed.weights.sighting, smoothed.weights.landmark))
     return replace(smoothed, weights=replace(smoothed.weights, sighting=next(even), landmark=next(even)))
 
 
-def beside(smoothed: Smoothed) -> FloatArray:
+def beside(smoothed: SolvedWalk) -> FloatArray:
     """(k, 2, 2) at the passes of the landmark, m^2."""
     whole = beside_the_survey(smoothed.model, smoothed.priors, smoothed.weights, smoothed.solution)
     passes = smoothed.model.observations.passes

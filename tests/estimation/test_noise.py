@@ -21,7 +21,7 @@ from vislam2tag.estimation.noise import (
     NoiseLevels,
     told_by_others,
 )
-from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth, smooth_in_own_frame
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk
 
 
 def walk(times: float, numbers: float = 20.0) -> NoiseLevels:
@@ -60,9 +60,9 @@ def test_what_is_told_is_rounded_and_never_counts_as_more_than_walks_are_alike()
     assert told_by_others([walk(1.3, 1000.0)] * 51)[0] == many
 
 
-def mapped(told: TrackerNoise | None, laps: float, marks: int = 8) -> Smoothed:
+def mapped(told: TrackerNoise | None, laps: float, marks: int = 8) -> SolvedWalk:
     observed = loops(3, USUAL.times(0.5), marks=marks, laps=laps, survey_m=0.02)
-    smoothed = smooth(observed.observations(), LandmarkPriors.of(observed.ids, observed.landmarks()), told)
+    smoothed = solve_walk(observed.observations(), LandmarkPriors.of(observed.ids, observed.landmarks()), told)
     assert smoothed is not None
     return smoothed
 
@@ -89,7 +89,7 @@ def test_sheets_stay_as_they_are() -> None:
 
 
 def test_levels_of_a_walk_in_its_own_frame_can_be_told() -> None:
-    levels = [smooth_in_own_frame(loops(seed, USUAL, marks=6, laps=3).observations()).noise for seed in range(3)]
+    levels = [solve_in_own_frame(loops(seed, USUAL, marks=6, laps=3).observations()).noise for seed in range(3)]
     assert all(one is not None and 0.5 <= one.times_usual <= 2 for one in told_by_others(levels))
 
 

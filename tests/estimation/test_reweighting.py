@@ -36,7 +36,7 @@ from vislam2tag.estimation.reweighting import (
     expected_squares,
     reweighted,
 )
-from vislam2tag.estimation.smoother import smooth
+from vislam2tag.estimation.smoother import solve_walk
 
 CALM = NoiseLevels(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
@@ -169,7 +169,7 @@ def test_a_bad_sighting_a_bad_sheet_and_a_bad_landmark_are_doubted() -> None:
     observations = replace(observations, passes=replace(observations.passes, offset=offset, heading=heading))
     survey = walk.landmarks()
     survey.position_bcs[5] += (2.0, -1.0)
-    smoothed = smooth(observations, LandmarkPriors.of(walk.ids, survey))
+    smoothed = solve_walk(observations, LandmarkPriors.of(walk.ids, survey))
     assert smoothed is not None
     weights = smoothed.weights
     passes = observations.passes.landmark

@@ -22,7 +22,7 @@ from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import continuous_odometry
-from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth, smooth_in_own_frame, smooth_with_ties
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk, solve_with_ties
 from vislam2tag.evaluation.reliability import region_probability
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
@@ -33,14 +33,14 @@ def solved(
     surveyed: list[int] | None = None,
     headed: list[int] | None = None,
     observations: WalkObservations | None = None,
-) -> Smoothed:
+) -> SolvedWalk:
     priors = LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed))
-    smoothed = smooth(walk.observations() if observations is None else observations, priors)
+    smoothed = solve_walk(walk.observations() if observations is None else observations, priors)
     assert smoothed is not None
     return smoothed
 
 
-def errors(walk: Drifting, smoothed: Smoothed) -> FloatArray:
+def errors(walk: Drifting, smoothed: SolvedWalk) -> FloatArray:
     """(n, 2) metres."""
     position, _, _ = mapped_path(smoothed)
     return np.asarray(position - as_points(walk.truth))
@@ -90,7 +90,7 @@ def test_turning_and_moving_the_survey_turns_and_moves_the_result(turn_rad: floa
 def test_nothing_ties_the_walk_to_the_building() -> None:
     walk = loops(8, TYPICAL, marks=4, laps=1)
     for surveyed in ([], [1]):
-        assert smooth(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed))) is None
+        assert solve_walk(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed))) is None
 
 
 def test_one_landmark_with_a_heading_is_enough_and_says_how_sure_it_is() -> None:
@@ -245,7 +245,7 @@ def test_regions_beside_a_survey_that_does_not_fit_hold_labels_that_follow_it() 
 
 def test_a_walk_in_its_own_frame_keeps_its_shape_and_maps_its_landmarks() -> None:
     walk = loops(13, marks=6, laps=2, drifted=False)
-    smoothed = smooth_in_own_frame(walk.observations())
+    smoothed = solve_in_own_frame(walk.observations())
     position, _, _ = mapped_path(smoothed)
     np.testing.assert_allclose(position, as_points(walk.truth), atol=1e-3)
     np.testing.assert_allclose(smoothed.landmark_position, walk.place, atol=1e-3)
@@ -273,7 +273,7 @@ def test_landmarks_closer_than_half_a_metre_give_no_heading(apart_m: float, head
     walk = loops(8, marks=2, laps=1)
     place = walk.place[0] + np.array([0.0, apart_m])
     beside = replace(walk, place=place, surveyed_at=place)
-    found = smooth(beside.observations(), LandmarkPriors.of(walk.ids, beside.landmarks()))
+    found = solve_walk(beside.observations(), LandmarkPriors.of(walk.ids, beside.landmarks()))
     assert (found is not None) == heading_is_known
 
 
@@ -314,7 +314,7 @@ DRIFTING = replace(TYPICAL, heading_rad=0.02, position_m=0.05)
 EVERY = 40
 
 
-def walk_past_few(seed: int) -> tuple[Drifting, Smoothed, IntArray]:
+def walk_past_few(seed: int) -> tuple[Drifting, SolvedWalk, IntArray]:
     """A walk past two surveyed landmarks near each other, as smoothed, and the times of its frames."""
     walk = loops(seed, DRIFTING, marks=8, laps=2)
     smoothed = solved(walk, [0, 1])
@@ -329,7 +329,7 @@ def ties_of(walk: Drifting, time_ns: IntArray, off: FloatArray, sigma_m: float) 
 def test_places_known_well_lead_the_walk_there_and_sigma_says_so() -> None:
     for seed in range(3):
         walk, smoothed, time_ns = walk_past_few(seed)
-        tied = smooth_with_ties(smoothed, time_ns, ties_of(walk, time_ns, np.zeros(2), 0.05))
+        tied = solve_with_ties(smoothed, time_ns, ties_of(walk, time_ns, np.zeros(2), 0.05))
         assert lengths(errors(walk, tied)).mean() < 0.5 * lengths(errors(walk, smoothed)).mean()
         assert np.trace(mapped_path(tied)[1].mean(axis=0)) < 0.5 * np.trace(mapped_path(smoothed)[1].mean(axis=0))
 
@@ -340,7 +340,7 @@ def test_an_error_that_all_places_share_leads_the_walk_nowhere() -> None:
     count = len(alone.time_ns)
     alike = np.full((count, count), 0.99) + 0.01 * np.eye(count)
     shared = replace(alone, covariance_m2=np.asarray(np.kron(alike, np.eye(2)), dtype=np.float64))
-    bent, kept = (errors(walk, smooth_with_ties(smoothed, time_ns, ties)) for ties in (alone, shared))
+    bent, kept = (errors(walk, solve_with_ties(smoothed, time_ns, ties)) for ties in (alone, shared))
     assert abs(kept[:, 0].mean()) < 0.5 * abs(bent[:, 0].mean())
 
 
@@ -348,15 +348,15 @@ def test_a_place_far_off_is_not_believed() -> None:
     walk, smoothed, time_ns = walk_past_few(1)
     ties = ties_of(walk, time_ns, np.zeros(2), 0.3)
     wild = replace(ties, position_bcs=ties.position_bcs + np.eye(len(ties.time_ns), 2, -5) * 30)
-    right, bent = (errors(walk, smooth_with_ties(smoothed, time_ns, one)) for one in (ties, wild))
+    right, bent = (errors(walk, solve_with_ties(smoothed, time_ns, one)) for one in (ties, wild))
     assert lengths(bent - right).max() < 0.3
 
 
 def test_nothing_told_changes_nothing() -> None:
     walk, smoothed, time_ns = walk_past_few(2)
     late = ties_of(walk, time_ns + 10**12, np.zeros(2), 0.1)
-    assert smooth_with_ties(smoothed, time_ns, late) is smoothed
-    unknown = smooth_with_ties(smoothed, time_ns, ties_of(walk, time_ns, np.ones(2), 1e3))
+    assert solve_with_ties(smoothed, time_ns, late) is smoothed
+    unknown = solve_with_ties(smoothed, time_ns, ties_of(walk, time_ns, np.ones(2), 1e3))
     moved = lengths(mapped_path(unknown)[0] - mapped_path(smoothed)[0])
     assert moved.max() < 0.5 * np.sqrt(np.trace(mapped_path(smoothed)[1], axis1=1, axis2=2).max())
 
@@ -366,7 +366,7 @@ def test_a_refused_place_makes_no_label_less_certain(off_m: float) -> None:
     walk, smoothed, time_ns = walk_past_few(1)
     ties = ties_of(walk, time_ns, np.zeros(2), 0.3)
     wild = replace(ties, position_bcs=ties.position_bcs + np.eye(len(ties.time_ns), 2, -5) * off_m)
-    spread = np.sqrt(np.trace(mapped_path(smooth_with_ties(smoothed, time_ns, wild))[1], axis1=1, axis2=2) / 2)
+    spread = np.sqrt(np.trace(mapped_path(solve_with_ties(smoothed, time_ns, wild))[1], axis1=1, axis2=2) / 2)
     assert spread.max() < 1.0
 
 
@@ -377,9 +377,9 @@ def test_who_hangs_on_the_same_landmarks_makes_them_no_surer() -> None:
     joint[:16, :16] = off
     unknown = np.full(8, np.nan)
     landmarks = LandmarkPriors(walk.place, np.tile(0.25 * np.eye(2), (8, 1, 1)), unknown, unknown, joint)
-    alone = smooth(smoothed.model.observations, landmarks)
+    alone = solve_walk(smoothed.model.observations, landmarks)
     assert alone is not None
-    tied = smooth_with_ties(alone, time_ns, ties_of(walk, time_ns, np.zeros(2), 0.05))
+    tied = solve_with_ties(alone, time_ns, ties_of(walk, time_ns, np.zeros(2), 0.05))
     assert mapped_path(tied)[1][:, 0, 0].min() > 0.8 * 0.25
 
 
@@ -388,4 +388,4 @@ def test_a_moment_more_than_half_a_second_from_every_frame_ties_nothing(away_s: 
     walk, smoothed, time_ns = walk_past_few(0)
     end = as_points(walk.truth[-1:] + 3.0)
     tie = PlaceTies(time_ns[-1:] + int(away_s * 1e9), end, np.eye(2) * 0.05**2)
-    assert (smooth_with_ties(smoothed, time_ns, tie) is not smoothed) == tied
+    assert (solve_with_ties(smoothed, time_ns, tie) is not smoothed) == tied

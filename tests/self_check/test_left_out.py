@@ -12,7 +12,7 @@ from tests.drifting import SURVEY_SIGMA_M, Drifting, loops
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
-from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
 from vislam2tag.self_check import left_out
 from vislam2tag.self_check.accuracy import estimate_accuracy
 from vislam2tag.self_check.left_out import MOST_SOLUTIONS, leave_out
@@ -20,8 +20,8 @@ from vislam2tag.self_check.left_out import MOST_SOLUTIONS, leave_out
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
-def smoothed(walk: Drifting, surveyed: list[int] | None = None, headed: list[int] | None = None) -> Smoothed:
-    found = smooth(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed)))
+def smoothed(walk: Drifting, surveyed: list[int] | None = None, headed: list[int] | None = None) -> SolvedWalk:
+    found = solve_walk(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed)))
     assert found is not None
     return found
 
@@ -53,7 +53,7 @@ def test_unsurveyed_landmarks_are_not_left_out_and_two_cannot_tell_of_each_other
 
 def test_many_landmarks_cost_a_limited_number_of_solutions() -> None:
     walk = smoothed(loops(4, TYPICAL, marks=40, laps=1.0, size_m=(60.0, 30.0)))
-    with mock.patch.object(left_out, "smooth", wraps=smooth) as solved:
+    with mock.patch.object(left_out, "smooth", wraps=solve_walk) as solved:
         errors = leave_out(walk)
     assert solved.call_count == MOST_SOLUTIONS
     assert [error.landmark for error in errors] == [f"L{i}" for i in range(40)]

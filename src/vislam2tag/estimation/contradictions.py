@@ -19,7 +19,7 @@ from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import normal_equations
 from vislam2tag.estimation.noise import DOUBTED, ESTIMATED
-from vislam2tag.estimation.smoother import Smoothed
+from vislam2tag.estimation.smoother import SolvedWalk
 
 CERTAIN_SIGMAS = 5.0
 """A landmark contradicts the rest where they put it this many standard deviations from its surveyed place ..."""
@@ -29,7 +29,7 @@ FEWEST_OTHERS = 2
 """So many other surveyed landmarks must have been passed to say so."""
 
 
-def contradictions(smoothed: Smoothed) -> tuple[Contradiction, ...]:
+def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
     """Name the landmarks that contradict all others, greatest contradiction first."""
     passed = np.intersect1d(np.flatnonzero(smoothed.priors.surveyed), smoothed.model.observations.passes.landmark)
     if len(passed) <= FEWEST_OTHERS:
@@ -41,24 +41,24 @@ def contradictions(smoothed: Smoothed) -> tuple[Contradiction, ...]:
     return tuple(sorted(found, key=lambda one: -one.size_m))
 
 
-def predicted(smoothed: Smoothed, landmark: int) -> Smoothed:
+def predicted(smoothed: SolvedWalk, landmark: int) -> SolvedWalk:
     """Solve again with one landmark taken for unsurveyed, its best pass taken for a usual one."""
     own = smoothed.model.observations.passes.landmark == landmark
     sighting = smoothed.weights.sighting.copy()
     sighting[own] /= sighting[own].min()
     priors, weights = smoothed.priors.without(landmark), replace(smoothed.weights, sighting=sighting)
     solution = solve(normal_equations(smoothed.model, priors, weights, pinned=False))
-    return Smoothed(smoothed.model, priors, weights, solution)
+    return SolvedWalk(smoothed.model, priors, weights, solution)
 
 
-def discrepancy(smoothed: Smoothed, trial: Smoothed, landmark: int) -> tuple[FloatArray, FloatArray]:
+def discrepancy(smoothed: SolvedWalk, trial: SolvedWalk, landmark: int) -> tuple[FloatArray, FloatArray]:
     """Offset (2,) from a landmark's surveyed place to where the trial puts it, metres, and its covariance (2, 2)."""
     priors = smoothed.priors
     offset = as_points(trial.landmark_position[landmark] - priors.position[landmark])
     return offset, trial.landmark_covariance()[landmark] + priors.covariance[landmark]
 
 
-def _contradiction(smoothed: Smoothed, landmark: int) -> Contradiction | None:
+def _contradiction(smoothed: SolvedWalk, landmark: int) -> Contradiction | None:
     offset, covariance = discrepancy(smoothed, predicted(smoothed, landmark), landmark)
     size_m = float(np.hypot(*offset))
     sigmas = float(np.sqrt(offset @ np.linalg.solve(covariance, offset)))
@@ -81,7 +81,7 @@ WORTH_ASKING_M = 0.15
 """Less is made good by the drift of the stretch about as well as by knowing where it happened."""
 
 
-def slips(smoothed: Smoothed) -> tuple[TrackerEvent, ...]:
+def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
     """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
     observations, off = smoothed.model.observations, _led_off(smoothed)
     size = np.hypot(off[:, 0], off[:, 1])
@@ -97,27 +97,27 @@ def slips(smoothed: Smoothed) -> tuple[TrackerEvent, ...]:
     return tuple(found)
 
 
-def may_have_slipped(smoothed: Smoothed) -> bool:
+def may_have_slipped(smoothed: SolvedWalk) -> bool:
     """Whether a stretch led far enough elsewhere for it to be worth asking other sensors where it slipped."""
     off = _led_off(smoothed)
     return bool(((np.hypot(off[:, 0], off[:, 1]) > WORTH_ASKING_M) & ~_jumped(smoothed)).any())
 
 
-def _led_off(smoothed: Smoothed) -> FloatArray:
+def _led_off(smoothed: SolvedWalk) -> FloatArray:
     """(p + 1, 4) how far off each stretch led: x, y, metres in the BCS, scale and heading."""
     state = smoothed.solution.state
     off = state[1:] - np.einsum("kij,kj->ki", smoothed.model.carry, state[:-1])
     return np.asarray(off + smoothed.model.stretches_drifted)
 
 
-def _jumped(smoothed: Smoothed) -> BoolArray:
+def _jumped(smoothed: SolvedWalk) -> BoolArray:
     """Mask (p + 1,) of the stretches with a break, a correction or a loss."""
     observations = smoothed.model.observations
     until = np.concatenate(([0], np.cumsum(observations.odometry.jumped)))
     return np.asarray(np.diff(until[observations.nodes]) > 0)
 
 
-def _usual_drift_m(smoothed: Smoothed) -> FloatArray:
+def _usual_drift_m(smoothed: SolvedWalk) -> FloatArray:
     """(p + 1,) standard deviation per axis of where each stretch leads by the session's usual drift."""
     covariance = sum(smoothed.noise.level(source) ** 2 * smoothed.model.stretches[source] for source in ESTIMATED)
     return np.asarray(np.sqrt(np.trace(np.asarray(covariance)[:, :2, :2], axis1=1, axis2=2) / 2))

@@ -46,7 +46,7 @@ LEAST_BASE_M = 0.5
 
 
 @dataclass(frozen=True)
-class Smoothed:
+class SolvedWalk:
     """A solved walk: everything about it follows from the first four."""
 
     model: Model
@@ -83,7 +83,9 @@ class Smoothed:
         return np.asarray(self.solution.border_covariance[column[:, :, None], column[:, None, :]])
 
 
-def smooth(observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None = None) -> Smoothed | None:
+def solve_walk(
+    observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None = None
+) -> SolvedWalk | None:
     """Map a walk into the BCS; None where nothing ties it there (see the module's text).
 
     Its noise is taken for as usual before anything is seen, or for what is ``told`` of the tracker.
@@ -99,7 +101,7 @@ def _extent_m(place: ComplexArray) -> float:
     return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
 
 
-def smooth_in_own_frame(observations: WalkObservations) -> Smoothed:
+def solve_in_own_frame(observations: WalkObservations) -> SolvedWalk:
     """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
     path = observations.odometry.path
     model = Model(observations, path, np.ones_like(path), rough=False)
@@ -169,7 +171,7 @@ def _weighted(
 
 def refined(
     model: Model, priors: LandmarkPriors, told: TrackerNoise | None = None, *, pinned: bool = False
-) -> Smoothed:
+) -> SolvedWalk:
     """Re-weight, and linearise about the path found, until both settle; ``pinned`` to the walk's first pose."""
     tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if pinned else SETTLED_SIGMAS
 
@@ -186,7 +188,7 @@ def refined(
     )
     model, weights = done.state.model, equivalent_variances(done.state.model, done.state.weights)
     solution = solve(normal_equations(model, priors, weights, pinned=pinned))
-    return Smoothed(model, priors, weights, solution, done.converged and done.state.converged)
+    return SolvedWalk(model, priors, weights, solution, done.converged and done.state.converged)
 
 
 def _even(model: Model, priors: LandmarkPriors, told: TrackerNoise | None) -> Weights:
@@ -243,7 +245,7 @@ def _relinearised(model: Model, knots: FrameStates) -> Model:
     return Model(model.observations, start + np.concatenate(([0], np.cumsum(step))), model.turn * turn, rough=False)
 
 
-def mapped_path(smoothed: Smoothed) -> tuple[FloatArray, FloatArray, FloatArray]:
+def mapped_path(smoothed: SolvedWalk) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Positions (n, 2) in the BCS, metres, their covariances (n, 2, 2) and ``bcs_R_acs`` (n,) as angles, rad."""
     model, knots = smoothed.model, smoothed.knots()
     count = len(model.path)
@@ -260,7 +262,7 @@ AWAY_S = 0.5
 """A moment farther than this from every frame ties nothing."""
 
 
-def smooth_with_ties(smoothed: Smoothed, time_ns: IntArray, ties: PlaceTies) -> Smoothed:
+def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) -> SolvedWalk:
     """Solve a walk again, about its path by landmarks alone, with the places that others tell.
 
     ``time_ns`` (n,) are the times of the odometry's frames.

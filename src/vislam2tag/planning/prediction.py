@@ -21,7 +21,7 @@ from vislam2tag.estimation.noise import USUAL, NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.reweighting import equivalent_variances
-from vislam2tag.estimation.smoother import Smoothed, mapped_path
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path
 from vislam2tag.self_check.accuracy import expected_error_m
 
 PASSED_M = 0.7
@@ -84,7 +84,7 @@ def expected_along(
 
 def smoothed_walk(
     path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
-) -> Smoothed | None:
+) -> SolvedWalk | None:
     """A walk (n, 2) as the smoother would have it once solved; None where it passes no two landmarks."""
     at, landmark = _passes(path, sheets.foot)
     if len(np.unique(landmark)) < 2:
@@ -98,7 +98,7 @@ def smoothed_walk(
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
     weights = Weights.even(replace(noise, sighting_numbers=float(len(at))), len(at), len(sheets.position))
     weights = equivalent_variances(model, weights)
-    return Smoothed(model, priors, weights, solve(normal_equations(model, priors, weights, pinned=False)))
+    return SolvedWalk(model, priors, weights, solve(normal_equations(model, priors, weights, pinned=False)))
 
 
 def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:

@@ -19,7 +19,7 @@ from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import normal_equations
 from vislam2tag.estimation.observations import Passes
-from vislam2tag.estimation.smoother import Smoothed
+from vislam2tag.estimation.smoother import SolvedWalk
 from vislam2tag.self_check.accuracy import expected_error_m
 
 EVERY_M = 1.0
@@ -62,7 +62,7 @@ class Gains:
     gain_m: FloatArray
 
 
-def gains(smoothed: Smoothed, positions: DensePositions, floor: IntArray) -> Gains:
+def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> Gains:
     """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``positions``."""
     usual = float(np.median(smoothed.weights.sighting)) * smoothed.noise.sighting_m**2
     noise = np.eye(2) * (usual + SURVEY_SIGMA_M**2)
@@ -80,7 +80,7 @@ def gains(smoothed: Smoothed, positions: DensePositions, floor: IntArray) -> Gai
     return Gains(np.array(cells, dtype=np.int64).reshape(-1, 2), np.array(floors, dtype=np.int64), np.array(values))
 
 
-def positions_each_metre(smoothed: Smoothed) -> DensePositions:
+def positions_each_metre(smoothed: SolvedWalk) -> DensePositions:
     """Solve a smoothed walk for a state a metre and reduce it to positions and their covariances with the next ones."""
     fine = _with_silent_passes(smoothed)
     solution = solve(normal_equations(fine.model, fine.priors, fine.weights, pinned=False))
@@ -103,7 +103,7 @@ def positions_each_metre(smoothed: Smoothed) -> DensePositions:
     return DensePositions(nodes, as_points(fine.model.path[nodes] + error), covariance, frames)
 
 
-def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
+def _with_silent_passes(smoothed: SolvedWalk) -> SolvedWalk:
     """Add a pass every metre at which nothing is sighted: the same walk, with more states."""
     model, weights = smoothed.model, smoothed.weights
     observations = model.observations

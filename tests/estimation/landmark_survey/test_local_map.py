@@ -15,7 +15,7 @@ from tests.walks import corridor_walk
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap, tied_to_survey
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.smoother import smooth_in_own_frame
+from vislam2tag.estimation.smoother import solve_in_own_frame
 
 STATIONS = {"a": (5.0, 0.5), "b": (15.0, -0.5), "c": (30.0, 0.6)}
 
@@ -24,7 +24,7 @@ STATIONS = {"a": (5.0, 0.5), "b": (15.0, -0.5), "c": (30.0, 0.6)}
 def _local() -> LocalMap:
     bcs_t_acs = Similarity2(complex(np.exp(0.7j)), 3 - 2j)
     camera, log, _, _ = corridor_walk(bcs_t_acs, STATIONS)
-    return LocalMap.of(smooth_in_own_frame(WalkObservations.of(camera, log, 6.0)))
+    return LocalMap.of(solve_in_own_frame(WalkObservations.of(camera, log, 6.0)))
 
 
 def test_landmarks_lie_as_in_the_building_but_for_turn_and_place(local: LocalMap) -> None:

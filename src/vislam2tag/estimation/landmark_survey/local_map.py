@@ -16,7 +16,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.smoother import Smoothed
+from vislam2tag.estimation.smoother import SolvedWalk
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class LocalMap:
     passes: IntArray
 
     @classmethod
-    def of(cls, smoothed: Smoothed) -> LocalMap:
+    def of(cls, smoothed: SolvedWalk) -> LocalMap:
         """Reduce a walk that was solved in its own frame; landmarks are the indices of its log's ids."""
         passes = smoothed.model.observations.passes
         landmark, count = np.unique(passes.landmark, return_counts=True)

@@ -18,7 +18,7 @@ from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.settings import HeightSettings
-from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth, smooth_with_ties
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk, solve_with_ties
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 
@@ -49,12 +49,12 @@ class Smoother:
         observations = bridged_observations(camera, log, self.sighting_range_m, surveyed=landmarks.surveyed_ids)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
         priors = LandmarkPriors.of(observations.ids, landmarks)
-        smoothed = smooth(observations, priors, camera.tracker)
+        smoothed = solve_walk(observations, priors, camera.tracker)
         if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
             observations = bridged_observations(
                 camera, log, self.sighting_range_m, slips=True, surveyed=landmarks.surveyed_ids
             )
-            smoothed = smooth(observations, priors, camera.tracker)
+            smoothed = solve_walk(observations, priors, camera.tracker)
         if smoothed is None:
             return nothing
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
@@ -88,14 +88,14 @@ class Smoother:
             ),
         )
 
-    def _tied(self, smoothed: Smoothed, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> Smoothed:
+    def _tied(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> SolvedWalk:
         """Smooth again with what others tell of the body, which is behind the camera; ``frame`` (n,) are used."""
         time_ns = camera.time_ns[frame]
         if self.body_behind_camera_m:
             view = level_view(camera_to_bcs(camera.orientation_acs[frame], mapped_path(smoothed)[2]))
             at = np.searchsorted(time_ns, ties.time_ns).clip(0, len(frame) - 1)
             ties = replace(ties, position_bcs=ties.position_bcs + self.body_behind_camera_m * view[at])
-        return smooth_with_ties(smoothed, time_ns, ties)
+        return solve_with_ties(smoothed, time_ns, ties)
 
 
 def _visits(observations: WalkObservations) -> tuple[Visit, ...]:

@@ -16,7 +16,7 @@ from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.settings import HeightSettings, SmootherSettings
-from vislam2tag.estimation.smoother import Smoothed, mapped_path, smooth
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
 from vislam2tag.estimation.strategies.smoother import Smoother
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import checked_by_fixes
@@ -79,11 +79,11 @@ def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, flo
     return WalkPlaces(path[each], floor[each], path[frame], floor[frame])
 
 
-def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
+def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> SolvedWalk:
     session, range_m = prepared.session, settings.sighting_range_m
     surveyed = prepared.landmarks.surveyed_ids
     observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=surveyed)
-    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
+    smoothed = solve_walk(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
     if smoothed is None:
         needs = Smoother(range_m).needs
         raise SessionError(f"{session.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
@@ -99,7 +99,7 @@ def _floors(prepared: PreparedSession, settings: HeightSettings, odometry: Odome
 
 def _accuracy(
     prepared: PreparedSession,
-    smoothed: Smoothed,
+    smoothed: SolvedWalk,
     covariance: FloatArray,
     left_out: tuple[LeftOut, ...],
     max_sigma_m: float,

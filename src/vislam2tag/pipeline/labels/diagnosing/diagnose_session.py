@@ -20,7 +20,7 @@ from vislam2tag.estimation.dead_reckoning.walk import LeftOut
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry
-from vislam2tag.estimation.smoother import mapped_path, smooth
+from vislam2tag.estimation.smoother import mapped_path, solve_walk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduced
@@ -104,7 +104,7 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     session, landmarks = prepared.session, prepared.landmarks
     range_m = settings.mapping.smoother.sighting_range_m
     observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=landmarks.surveyed_ids)
-    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, landmarks))
+    smoothed = solve_walk(observations, LandmarkPriors.of(observations.ids, landmarks))
     share = MappedShare(frames=int(session.camera.usable.sum()))
     if smoothed is not None:
         covariance = mapped_path(smoothed)[1]

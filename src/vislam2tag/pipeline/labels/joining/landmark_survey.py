@@ -24,7 +24,7 @@ from vislam2tag.estimation.landmark_survey.local_map import LocalMap
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import MappingSettings
-from vislam2tag.estimation.smoother import smooth_in_own_frame
+from vislam2tag.estimation.smoother import solve_in_own_frame
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
@@ -129,7 +129,7 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
     log = log.select(np.flatnonzero(np.isin(log.ids, observations.ids)).tolist())
     if len(observations.passes.at) == 0:
         return ReducedSession(key, unused=prepared.unused)
-    smoothed = smooth_in_own_frame(observations)
+    smoothed = solve_in_own_frame(observations)
     local = LocalMap.of(smoothed)
     climbed = len(site.floors) > 1 and vertical_span_m(camera, log) >= CLIMB_M
     around = _over_all_floors(site, landmarks) if climbed else landmarks
