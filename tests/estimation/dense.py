@@ -10,8 +10,8 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.chain import NormalEquations
-from vislam2tag.estimation.factors import FREE_M, FREE_RAD, FREE_SCALE, LEAST_DRIFT, Model, Weights
-from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.factors import FREE_SCALE, LEAST_DRIFT, Model, Weights
+from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors
 from vislam2tag.estimation.noise import SCALE_SIGMA, DriftSource
 
 STATES = 4

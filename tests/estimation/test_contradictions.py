@@ -162,9 +162,8 @@ def led_off(by_m: float, usual_m: float) -> SolvedWalk:
     state[STRETCH + 1 :, 0] = by_m
     way_m = float(np.ptp(walk.time_s[smoothed.model.observations.nodes[STRETCH : STRETCH + 2]]))  # at 1 m/s
     noise = NoiseLevels(position_m=usual_m / np.sqrt(way_m), heading_rad=0.0, scale=0.0)
-    return replace(
-        smoothed, solution=replace(smoothed.solution, state=state), weights=replace(smoothed.weights, noise=noise)
-    )
+    linear = replace(smoothed.linear, weights=replace(smoothed.weights, noise=noise))
+    return replace(smoothed, linear=linear, solution=replace(smoothed.solution, state=state))
 
 
 @pytest.mark.parametrize(("by_m", "usual_m", "slip"), [(0.7, 0.2, False), (0.9, 0.2, True), (0.33, 0.02, True)])

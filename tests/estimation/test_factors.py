@@ -15,16 +15,13 @@ from tests.estimation.dense import as_matrix, whitened_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import (
+    LinearWalk,
     Model,
     Weights,
-    heading_residual,
     landmark_origin,
-    landmark_precision,
-    normal_equations,
-    position_residual,
     sighting_variance,
 )
-from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_priors import LandmarkPriors, survey_precisions
 from vislam2tag.estimation.noise import USUAL, DriftSource, NoiseLevels
 
 
@@ -135,7 +132,7 @@ def test_normal_equations_add_up_all_rows(rough: bool, surveyed: list[int]) -> N
     priors = LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed=surveyed[:1]))
     model = broken(linearised(walk, rough=True) if rough else bent(linearised(walk)))
     weights = uneven(model, 5, seed=2)
-    matrix, right = as_matrix(normal_equations(model, priors, weights, pinned=False))
+    matrix, right = as_matrix(LinearWalk(model, priors, weights).normal_equations())
     rows, values = whitened_rows(model, priors, weights)
     scale = np.sqrt(np.diag(matrix))
     np.testing.assert_allclose(matrix / np.outer(scale, scale), rows.T @ rows / np.outer(scale, scale), atol=1e-7)
@@ -146,9 +143,10 @@ def test_a_perfect_walk_about_its_true_path_needs_no_correction() -> None:
     walk = loops(3, marks=5, laps=1, drifted=False)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks(headed=[2]))
     model = linearised(walk)
-    np.testing.assert_allclose(position_residual(model, priors), 0, atol=1e-9)
-    np.testing.assert_allclose(heading_residual(model, priors), 0, atol=1e-9)
-    solution = solve(normal_equations(model, priors, Weights.even(USUAL, 5, 5), pinned=False))
+    linear = LinearWalk(model, priors, Weights.even(USUAL, 5, 5))
+    np.testing.assert_allclose(linear.sightings.residual, 0, atol=1e-9)
+    np.testing.assert_allclose(linear.sheet_headings.residual, 0, atol=1e-9)
+    solution = solve(linear.normal_equations())
     np.testing.assert_allclose(solution.state, 0, atol=1e-9)
     np.testing.assert_allclose(solution.border, 0, atol=1e-9)
 
@@ -161,9 +159,9 @@ def test_unsurveyed_landmarks_count_from_where_they_were_first_seen() -> None:
     np.testing.assert_array_equal(origin[:2], priors.position[:2])
     first = [int(np.flatnonzero(model.observations.passes.landmark == j)[0]) for j in (2, 3)]
     np.testing.assert_array_equal(origin[2:], model.seen_at[first])
-    precision = landmark_precision(priors, Weights.even(USUAL, 8, 4))
-    assert np.linalg.eigvalsh(precision[2:]).max() < 1e-6
-    np.testing.assert_allclose(precision[:2], np.tile(np.eye(2) / 0.02**2, (2, 1, 1)))
+    (precision,) = survey_precisions(priors, np.ones(4))
+    assert np.linalg.eigvalsh(precision[4:8, 4:8]).max() < 1e-6
+    np.testing.assert_allclose(precision[:4, :4], np.eye(4) / 0.02**2)
 
 
 def test_heading_residuals_are_the_short_way_round() -> None:
@@ -172,7 +170,8 @@ def test_heading_residuals_are_the_short_way_round() -> None:
     model = linearised(walk)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks(headed=[0, 1, 2, 3]))
     priors.heading_rad[:] = -np.pi + 0.001, np.pi - 0.001, -np.pi, 0.1
-    np.testing.assert_allclose(heading_residual(model, priors), [0.002, -0.002, 0, 0.1] * 2, atol=1e-6)
+    residual = LinearWalk(model, priors, Weights.even(USUAL, 8, 4)).sheet_headings.residual
+    np.testing.assert_allclose(residual[:, 0], [0.002, -0.002, 0, 0.1] * 2, atol=1e-6)
 
 
 def test_far_and_scattered_sightings_are_worth_less() -> None:
@@ -208,7 +207,7 @@ def test_what_the_reference_has_taken_over_stays_drift() -> None:
     solved, spread = [], []
     plain = linearised(walk)
     for model in (plain, bent(plain, rad=0.02)):
-        solution = solve(normal_equations(model, priors, weights, pinned=False))
+        solution = solve(LinearWalk(model, priors, weights).normal_equations())
         at = model.observations.nodes
         solved.append(model.path[at] + solution.state[:, 0] + 1j * solution.state[:, 1])
         spread.append(solution.covariance)
@@ -234,8 +233,8 @@ def test_landmarks_that_share_no_errors_are_as_those_that_err_apart() -> None:
     model = bent(linearised(loops(1, USUAL, marks=5, laps=1.4)))
     priors, joint = survey_of(5)
     weights = uneven(model, 5, seed=2)
-    one = normal_equations(model, priors, weights, pinned=False)
-    other = normal_equations(model, replace(priors, joint=joint), weights, pinned=False)
+    one = LinearWalk(model, priors, weights).normal_equations()
+    other = LinearWalk(model, replace(priors, joint=joint), weights).normal_equations()
     np.testing.assert_allclose(other.corner, one.corner, rtol=1e-9, atol=1e-9)
 
 
@@ -245,6 +244,6 @@ def test_an_error_that_all_landmarks_share_is_the_walks_too() -> None:
     x = 2 * np.arange(5)
     joint[np.ix_(x, x)] += 1.0
     weights = Weights.even(USUAL, len(model.observations.passes.at), 5)
-    solution = solve(normal_equations(model, replace(priors, joint=joint), weights, pinned=False))
+    solution = solve(LinearWalk(model, replace(priors, joint=joint), weights).normal_equations())
     assert solution.covariance[:, 0, 0].min() > 0.9
     assert solution.covariance[1:-1, 1, 1].max() < 0.3

@@ -20,7 +20,7 @@ from vislam2tag.core.orientation import camera_to_bcs
 from vislam2tag.estimation import factors
 from vislam2tag.estimation import frame_states as bridge
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import Model, Weights, normal_equations, position_residual
+from vislam2tag.estimation.factors import LinearWalk, Model, Weights
 from vislam2tag.estimation.frame_states import KNOT_S, ExposureInterpolation, beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import USUAL, NoiseLevels
@@ -58,13 +58,14 @@ def test_a_bridged_state_is_that_of_a_further_node(stretch: int, share: float, m
     priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 2, 3, 6]))
     model = bent(linearised(walk))
     weights = replace(uneven(model, 7, seed=1), noise=LIVELY)
-    knots = states_between_nodes(model, weights, solve(normal_equations(model, priors, weights, pinned=False)))
+    linear = LinearWalk(model, priors, weights)
+    knots = states_between_nodes(linear, solve(linear.normal_equations()))
     first, last = model.observations.nodes[stretch : stretch + 2]
     inside = knots.at[(knots.at > first) & (knots.at < last)]
     frame = inside[int(share * len(inside))]
     at = int(np.flatnonzero(knots.at == frame)[0])
     extended = with_worthless_pass(model, weights, stretch, int(frame))
-    solution = solve(normal_equations(extended[0], priors, extended[1], pinned=False))
+    solution = solve(LinearWalk(extended[0], priors, extended[1]).normal_equations())
     np.testing.assert_allclose(knots.state[at], solution.state[stretch + 1], atol=1e-6)
     spread = np.sqrt(np.diag(solution.covariance[stretch + 1]))
     np.testing.assert_allclose(
@@ -79,8 +80,8 @@ def test_at_the_nodes_states_and_covariances_are_the_solutions() -> None:
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
     weights = uneven(model, 6, seed=3)
-    solution = solve(normal_equations(model, priors, weights, pinned=False))
-    knots = states_between_nodes(model, weights, solution)
+    solution = solve(LinearWalk(model, priors, weights).normal_equations())
+    knots = states_between_nodes(LinearWalk(model, priors, weights), solution)
     at = np.searchsorted(knots.at, model.observations.nodes)
     np.testing.assert_array_equal(knots.at[at], model.observations.nodes)
     np.testing.assert_allclose(knots.state[at], solution.state, atol=1e-6)
@@ -92,7 +93,8 @@ def test_between_two_passes_the_walk_is_least_certain_in_the_middle() -> None:
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
     weights = Weights.even(replace(USUAL, sighting_m=0.005), 4, 4)
-    knots = states_between_nodes(model, weights, solve(normal_equations(model, priors, weights, pinned=False)))
+    linear = LinearWalk(model, priors, weights)
+    knots = states_between_nodes(linear, solve(linear.normal_equations()))
     sigma = np.sqrt(np.trace(knots.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
     _, first, second, third, _, _ = np.searchsorted(knots.at, model.observations.nodes)
     for start, stop in ((first, second), (second, third)):
@@ -113,10 +115,10 @@ def test_a_pause_does_not_smear_over_the_frames_before_it(monkeypatch: pytest.Mo
     model = replace(model, observations=replace(model.observations, odometry=odometry))
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     weights = Weights.even(LIVELY, 4, 4)
-    solution = solve(normal_equations(model, priors, weights, pinned=False))
-    usual = states_between_nodes(model, weights, solution)
+    solution = solve(LinearWalk(model, priors, weights).normal_equations())
+    usual = states_between_nodes(LinearWalk(model, priors, weights), solution)
     monkeypatch.setattr(bridge, "KNOT_S", 1e-3)  # every frame is a knot
-    dense = states_between_nodes(model, weights, solution)
+    dense = states_between_nodes(LinearWalk(model, priors, weights), solution)
     assert last not in model.observations.nodes
     assert len(usual.at) < len(dense.at) == len(late)
     sigma = np.sqrt(np.trace(dense.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
@@ -132,7 +134,8 @@ def test_values_at_knots_are_met_at_their_frames() -> None:
     model = linearised(walk)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     weights = Weights.even(USUAL, 4, 4)
-    knots = states_between_nodes(model, weights, solve(normal_equations(model, priors, weights, pinned=False)))
+    linear = LinearWalk(model, priors, weights)
+    knots = states_between_nodes(linear, solve(linear.normal_equations()))
     every = knots.at_frames(knots.covariance, len(walk.truth))
     assert every.shape == (len(walk.truth), 4, 4)
     np.testing.assert_allclose(every[knots.at], knots.covariance)
@@ -184,12 +187,13 @@ def walked(laps: int) -> SolvedWalk:
     """A walk that passes each landmark once a lap, all observations taken for usual."""
     smoothed = solved(loops(3, TYPICAL, marks=8, laps=laps, survey_m=0.02))
     even = (np.ones_like(part) for part in (smoothed.weights.sighting, smoothed.weights.landmark))
-    return replace(smoothed, weights=replace(smoothed.weights, sighting=next(even), landmark=next(even)))
+    weights = replace(smoothed.weights, sighting=next(even), landmark=next(even))
+    return replace(smoothed, linear=replace(smoothed.linear, weights=weights))
 
 
 def beside(smoothed: SolvedWalk) -> FloatArray:
     """(k, 2, 2) at the passes of the landmark, m^2."""
-    whole = beside_the_survey(smoothed.model, smoothed.priors, smoothed.weights, smoothed.solution)
+    whole = beside_the_survey(smoothed.linear, smoothed.solution)
     passes = smoothed.model.observations.passes
     return np.asarray(whole[passes.at[passes.landmark == LANDMARK]])
 
@@ -212,6 +216,6 @@ def test_what_a_doubtful_place_is_missed_by_counts_as_far_as_that_is_unusual(les
     smoothed.weights.landmark[LANDMARK] = less_certain
     (at,) = np.flatnonzero(smoothed.model.observations.passes.landmark == LANDMARK)
     model, state = smoothed.model, smoothed.solution.state[1:-1]
-    miss = position_residual(model, smoothed.priors)[at] - model.sight[at] @ state[at]
+    miss = smoothed.linear.sightings.residual[at] - model.sight[at] @ state[at]
     assert np.hypot(*miss) > 0.001
     np.testing.assert_allclose(beside(smoothed), share * np.outer(miss, miss)[None], atol=1e-12)

@@ -15,7 +15,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.estimation import reweighting
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import LEAST_DRIFT, Model, Weights, normal_equations, sighting_variance
+from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, Weights, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import (
     ESTIMATED,
@@ -44,14 +44,14 @@ ROUGH = NoiseLevels(position_m=0.04, heading_rad=0.008, scale=0.005, sighting_m=
 
 
 def one_round(model: Model, priors: LandmarkPriors, weights: Weights) -> Weights:
-    solution = solve(normal_equations(model, priors, weights, pinned=False))
-    return reweighted(model, weights, expected_squares(model, priors, weights, solution))
+    solution = solve(LinearWalk(model, priors, weights).normal_equations())
+    return reweighted(model, weights, expected_squares(LinearWalk(model, priors, weights), solution))
 
 
 def log_posterior(model: Model, priors: LandmarkPriors, weights: Weights) -> float:
     """Log-likelihood of all observations, states and landmarks integrated out, plus the prior of the noise levels."""
     noise = weights.noise
-    matrix, right = as_matrix(normal_equations(model, priors, weights, pinned=False))
+    matrix, right = as_matrix(LinearWalk(model, priors, weights).normal_equations())
     _, values = whitened_rows(model, priors, weights)
     drift = sum(noise.level(source) ** 2 * unit for source, unit in model.stretches.items()) + LEAST_DRIFT
     passes = model.observations.passes
@@ -118,8 +118,8 @@ def test_what_nothing_tells_follows_what_all_else_tells() -> None:
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
     weights = Weights.even(USUAL, len(model.observations.passes.at), 8)
-    solution = solve(normal_equations(model, priors, weights, pinned=False))
-    squares = expected_squares(model, priors, weights, solution)
+    solution = solve(LinearWalk(model, priors, weights).normal_equations())
+    squares = expected_squares(LinearWalk(model, priors, weights), solution)
     position = squares.stretch[DriftSource.POSITION]
     drifting = replace(position, missed=100 * position.missed)
     worse = replace(squares, stretch={**squares.stretch, DriftSource.POSITION: drifting})

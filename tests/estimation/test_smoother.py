@@ -17,7 +17,7 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation import smoother
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import Weights, normal_equations
+from vislam2tag.estimation.factors import LinearWalk, Weights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
@@ -206,7 +206,7 @@ def test_with_the_noise_given_covariances_hold_what_they_say() -> None:
         priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 2, 5, 7]))
         model = linearised(walk)
         nodes, weights = model.observations.nodes, Weights.even(TYPICAL, len(model.observations.passes.at), 10)
-        state = solve(normal_equations(model, priors, weights, pinned=False))
+        state = solve(LinearWalk(model, priors, weights).normal_equations())
         error = model.path[nodes] + state.state[:, 0] + 1j * state.state[:, 1] - walk.truth[nodes]
         found.append(region_probability(as_points(error), state.covariance[:, :2, :2]))
     of_68, of_95 = shares_inside(found)

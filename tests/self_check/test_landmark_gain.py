@@ -9,7 +9,6 @@ from tests.drifting import loops
 from tests.estimation.dense import as_matrix
 from tests.self_check.test_left_out import TYPICAL, smoothed
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.estimation.factors import normal_equations
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path
 from vislam2tag.self_check import landmark_gain
 from vislam2tag.self_check.accuracy import expected_error_m
@@ -31,7 +30,7 @@ def walk() -> SolvedWalk:
 def joint(walk: SolvedWalk) -> tuple[FloatArray, int]:
     """Precision of all states, a metre apart, and landmarks at once; the number of states."""
     fine = landmark_gain._with_silent_passes(walk)
-    matrix, _ = as_matrix(normal_equations(fine.model, fine.priors, fine.weights, pinned=False))
+    matrix, _ = as_matrix(fine.normal_equations())
     return matrix, len(fine.model.observations.nodes)
 
 

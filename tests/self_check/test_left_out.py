@@ -53,7 +53,7 @@ def test_unsurveyed_landmarks_are_not_left_out_and_two_cannot_tell_of_each_other
 
 def test_many_landmarks_cost_a_limited_number_of_solutions() -> None:
     walk = smoothed(loops(4, TYPICAL, marks=40, laps=1.0, size_m=(60.0, 30.0)))
-    with mock.patch.object(left_out, "smooth", wraps=solve_walk) as solved:
+    with mock.patch.object(left_out, "solve_walk", wraps=solve_walk) as solved:
         errors = leave_out(walk)
     assert solved.call_count == MOST_SOLUTIONS
     assert [error.landmark for error in errors] == [f"L{i}" for i in range(40)]

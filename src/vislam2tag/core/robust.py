@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil, log
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -33,6 +34,27 @@ class IterationResult(Generic[_State]):
     rounds: int
     moved: float
     converged: bool
+
+
+@dataclass(frozen=True)
+class Caution:
+    """The first rounds take observations for less certain, by a ``factor`` of their variance that each round lowers.
+
+    Graduated, so that a bad observation shows as such before it can bend the solution (Yang et al. 2020).
+    """
+
+    factor: float = 1.0
+    relaxation: float = 0.5
+    """What is left of the factor after each round."""
+
+    def at(self, number: int) -> float:
+        """Factor of the variance in the round of this number (from 0)."""
+        return max(self.factor * self.relaxation**number, 1.0)
+
+    @property
+    def rounds(self) -> int:
+        """So many rounds are cautious, and one more, at least."""
+        return 1 + ceil(log(self.factor) / -log(self.relaxation))
 
 
 def iterate(

@@ -16,7 +16,8 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.drift import STATES, transitions
-from vislam2tag.estimation.factors import Model, Weights, sighting_variance, stretch_drift
+from vislam2tag.estimation.factors import LinearWalk, Model, Weights, sighting_variance
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import SCALE_SIGMA, USUAL
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.intake.shifted_ids import IdShift
@@ -49,6 +50,7 @@ class WalkPasses:
         odometry, passes = observations.odometry, observations.passes
         model = Model(observations, odometry.path, np.ones_like(odometry.path), rough=False)
         even = Weights.even(USUAL, len(passes.at), len(observations.ids))
+        drift = LinearWalk(model, LandmarkPriors.nothing(len(observations.ids)), even).drift
         return cls(
             key=key,
             landmark=tuple(observations.ids[i] for i in passes.landmark),
@@ -56,7 +58,7 @@ class WalkPasses:
             camera=odometry.path[passes.at],
             offset=passes.offset,
             sighting_m2=sighting_variance(model, USUAL),
-            drift=stretch_drift(model, even)[1:-1] if len(passes.at) else np.empty((0, STATES, STATES)),
+            drift=drift.covariance[1:-1] if len(passes.at) else np.empty((0, STATES, STATES)),
             id_shift=id_shift,
         )
 

@@ -16,8 +16,6 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.similarity import as_points
-from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import normal_equations
 from vislam2tag.estimation.noise import DOUBTED, ESTIMATED
 from vislam2tag.estimation.smoother import SolvedWalk
 
@@ -27,6 +25,12 @@ LEAST_M = 0.15
 """... and at least this far."""
 FEWEST_OTHERS = 2
 """So many other surveyed landmarks must have been passed to say so."""
+UNUSUAL_SIGMAS = 4.0
+"""A slip led farther off than this many standard deviations of the stretch's usual drift ..."""
+LEAST_SLIP_M = 0.3
+"""... and at least this far."""
+WORTH_ASKING_M = 0.15
+"""Less is made good by the drift of the stretch about as well as by knowing where it happened."""
 
 
 def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
@@ -47,8 +51,7 @@ def predicted(smoothed: SolvedWalk, landmark: int) -> SolvedWalk:
     sighting = smoothed.weights.sighting.copy()
     sighting[own] /= sighting[own].min()
     priors, weights = smoothed.priors.without(landmark), replace(smoothed.weights, sighting=sighting)
-    solution = solve(normal_equations(smoothed.model, priors, weights, pinned=False))
-    return SolvedWalk(smoothed.model, priors, weights, solution)
+    return SolvedWalk.of(replace(smoothed.linear, priors=priors, weights=weights))
 
 
 def discrepancy(smoothed: SolvedWalk, trial: SolvedWalk, landmark: int) -> tuple[FloatArray, FloatArray]:
@@ -73,17 +76,9 @@ def _contradiction(smoothed: SolvedWalk, landmark: int) -> Contradiction | None:
     )
 
 
-UNUSUAL_SIGMAS = 4.0
-"""A slip led farther off than this many standard deviations of the stretch's usual drift ..."""
-LEAST_SLIP_M = 0.3
-"""... and at least this far."""
-WORTH_ASKING_M = 0.15
-"""Less is made good by the drift of the stretch about as well as by knowing where it happened."""
-
-
 def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
     """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
-    observations, off = smoothed.model.observations, _led_off(smoothed)
+    observations, off = smoothed.model.observations, smoothed.led_off
     size = np.hypot(off[:, 0], off[:, 1])
     unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_SLIP_M) & ~_jumped(smoothed)
     found = []
@@ -99,15 +94,8 @@ def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
 
 def may_have_slipped(smoothed: SolvedWalk) -> bool:
     """Whether a stretch led far enough elsewhere for it to be worth asking other sensors where it slipped."""
-    off = _led_off(smoothed)
+    off = smoothed.led_off
     return bool(((np.hypot(off[:, 0], off[:, 1]) > WORTH_ASKING_M) & ~_jumped(smoothed)).any())
-
-
-def _led_off(smoothed: SolvedWalk) -> FloatArray:
-    """(p + 1, 4) how far off each stretch led: x, y, metres in the BCS, scale and heading."""
-    state = smoothed.solution.state
-    off = state[1:] - np.einsum("kij,kj->ki", smoothed.model.carry, state[:-1])
-    return np.asarray(off + smoothed.model.stretches_drifted)
 
 
 def _jumped(smoothed: SolvedWalk) -> BoolArray:

@@ -1,21 +1,37 @@
-"""The factors of a walk's least-squares problem, linearised about a reference path (docs/explanation/smoother.md)."""
+"""The factors of a walk's least-squares problem about a reference path; :mod:`~vislam2tag.estimation.smoother` defines
+the state and the residuals.
+
+=============== ============================= ======================================================
+factor          ties                          where
+=============== ============================= ======================================================
+start           the first state               :func:`start_precision`
+drift           neighbouring states           :class:`DriftFactor`
+sighting        a state and a landmark's place :attr:`LinearWalk.sightings`
+sheet heading   a state and a sheet's heading :attr:`LinearWalk.sheet_headings`
+survey          landmarks                     :func:`~vislam2tag.estimation.landmark_priors.survey_precisions`
+=============== ============================= ======================================================
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, joint_columns
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.orientation import wrapped
-from vislam2tag.estimation.chain import NormalEquations
+from vislam2tag.estimation.chain import NormalEquations, Solution
 from vislam2tag.estimation.drift import STATES, DirectedDrift, Drift, DriftKind, transitions
-from vislam2tag.estimation.landmark_priors import LandmarkPriors, ToldPlaces
+from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors, survey_precisions
 from vislam2tag.estimation.noise import SCALE_SIGMA, DriftSource, NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
 
+FREE_SCALE = 30.0
+"""Standard deviation of a scale that is not known at all."""
+PINNED_M, PINNED_RAD = 1e-4, 1e-5
+"""The start of a map in its own frame: small beside what a pass shows, great beside what numbers lose."""
 KINDS = {
     DriftSource.POSITION: (DriftKind.POSITION,),
     DriftSource.HEADING: (DriftKind.HEADING,),
@@ -37,11 +53,11 @@ NEGLIGIBLE = 1e-6
 """An eigenvalue below this share of the trace is none: its direction does not drift."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Model:
     """A walk linearised about ``path`` (n,), complex metres in the BCS; ``turn`` (n,) is ``bcs_R_continuous``.
 
-    Compared by identity.
+    ``rough``: the heading is not known even roughly, so that heading and scale are free and linear.
     """
 
     observations: WalkObservations
@@ -170,17 +186,9 @@ def _ranks(covariance: FloatArray) -> IntArray:
     return np.asarray(np.sum(values > NEGLIGIBLE * np.maximum(trace, 1e-12)[:, None], axis=1))
 
 
-FREE_M, FREE_RAD, FREE_SCALE = 1e5, 10.0, 30.0
-"""Standard deviations of what is not known at all."""
-PINNED_M, PINNED_RAD = 1e-4, 1e-5
-"""The start of a map in its own frame: small beside what a pass tells, great beside what numbers lose."""
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Weights:
     """What the observations are worth: the noise, and by which factor each one's variance exceeds it (Student's t).
-
-    Compared by identity.
 
     ``stretch`` (p + 1,) for each source, ``sighting`` (p,), ``sheet`` (p,), ``landmark`` (m,).
     """
@@ -191,7 +199,7 @@ class Weights:
     sheet: FloatArray
     landmark: FloatArray
     told: TrackerNoise | None = None
-    """How noisy the tracker is before anything is seen of the walk, as others tell."""
+    """How noisy the tracker is by other walks of its device, before anything of this one is known."""
 
     @classmethod
     def even(cls, noise: NoiseLevels, passes: int, landmarks: int, told: TrackerNoise | None = None) -> Weights:
@@ -205,22 +213,129 @@ class Weights:
             told,
         )
 
-
-def stretch_scale(weights: Weights) -> FloatArray:
-    """(s, p + 1) by how much the variance of each source's drift over each stretch exceeds that at unit level."""
-    return np.stack([weights.noise.level(source) ** 2 * weights.stretch[source] for source in DriftSource])
-
-
-@lru_cache(maxsize=1)
-def stretch_drift(model: Model, weights: Weights) -> FloatArray:
-    """Covariances (p + 1, 4, 4) of all drift between neighbouring nodes; the latest weights' are kept."""
-    return np.asarray(np.einsum("sk,skij->kij", stretch_scale(weights), model.units) + LEAST_DRIFT)
+    @property
+    def stretch_scale(self) -> FloatArray:
+        """(s, p + 1) by how much the variance of each source's drift over each stretch exceeds that at unit level."""
+        return np.stack([self.noise.level(source) ** 2 * self.stretch[source] for source in DriftSource])
 
 
-@lru_cache(maxsize=1)
-def stretch_precision(model: Model, weights: Weights) -> FloatArray:
-    """Precisions (p + 1, 4, 4) of :func:`stretch_drift`; the latest weights' are kept."""
-    return np.asarray(np.linalg.inv(stretch_drift(model, weights)))
+@dataclass(frozen=True)
+class DriftFactor:
+    """Ties each node to the next one: ``x[k + 1] - carry[k] x[k] + drifted[k]`` is 0 within a covariance.
+
+    ``carry`` (p + 1, 4, 4); ``drifted`` (p + 1, 4), the drift that the reference path already has; ``covariance``
+    (p + 1, 4, 4).
+    """
+
+    carry: FloatArray
+    drifted: FloatArray
+    covariance: FloatArray
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """(p + 1, 4, 4) inverse of :attr:`covariance`."""
+        return np.asarray(np.linalg.inv(self.covariance))
+
+    def residual(self, state: FloatArray) -> FloatArray:
+        """(p + 1, 4) by how much each stretch led elsewhere, by states (p + 2, 4)."""
+        return np.asarray(state[1:] - np.einsum("kij,kj->ki", self.carry, state[:-1]) + self.drifted)
+
+
+@dataclass(frozen=True)
+class LandmarkFactor:
+    """Ties the state at a pass to ``r`` unknowns of its landmark: ``residual - design x + unknown`` is 0 but for noise.
+
+    ``residual`` (p, r); ``design`` (p, r, 4); ``column`` (p, r) of the unknowns in the border; ``worth`` (p,), inverse
+    variances of each of the r numbers, 0 where nothing was observed.
+    """
+
+    residual: FloatArray
+    design: FloatArray
+    column: IntArray
+    worth: FloatArray
+
+    def missed(self, solution: Solution) -> FloatArray:
+        """(p,) squares of the residuals at a solution, summed over r."""
+        by_state = np.einsum("pij,pj->pi", self.design, solution.state[1:-1])
+        return np.asarray(np.sum((self.residual - by_state + solution.border[self.column]) ** 2, axis=1))
+
+    def spread(self, solution: Solution) -> FloatArray:
+        """(p,) how far the residuals may be from those at a solution: variances, summed over r."""
+        by_state = np.einsum("pij,pjk,pik->p", self.design, solution.covariance[1:-1], self.design)
+        own = solution.border_covariance.diagonal()[self.column].sum(axis=1)
+        shared = np.take_along_axis(solution.cross[1:-1], self.column[:, None, :], axis=2)
+        return np.asarray(by_state + own - 2 * np.einsum("pij,pji->p", self.design, shared))
+
+
+@dataclass(frozen=True)
+class LinearWalk:
+    """A walk's whole least-squares problem about its reference path; ``pinned`` to the walk's first pose or not.
+
+    The unknowns are the states of all nodes and, as the border, the errors of ``m`` landmarks: x, y of each, metres,
+    then the headings of all sheets, rad.
+    """
+
+    model: Model
+    priors: LandmarkPriors
+    weights: Weights
+    pinned: bool = False
+
+    @cached_property
+    def drift(self) -> DriftFactor:
+        """The tracker's drift between neighbouring nodes."""
+        covariance = np.einsum("sk,skij->kij", self.weights.stretch_scale, self.model.units) + LEAST_DRIFT
+        return DriftFactor(self.model.carry, self.model.stretches_drifted, np.asarray(covariance))
+
+    @cached_property
+    def sightings(self) -> LandmarkFactor:
+        """Where each pass saw its landmark."""
+        landmark = self.model.observations.passes.landmark
+        miss = landmark_origin(self.model, self.priors)[landmark] - self.model.seen_at
+        return LandmarkFactor(
+            residual=np.column_stack((miss.real, miss.imag)),
+            design=self.model.sight,
+            column=np.stack((2 * landmark, 2 * landmark + 1), axis=1),
+            worth=1 / (sighting_variance(self.model, self.weights.noise) * self.weights.sighting),
+        )
+
+    @cached_property
+    def sheet_headings(self) -> LandmarkFactor:
+        """How each pass saw its landmark's sheet turned, where that is logged."""
+        landmark, headed = self.model.observations.passes.landmark, self.model.headed
+        miss = heading_origin(self.model, self.priors)[landmark] - self.model.heading_rad
+        return LandmarkFactor(
+            residual=np.where(headed, wrapped(miss), 0.0)[:, None],
+            design=np.tile(np.eye(STATES)[3], (len(landmark), 1, 1)),
+            column=2 * len(self.priors.position) + landmark[:, None],
+            worth=np.where(headed, 1 / (self.weights.noise.sheet_rad**2 * self.weights.sheet), 0.0),
+        )
+
+    def normal_equations(self) -> NormalEquations:
+        """Add up all factors."""
+        count, unknowns = len(self.model.observations.nodes), 3 * len(self.priors.position)
+        diagonal, right = np.zeros((count, STATES, STATES)), np.zeros((count, STATES))
+        border = np.zeros((count, STATES, unknowns))
+        corner, corner_right = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
+        diagonal[0] = start_precision(self.model, pinned=self.pinned)
+        drift = self.drift
+        pull = drift.carry.transpose(0, 2, 1) @ drift.precision
+        diagonal[:-1] += pull @ drift.carry
+        diagonal[1:] += drift.precision
+        had = np.einsum("kij,kj->ki", drift.precision, drift.drifted)
+        right[1:] -= had
+        right[:-1] += np.einsum("kji,kj->ki", drift.carry, had)
+        node = np.arange(1, count - 1)
+        for factor in (self.sightings, self.sheet_headings):
+            squared = factor.design.transpose(0, 2, 1) @ factor.design
+            diagonal[node] += squared * factor.worth[:, None, None]
+            right[node] += np.einsum("pij,pi,p->pj", factor.design, factor.residual, factor.worth)
+            for axis, column in enumerate(factor.column.T):
+                border[node, :, column] -= factor.design[:, axis] * factor.worth[:, None]
+                np.add.at(corner, (column, column), factor.worth)
+                np.add.at(corner_right, column, -factor.residual[:, axis] * factor.worth)
+        for precision in survey_precisions(self.priors, self.weights.landmark):
+            corner += precision
+        return NormalEquations(diagonal, -pull, border, corner, right, corner_right)
 
 
 def sighting_variance(model: Model, noise: NoiseLevels) -> FloatArray:
@@ -233,24 +348,8 @@ def sighting_variance(model: Model, noise: NoiseLevels) -> FloatArray:
 def start_precision(model: Model, *, pinned: bool) -> FloatArray:
     """Precision (4, 4) of the first state: free, or ``pinned`` to the reference for a map in its own frame."""
     metres, rad = (PINNED_M, PINNED_RAD) if pinned else (FREE_M, FREE_RAD)
-    if model.rough:
-        return np.diag([metres**-2, metres**-2, FREE_SCALE**-2, FREE_SCALE**-2])
-    return np.diag([metres**-2, metres**-2, SCALE_SIGMA**-2, rad**-2])
-
-
-def landmark_precision(priors: LandmarkPriors, weights: Weights) -> FloatArray:
-    """Precisions (m, 2, 2) of the surveyed positions; next to nothing for the others."""
-    precision = np.tile(np.eye(2) * FREE_M**-2, (len(priors.position), 1, 1))
-    surveyed = priors.surveyed
-    precision[surveyed] = np.linalg.inv(priors.covariance[surveyed] * weights.landmark[surveyed, None, None])
-    return precision
-
-
-def position_residual(model: Model, priors: LandmarkPriors) -> FloatArray:
-    """(p, 2) from where the reference puts each pass's landmark to its surveyed (or first seen) position, metres."""
-    landmark = model.observations.passes.landmark
-    miss = landmark_origin(model, priors)[landmark] - model.seen_at
-    return np.column_stack((miss.real, miss.imag))
+    scale, turn = (FREE_SCALE, FREE_SCALE) if model.rough else (SCALE_SIGMA, rad)
+    return np.diag([metres**-2, metres**-2, scale**-2, turn**-2])
 
 
 def landmark_origin(model: Model, priors: LandmarkPriors) -> ComplexArray:
@@ -267,100 +366,3 @@ def heading_origin(model: Model, priors: LandmarkPriors) -> FloatArray:
     seen = np.zeros(len(priors.position))
     seen[landmark] = model.heading_rad[first]
     return np.where(np.isfinite(priors.heading_rad), priors.heading_rad, seen)
-
-
-def heading_residual(model: Model, priors: LandmarkPriors) -> FloatArray:
-    """(p,) from each logged heading to the landmark's, rad, wrapped; 0 where none is logged."""
-    miss = heading_origin(model, priors)[model.observations.passes.landmark] - model.heading_rad
-    return np.where(model.headed, wrapped(miss), 0.0)
-
-
-def normal_equations(model: Model, priors: LandmarkPriors, weights: Weights, *, pinned: bool) -> NormalEquations:
-    """Add up drift, sightings, sheet headings and survey.
-
-    The border holds the landmarks' errors: x, y of each, then their headings.
-    """
-    drift = stretch_precision(model, weights)
-    count, marks = len(model.observations.nodes), len(priors.position)
-    diagonal = np.zeros((count, STATES, STATES))
-    diagonal[0] = start_precision(model, pinned=pinned)
-    pull = model.carry.transpose(0, 2, 1) @ drift
-    diagonal[:-1] += pull @ model.carry
-    diagonal[1:] += drift
-    border, corner = np.zeros((count, STATES, 3 * marks)), np.zeros((3 * marks, 3 * marks))
-    right, corner_right = np.zeros((count, STATES)), np.zeros(3 * marks)
-    had = np.einsum("kij,kj->ki", drift, model.stretches_drifted)
-    right[1:] -= had
-    right[:-1] += np.einsum("kji,kj->ki", model.carry, had)
-    node, landmark = np.arange(1, count - 1), model.observations.passes.landmark
-    worth = 1 / (sighting_variance(model, weights.noise) * weights.sighting)
-    miss = position_residual(model, priors)
-    diagonal[node] += model.sight.transpose(0, 2, 1) @ model.sight * worth[:, None, None]
-    right[node] += np.einsum("pij,pi,p->pj", model.sight, miss, worth)
-    for axis in (0, 1):
-        column = 2 * landmark + axis
-        border[node, :, column] -= model.sight[:, axis] * worth[:, None]
-        np.add.at(corner, (column, column), worth)
-        np.add.at(corner_right, column, -miss[:, axis] * worth)
-    worth = np.where(model.headed, 1 / (weights.noise.sheet_rad**2 * weights.sheet), 0.0)
-    turn = heading_residual(model, priors)
-    column = 2 * marks + landmark
-    diagonal[node, 3, 3] += worth
-    right[node, 3] += turn * worth
-    border[node, 3, column] -= worth
-    np.add.at(corner, (column, column), worth)
-    np.add.at(corner_right, column, -turn * worth)
-    _add_survey(corner, priors, weights)
-    return NormalEquations(diagonal, -pull, border, corner, right, corner_right)
-
-
-def _add_survey(corner: FloatArray, priors: LandmarkPriors, weights: Weights) -> None:
-    """Add to the corner (3m, 3m) what the survey, and other walks, say of places and headings."""
-    marks = len(priors.position)
-    if priors.told is not None:
-        _add_told(corner, priors, priors.told, weights)
-        return
-    if priors.joint is not None:
-        corner += _joint_precision(priors.joint, priors, weights)
-        return
-    x = 2 * np.arange(marks)
-    precision = landmark_precision(priors, weights)
-    for i in (0, 1):
-        for j in (0, 1):
-            corner[x + i, x + j] += precision[:, i, j]
-    sigma = np.where(np.isfinite(priors.heading_sigma_rad), priors.heading_sigma_rad, FREE_RAD)
-    heading = 2 * marks + np.arange(marks)
-    corner[heading, heading] += sigma**-2
-
-
-def _add_told(corner: FloatArray, priors: LandmarkPriors, told: ToldPlaces, weights: Weights) -> None:
-    """Add what the survey says of landmarks, and what others say of places that hang on these.
-
-    A place is doubted for its own errors alone.
-    """
-    survey, marks = priors.landmarks, len(priors.position)
-    of_landmarks, of_places = np.split(weights.landmark, [len(survey.position)])
-    column = joint_columns(np.arange(len(survey.position)), marks)
-    part = np.zeros((len(column), len(column)))
-    _add_survey(part, survey, replace(weights, landmark=of_landmarks))
-    corner[np.ix_(column, column)] += part
-    doubt = np.sqrt(np.repeat(of_places, 2))
-    places = np.arange(2 * marks)
-    errors = told.own_errors(marks)[-len(doubt) :]
-    corner[np.ix_(places, places)] += errors.T @ np.linalg.inv(told.own * np.outer(doubt, doubt)) @ errors
-    heading = 2 * marks + np.arange(len(survey.position), marks)
-    corner[heading, heading] += FREE_RAD**-2
-
-
-def _joint_precision(joint: FloatArray, priors: LandmarkPriors, weights: Weights) -> FloatArray:
-    """(3m, 3m) of a survey whose landmarks share errors (their covariance ``joint`` (3m, 3m)); nearly 0 elsewhere.
-
-    A landmark that is doubted is so with all that it shares.
-    """
-    marks = len(priors.position)
-    known = np.concatenate((np.repeat(priors.surveyed, 2), np.isfinite(priors.heading_rad)))
-    doubt = np.sqrt(np.concatenate((np.repeat(weights.landmark, 2), np.ones(marks))))[known]
-    precision = np.diag(np.concatenate((np.full(2 * marks, FREE_M), np.full(marks, FREE_RAD))) ** -2.0)
-    rows = np.flatnonzero(known)
-    precision[np.ix_(rows, rows)] = np.linalg.inv(joint[np.ix_(rows, rows)] * np.outer(doubt, doubt))
-    return precision

@@ -14,14 +14,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.estimation.chain import Solution
 from vislam2tag.estimation.drift import transitions
-from vislam2tag.estimation.factors import (
-    LEAST_DRIFT,
-    Model,
-    Weights,
-    position_residual,
-    stretch_drift,
-    stretch_precision,
-)
+from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, Weights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import DOUBTED, DriftSource
 
@@ -71,20 +64,20 @@ class FrameStates:
         return every.reshape(count, *values.shape[1:])
 
 
-def states_between_nodes(model: Model, weights: Weights, solution: Solution) -> FrameStates:
+def states_between_nodes(walk: LinearWalk, solution: Solution) -> FrameStates:
     """States between the nodes of a solution (conditional Gaussian between both neighbours)."""
+    model = walk.model
     nodes, at = model.observations.nodes, _knots(model)
     stretch = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
     first, last = nodes[stretch], nodes[stretch + 1]
-    drift = _drift(model, weights, stretch, first, at)
-    whole = stretch_drift(model, weights)
+    drift = _drift(model, walk.weights, stretch, first, at)
     onward = transitions(model.path, at, last)
-    gain = drift @ onward.transpose(0, 2, 1) @ stretch_precision(model, weights)[stretch]
-    rest = transitions(model.path, first, at) - gain @ model.carry[stretch]
-    after = solution.state[1:] + model.stretches_drifted
+    gain = drift @ onward.transpose(0, 2, 1) @ walk.drift.precision[stretch]
+    rest = transitions(model.path, first, at) - gain @ walk.drift.carry[stretch]
+    after = solution.state[1:] + walk.drift.drifted
     state = np.einsum("kij,kj->ki", rest, solution.state[stretch]) - model.drifted(first, at)
     state += np.einsum("kij,kj->ki", gain, after[stretch])
-    return FrameStates(at, state, solution, stretch, rest, gain, drift, whole)
+    return FrameStates(at, state, solution, stretch, rest, gain, drift, walk.drift.covariance)
 
 
 def _knots(model: Model) -> IntArray:
@@ -148,18 +141,19 @@ FEWEST_REFUSED = 2
 """One pass alone may be a bad sighting."""
 
 
-def beside_the_survey(model: Model, priors: LandmarkPriors, weights: Weights, solution: Solution) -> FloatArray:
+def beside_the_survey(walk: LinearWalk, solution: Solution) -> FloatArray:
     """Mean squares (n, 2, 2) of how far labels may lie beside what was surveyed around them, m^2.
 
     At a pass of a doubtful place what the walk misses it by, as far as that is unusual; linear between passes.
     """
-    passes = model.observations.passes
-    miss = position_residual(model, priors) - np.einsum("pij,pj->pi", model.sight, solution.state[1:-1])
+    passes, priors, weights = walk.model.observations.passes, walk.priors, walk.weights
+    sightings = walk.sightings
+    miss = sightings.residual - np.einsum("pij,pj->pi", sightings.design, solution.state[1:-1])
     sighted = np.where(_refused(priors, weights, passes.landmark)[passes.landmark], weights.sighting, 0)
-    surveyed = passes.landmark < len(priors.landmarks.position)  # others' tales of the camera are no survey
+    surveyed = passes.landmark < len(priors.landmarks.position)  # places of the camera are no survey
     unusual = 1 - DOUBTED / np.maximum(np.maximum(weights.landmark[passes.landmark], sighted), DOUBTED)
     square = unusual[:, None, None] * miss[:, :, None] * miss[:, None, :]
-    frames = np.arange(len(model.path))
+    frames = np.arange(len(walk.model.path))
     if not surveyed.any():
         return np.zeros((len(frames), 2, 2))
     every = [np.interp(frames, passes.at[surveyed], column[surveyed]) for column in square.reshape(-1, 4).T]

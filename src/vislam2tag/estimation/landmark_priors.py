@@ -10,12 +10,14 @@ from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, joint_co
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Landmarks
 
+FREE_M, FREE_RAD = 1e5, 10.0
+"""Standard deviations of what is not known at all."""
 AROUND_M = 2.0
 """Landmarks nearer to a place than this share their errors with it alike."""
 
 
 @dataclass(frozen=True)
-class ToldPlaces:
+class PlacePriors:
     """Places of the camera, ``k`` of them, that are off where ``m`` landmarks are, by ``share`` (2k, 2m) of x, y of
     each, and by errors of their own with covariance ``own`` (2k, 2k), m^2.
     """
@@ -42,8 +44,8 @@ class LandmarkPriors:
     heading_rad: FloatArray
     heading_sigma_rad: FloatArray
     joint: FloatArray | None = None
-    told: ToldPlaces | None = None
-    """The last ones are no landmarks but places of the camera that other walks tell; ``joint`` is without them."""
+    places: PlacePriors | None = None
+    """The last ones are no landmarks but places of the camera by other sessions; ``joint`` is without them."""
 
     @classmethod
     def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> LandmarkPriors:
@@ -71,10 +73,10 @@ class LandmarkPriors:
 
     @property
     def landmarks(self) -> LandmarkPriors:
-        """The landmarks alone, without places that others tell."""
-        if self.told is None:
+        """The landmarks alone, without places of the camera."""
+        if self.places is None:
             return self
-        marks = len(self.position) - len(self.told.own) // 2
+        marks = len(self.position) - len(self.places.own) // 2
         return LandmarkPriors(
             self.position[:marks],
             self.covariance[:marks],
@@ -111,6 +113,21 @@ class LandmarkPriors:
             heading_sigma_rad=np.append(self.heading_sigma_rad, one.heading_sigma_rad),
         )
 
+    def with_places(self, position: ComplexArray, covariance: FloatArray) -> LandmarkPriors:
+        """With places (k,) of the camera after the landmarks, by other sessions; ``covariance`` (2k, 2k), m^2.
+
+        The others were mapped past the same landmarks: where these are wrong, places between them are so, too.
+        """
+        unknown, each = np.full(len(position), np.nan), np.arange(2 * len(position)).reshape(-1, 2)
+        return LandmarkPriors(
+            position=np.concatenate((self.position, position)),
+            covariance=np.concatenate((self.covariance, covariance[each[:, :, None], each[:, None, :]])),
+            heading_rad=np.concatenate((self.heading_rad, unknown)),
+            heading_sigma_rad=np.concatenate((self.heading_sigma_rad, unknown)),
+            joint=self.joint,
+            places=PlacePriors(landmark_shares(self, position), covariance),
+        )
+
     def without(self, landmark: int) -> LandmarkPriors:
         """Forget what is known of one landmark."""
         one = np.arange(len(self.position)) == landmark
@@ -131,3 +148,54 @@ def landmark_shares(priors: LandmarkPriors, position: ComplexArray) -> FloatArra
     worth = np.where(priors.surveyed, 1 / (np.abs(position[:, None] - priors.position) ** 2 + AROUND_M**2), 0.0)
     share = worth / np.maximum(worth.sum(axis=1, keepdims=True), 1e-12)
     return np.asarray(np.kron(share, np.eye(2)), dtype=np.float64)
+
+
+def survey_precisions(priors: LandmarkPriors, factor: FloatArray) -> list[FloatArray]:
+    """Precisions (3m, 3m), to be added up, of what survey and other sessions say of the landmarks' unknowns.
+
+    ``factor`` (m,) is that of each place's variance, :attr:`vislam2tag.estimation.factors.Weights.landmark`.
+    """
+    if priors.places is not None:
+        return _with_places(priors, priors.places, factor)
+    if priors.joint is not None:
+        return [_joint_precision(priors.joint, priors, factor)]
+    marks, surveyed = len(priors.position), priors.surveyed
+    each = np.tile(np.eye(2) * FREE_M**-2, (marks, 1, 1))
+    each[surveyed] = np.linalg.inv(priors.covariance[surveyed] * factor[surveyed, None, None])
+    sigma = np.where(np.isfinite(priors.heading_sigma_rad), priors.heading_sigma_rad, FREE_RAD)
+    precision = np.diag(np.concatenate((np.zeros(2 * marks), sigma**-2)))
+    column = np.arange(2 * marks).reshape(-1, 2)
+    precision[column[:, :, None], column[:, None, :]] = each
+    return [precision]
+
+
+def _with_places(priors: LandmarkPriors, places: PlacePriors, factor: FloatArray) -> list[FloatArray]:
+    """The survey of the landmarks, and what other sessions say of places that depend on these.
+
+    A place is doubted for its own errors alone.
+    """
+    survey, marks = priors.landmarks, len(priors.position)
+    count = len(survey.position)
+    column = np.ix_(*[joint_columns(np.arange(count), marks)] * 2)
+    precisions = [np.zeros((3 * marks, 3 * marks)) for _ in range(2)]
+    precisions[0][column] = sum(survey_precisions(survey, factor[:count]))
+    doubt = np.sqrt(np.repeat(factor[count:], 2))
+    errors = places.own_errors(marks)[-len(doubt) :]
+    precisions[1][: 2 * marks, : 2 * marks] = errors.T @ np.linalg.inv(places.own * np.outer(doubt, doubt)) @ errors
+    heading = 2 * marks + np.arange(count, marks)
+    precisions[1][heading, heading] = FREE_RAD**-2
+    return precisions
+
+
+def _joint_precision(joint: FloatArray, priors: LandmarkPriors, factor: FloatArray) -> FloatArray:
+    """(3m, 3m) of a survey whose landmarks share errors (their covariance ``joint`` (3m, 3m)); nearly 0 elsewhere.
+
+    A landmark that is doubted is so with all that it shares.
+    """
+    marks = len(priors.position)
+    known = np.concatenate((np.repeat(priors.surveyed, 2), np.isfinite(priors.heading_rad)))
+    doubt = np.sqrt(np.concatenate((np.repeat(factor, 2), np.ones(marks))))[known]
+    precision = np.diag(np.concatenate((np.full(2 * marks, FREE_M), np.full(marks, FREE_RAD))) ** -2.0)
+    rows = np.flatnonzero(known)
+    precision[np.ix_(rows, rows)] = np.linalg.inv(joint[np.ix_(rows, rows)] * np.outer(doubt, doubt))
+    return precision

@@ -48,15 +48,12 @@ class Passes:
 
     def select(self, rows: IntArray) -> Passes:
         """Some of the passes (ascending)."""
-        return Passes(
-            at=self.at[rows],
-            landmark=self.landmark[rows],
-            offset=self.offset[rows],
-            heading=self.heading[rows],
-            distance_m=self.distance_m[rows],
-            spread_m=self.spread_m[rows],
-            count=self.count[rows],
-        )
+        return Passes(**{name: column[rows] for name, column in vars(self).items()})
+
+    def with_more(self, others: Passes) -> Passes:
+        """These and others, in the order of their frames."""
+        order = np.argsort(np.concatenate((self.at, others.at)), kind="stable")
+        return Passes(**{name: np.concatenate((own, getattr(others, name)))[order] for name, own in vars(self).items()})
 
 
 def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
@@ -166,6 +163,14 @@ class WalkObservations:
             return self
         left_out = self.passes_left_out + len(self.passes.at) - most
         return WalkObservations(self.ids, self.odometry, self.passes.select(np.arange(most)), left_out)
+
+    def with_places(self, at: IntArray) -> WalkObservations:
+        """The same with a pass at each of some frames (k,) of a landmark of its own, at the camera."""
+        count = len(at)
+        zeros, nowhere = np.zeros(count), np.zeros(count, dtype=np.complex128)
+        own = len(self.ids) + np.arange(count)
+        places = Passes(at, own, nowhere, nowhere, zeros, zeros, np.ones(count, dtype=np.int64))
+        return replace(self, ids=(*self.ids, *("" for _ in range(count))), passes=self.passes.with_more(places))
 
     def _solvable(self) -> bool:
         return len(self.passes.at) * len(self.ids) ** 2 <= MAX_SOLVER_BLOCKS

@@ -16,16 +16,7 @@ import numpy.typing as npt
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.robust import variance_factor
 from vislam2tag.estimation.chain import Solution
-from vislam2tag.estimation.factors import (
-    Model,
-    Weights,
-    heading_residual,
-    position_residual,
-    sighting_variance,
-    stretch_drift,
-    stretch_precision,
-    stretch_scale,
-)
+from vislam2tag.estimation.factors import LinearWalk, Model, Weights, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import (
     ESTIMATED,
@@ -71,28 +62,30 @@ class NoiseSquares:
     landmark: FloatArray
 
 
-def expected_squares(model: Model, priors: LandmarkPriors, weights: Weights, solution: Solution) -> NoiseSquares:
+def expected_squares(walk: LinearWalk, solution: Solution) -> NoiseSquares:
     """Squares of all noises, expected given the observations."""
+    sightings, sheets = walk.sightings, walk.sheet_headings
+    headed = walk.model.headed
     return NoiseSquares(
-        _drift_squares(model, weights, solution),
-        _sighting_squares(model, priors, solution),
-        _sheet_squares(model, priors, solution),
-        _landmark_squares(priors, solution),
+        stretch=_drift_squares(walk, solution),
+        sighting=ExpectedSquares(sightings.missed(solution), sightings.spread(solution)),
+        sheet=ExpectedSquares(
+            np.where(headed, sheets.missed(solution), 0.0), np.where(headed, sheets.spread(solution), 0.0)
+        ),
+        landmark=_landmark_squares(walk.priors, solution),
     )
 
 
-def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[DriftSource, ExpectedSquares]:
-    scale = stretch_scale(weights)
-    total = stretch_drift(model, weights)
-    worth = stretch_precision(model, weights)
-    state, covariance = solution.state, solution.covariance
-    miss = state[1:] - np.einsum("kij,kj->ki", model.carry, state[:-1])
-    miss = miss + model.stretches_drifted
-    cross = model.carry @ solution.next_covariance
-    spread = covariance[1:] + model.carry @ covariance[:-1] @ model.carry.transpose(0, 2, 1)
-    spread -= cross + cross.transpose(0, 2, 1)
+def _drift_squares(walk: LinearWalk, solution: Solution) -> dict[DriftSource, ExpectedSquares]:
+    """Squares (p + 1,) of each source's drift: its part of what the stretches led elsewhere by."""
+    model, drift, scale = walk.model, walk.drift, walk.weights.stretch_scale
+    miss = drift.residual(solution.state)
+    cross = drift.carry @ solution.next_covariance
+    spread = solution.covariance[1:] + drift.carry @ solution.covariance[:-1] @ drift.carry.transpose(0, 2, 1)
+    spread = spread - (cross + cross.transpose(0, 2, 1))
+    worth = drift.precision
     missed = worth @ (miss[:, :, None] * miss[:, None, :]) @ worth
-    determined = worth @ (total - spread) @ worth
+    determined = worth @ (drift.covariance - spread) @ worth
     missing = scale * np.einsum("kij,skji->sk", missed, model.units)
     numbers = scale * np.einsum("kij,skji->sk", determined, model.units)
     return {
@@ -104,36 +97,16 @@ def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[D
     }
 
 
-def _sighting_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> ExpectedSquares:
-    landmark = model.observations.passes.landmark
-    column = np.stack((2 * landmark, 2 * landmark + 1), axis=1)
-    state = solution.state[1:-1]
-    miss = position_residual(model, priors) - np.einsum("pij,pj->pi", model.sight, state) + solution.border[column]
-    seen = np.einsum("pij,pjk,pik->p", model.sight, solution.covariance[1:-1], model.sight)
-    own = solution.border_covariance.diagonal()[column].sum(axis=1)
-    shared = np.take_along_axis(solution.cross[1:-1], column[:, None, :], axis=2)
-    spread = seen + own - 2 * np.einsum("pij,pji->p", model.sight, shared)
-    return ExpectedSquares(np.sum(miss**2, axis=1), np.asarray(spread))
-
-
-def _sheet_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> ExpectedSquares:
-    column = 2 * len(priors.position) + model.observations.passes.landmark
-    miss = heading_residual(model, priors) - solution.state[1:-1, 3] + solution.border[column]
-    shared = solution.cross[1:-1][np.arange(len(column)), 3, column]
-    spread = solution.covariance[1:-1, 3, 3] + solution.border_covariance.diagonal()[column] - 2 * shared
-    return ExpectedSquares(np.where(model.headed, miss**2, 0.0), np.where(model.headed, spread, 0.0))
-
-
 def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
     """Expected squared distances (m,) from the survey, in units of its covariance; 0 where not surveyed.
 
-    Of places that others tell, those of their own errors.
+    Of places of the camera by other sessions, those of their own errors.
     """
     rows, count = np.flatnonzero(priors.surveyed), 2 * len(priors.position)
     column = np.stack((2 * rows, 2 * rows + 1), axis=1)
     errors, covariance = solution.border[:count], solution.border_covariance[:count, :count]
-    if priors.told is not None:
-        own = priors.told.own_errors(len(priors.position))
+    if priors.places is not None:
+        own = priors.places.own_errors(len(priors.position))
         errors, covariance = own @ errors, own @ covariance @ own.T
     error = errors[column]
     spread = covariance[column[:, :, None], column[:, None, :]]

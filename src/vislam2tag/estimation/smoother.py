@@ -1,22 +1,45 @@
-"""The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md)."""
+"""The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md).
+
+The tracker's path, made continuous (``odometry``), is laid into the building as a reference path with positions ``c``
+and headings ``R``. Unknown is what it is wrong by at each node ``k`` (the first frame, one frame of each pass of a
+landmark, the last frame), and what the survey of each landmark ``l`` is wrong by:
+
+    x_k = (dx, dy, ds, dt)   position error, metres; relative scale error; heading error, rad
+    e_l = (dx, dy), h_l      error of the surveyed place, metres, and of the sheet's heading, rad
+
+Residuals, each with the covariance that it is expected to have:
+
+    start     x_0                                 free, or pinned to the walk's first pose
+    drift     x_(k+1) - F_k x_k + d_k              sum over sources of level^2 Q_k, Q_k from sums along the path
+    sighting  (L_l + e_l) - (c_p + R_p o_p) - H_p x_p    sighting_m^2 (1 + distance^2) / 2 + scatter^2
+    heading   (A_l + h_l) - arg(R_p u_p) - dt_p    sheet_rad^2
+    survey    e_l, h_l                            covariance of the survey, and of places by other sessions
+
+``F_k`` carries an error from node to node, ``d_k`` is the drift that the reference already has; at pass ``p`` the
+tracker saw the landmark at ``o_p`` from the camera with its sheet turned to ``u_p``; ``L_l`` and ``A_l`` are its
+surveyed place and heading, and ``H_p x_p`` is what the errors make of a place at ``R_p o_p``. All residuals are linear,
+so the problem is one chain with a border (``chain``); its matrices are made by ``factors``.
+
+Variances are multiplied by factors for Student's t, and levels are estimated, both from the last solution
+(``reweighting``), until nothing moves; then the path found becomes the reference, until that moves nothing either.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, log
 
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies, TrackerNoise
-from vislam2tag.core.robust import iterate
+from vislam2tag.core.robust import Caution, iterate
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.estimation.chain import Solution, solve
-from vislam2tag.estimation.factors import Model, Weights, heading_origin, landmark_origin, normal_equations
-from vislam2tag.estimation.frame_states import FrameStates, beside_the_survey, states_between_nodes
-from vislam2tag.estimation.landmark_priors import LandmarkPriors, ToldPlaces, landmark_shares
+from vislam2tag.estimation.factors import LinearWalk, Model, Weights, heading_origin, landmark_origin
+from vislam2tag.estimation.frame_states import beside_the_survey, states_between_nodes
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels, assumed
-from vislam2tag.estimation.observations import Passes, WalkObservations
+from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.reweighting import equivalent_variances, expected_squares, reweighted
 
 SETTLED_SIGMAS = 0.1
@@ -30,9 +53,8 @@ MOST_ROUNDS = 100
 """About one reference path; usual are 3 to 10."""
 MOST_RELINEARISATIONS = 10
 """Reference paths; the second usually moves no node by as much, either."""
-CAUTION, RELAXATION = 30.0, 0.4
-"""The first rough rounds take sightings for this much less certain (variance), then for less so by this factor each:
-graduated, so that a bad sighting shows as such before it can bend the walk (Yang et al. 2020)."""
+ROUGH_CAUTION, NO_CAUTION = Caution(30.0, 0.4), Caution()
+"""With sightings, of the first solution and of all later ones."""
 NEIGHBOURING = 4
 """Passes are compared with this many next ones before the first solution ..."""
 LEAST_APART_M = 2.0
@@ -42,28 +64,60 @@ CLOSE_M = 0.5
 DOUBT = 1e4
 """Factor of a pass's variance that agrees with none of its neighbours, to begin with."""
 LEAST_BASE_M = 0.5
-"""Landmarks that all hang closer together than this do not tell a heading: each is seen to about 0.1 m."""
+"""Landmarks that all hang closer together than this do not show a heading: each is seen to about 0.1 m."""
+AWAY_S = 0.5
+"""A moment farther than this from every frame ties nothing."""
 
 
 @dataclass(frozen=True)
 class SolvedWalk:
-    """A solved walk: everything about it follows from the first four."""
+    """A walk's linear problem and its solution, from which everything about it follows."""
 
-    model: Model
-    priors: LandmarkPriors
-    weights: Weights
+    linear: LinearWalk
     solution: Solution
     converged: bool = True
     """Whether re-weighting ended because another round would change nothing that matters."""
+
+    @classmethod
+    def of(cls, linear: LinearWalk) -> SolvedWalk:
+        """Solve a walk with its weights as they are."""
+        return cls(linear, solve(linear.normal_equations()))
+
+    @property
+    def model(self) -> Model:
+        """The reference path and what was observed along it."""
+        return self.linear.model
+
+    @property
+    def priors(self) -> LandmarkPriors:
+        """What the survey says of the landmarks."""
+        return self.linear.priors
+
+    @property
+    def weights(self) -> Weights:
+        """Noise levels and factors of the variances."""
+        return self.linear.weights
 
     @property
     def noise(self) -> NoiseLevels:
         """Estimated noise levels of the session."""
         return self.weights.noise
 
-    def knots(self) -> FrameStates:
-        """States between the nodes."""
-        return states_between_nodes(self.model, self.weights, self.solution)
+    @property
+    def node_position(self) -> ComplexArray:
+        """(k,) of the nodes, complex metres."""
+        state = self.solution.state
+        return np.asarray(self.model.path[self.model.observations.nodes] + state[:, 0] + 1j * state[:, 1])
+
+    @property
+    def node_sigma_m(self) -> FloatArray:
+        """(k,) standard deviations per axis of the nodes' positions."""
+        return np.asarray(np.sqrt(np.trace(self.solution.covariance[:, :2, :2], axis1=1, axis2=2) / 2))
+
+    @property
+    def led_off(self) -> FloatArray:
+        """(p + 1, 4) how far off each stretch between nodes led: x, y, metres in the BCS, scale and heading."""
+        return self.linear.drift.residual(self.solution.state)
 
     @property
     def landmark_position(self) -> ComplexArray:
@@ -86,121 +140,99 @@ class SolvedWalk:
 def solve_walk(
     observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None = None
 ) -> SolvedWalk | None:
-    """Map a walk into the BCS; None where nothing ties it there (see the module's text).
+    """Map a walk into the BCS; None where nothing ties it there.
 
-    Its noise is taken for as usual before anything is seen, or for what is ``told`` of the tracker.
+    The heading in the building must be known roughly before scale and heading errors can be small. Two surveyed
+    landmarks apart give it by a first solution in which heading and scale are free; otherwise a sheet whose heading is
+    surveyed does. The tracker's noise is assumed usual, or as ``told`` by other walks of its device, to begin with.
     """
     passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark)
     apart = _extent_m(priors.position[passed]) > LEAST_BASE_M
-    model = _roughly_mapped(observations, priors, told) if apart else _headed_by_a_sheet(observations, priors)
-    return None if model is None else refined(model, priors, told)
-
-
-def _extent_m(place: ComplexArray) -> float:
-    """Diagonal of the box around some places (k,), complex metres; 0 where there are none."""
-    return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
+    start = _with_free_heading(observations, priors, told) if apart else _headed_by_a_sheet(observations, priors)
+    return None if start is None else settled(_evenly_weighted(start, priors, told))
 
 
 def solve_in_own_frame(observations: WalkObservations) -> SolvedWalk:
     """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
     path = observations.odometry.path
     model = Model(observations, path, np.ones_like(path), rough=False)
-    return refined(model, LandmarkPriors.nothing(len(observations.ids)), pinned=True)
+    nothing = LandmarkPriors.nothing(len(observations.ids))
+    return settled(replace(_evenly_weighted(model, nothing, None), pinned=True))
 
 
-@dataclass(frozen=True)
-class _Weighted:
-    """A model about one reference path, weights, and the solution with them."""
+def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) -> SolvedWalk:
+    """Solve a walk again, about its path by landmarks alone, with the places where other sessions put it.
 
-    model: Model
-    weights: Weights
-    solution: Solution
-    converged: bool = False
-
-    def sigmas_from(self, before: _Weighted) -> float:
-        """By how many of its standard deviations the node moved, or they changed, that did most since ``before``."""
-        moved, changed = np.abs(self._position - before._position), np.abs(self._sigma_m - before._sigma_m)
-        return float((np.maximum(moved, changed) / self._sigma_m).max())
-
-    @property
-    def _position(self) -> ComplexArray:
-        """(k,) of the nodes, complex metres."""
-        state = self.solution.state
-        return np.asarray(self.model.path[self.model.observations.nodes] + state[:, 0] + 1j * state[:, 1])
-
-    @property
-    def _sigma_m(self) -> FloatArray:
-        """(k,) standard deviations per axis of the nodes' positions."""
-        return np.asarray(np.sqrt(np.trace(self.solution.covariance[:, :2, :2], axis1=1, axis2=2) / 2))
-
-    def linearised_again(self) -> Model:
-        """The model about the path that was found."""
-        return _relinearised(self.model, states_between_nodes(self.model, self.weights, self.solution))
+    Each such moment is taken for a pass of a landmark that hangs at the camera. Like any surveyed place it may be wrong
+    (Student's t). ``time_ns`` (n,) are the times of the odometry's frames.
+    """
+    at, rows = _frames(time_ns, ties.time_ns)
+    if not len(rows):
+        return smoothed
+    column = (2 * rows[:, None] + (0, 1)).ravel()
+    priors = smoothed.priors.with_places(
+        as_complex(ties.position_bcs[rows]), ties.covariance_m2[np.ix_(column, column)]
+    )
+    model = replace(smoothed.model, observations=smoothed.model.observations.with_places(at))
+    return settled(_evenly_weighted(model, priors, smoothed.weights.told))
 
 
-def _weighted(
-    model: Model,
-    priors: LandmarkPriors,
-    weights: Weights,
-    *,
-    pinned: bool = False,
-    tolerance: float,
-    caution: float = 1.0,
-) -> _Weighted:
-    """Re-weight about one reference path; the first rounds are cautious (:data:`CAUTION`) by a factor."""
+def settled(walk: LinearWalk) -> SolvedWalk:
+    """Re-weight, and linearise about the path found, until both settle; then state the covariances."""
+    tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if walk.pinned else SETTLED_SIGMAS
+    done = iterate(
+        "the path that a walk is linearised about",
+        _weighted(walk, tolerance),
+        lambda before, _: _weighted(replace(before.linear, model=_linearised_again(before)), tolerance),
+        _sigmas_between,
+        tolerance=tolerance,
+        most_rounds=MOST_RELINEARISATIONS,
+    )
+    linear = done.state.linear
+    stated = SolvedWalk.of(replace(linear, weights=equivalent_variances(linear.model, linear.weights)))
+    return replace(stated, converged=done.converged and done.state.converged)
 
-    def solved(weights: Weights, number: int) -> _Weighted:
-        cautious = replace(weights, sighting=weights.sighting * max(caution * RELAXATION**number, 1.0))
-        return _Weighted(model, cautious, solve(normal_equations(model, priors, cautious, pinned=pinned)))
 
-    def step(before: _Weighted, number: int) -> _Weighted:
-        squares = expected_squares(model, priors, before.weights, before.solution)
-        return solved(reweighted(model, before.weights, squares), number)
+def _weighted(walk: LinearWalk, tolerance: float, caution: Caution = NO_CAUTION) -> SolvedWalk:
+    """Solve about one reference path, levels and weights by the last solution, until no node moves any more."""
+
+    def solved(weights: Weights, number: int) -> SolvedWalk:
+        return SolvedWalk.of(replace(walk, weights=replace(weights, sighting=weights.sighting * caution.at(number))))
+
+    def step(before: SolvedWalk, number: int) -> SolvedWalk:
+        squares = expected_squares(before.linear, before.solution)
+        return solved(reweighted(walk.model, before.weights, squares), number)
 
     done = iterate(
         "the weighting of a walk's observations",
-        solved(weights, 0),
+        solved(walk.weights, 0),
         step,
-        lambda before, after: after.sigmas_from(before),
+        _sigmas_between,
         tolerance=tolerance,
         most_rounds=MOST_ROUNDS,
-        least_rounds=1 + ceil(log(caution) / -log(RELAXATION)),
+        least_rounds=caution.rounds,
     )
     return replace(done.state, converged=done.converged)
 
 
-def refined(
-    model: Model, priors: LandmarkPriors, told: TrackerNoise | None = None, *, pinned: bool = False
-) -> SolvedWalk:
-    """Re-weight, and linearise about the path found, until both settle; ``pinned`` to the walk's first pose."""
-    tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if pinned else SETTLED_SIGMAS
-
-    def weighted(model: Model, weights: Weights) -> _Weighted:
-        return _weighted(model, priors, weights, pinned=pinned, tolerance=tolerance)
-
-    done = iterate(
-        "the path that a walk is linearised about",
-        weighted(model, _even(model, priors, told)),
-        lambda before, _: weighted(before.linearised_again(), before.weights),
-        lambda before, after: after.sigmas_from(before),
-        tolerance=tolerance,
-        most_rounds=MOST_RELINEARISATIONS,
-    )
-    model, weights = done.state.model, equivalent_variances(done.state.model, done.state.weights)
-    solution = solve(normal_equations(model, priors, weights, pinned=pinned))
-    return SolvedWalk(model, priors, weights, solution, done.converged and done.state.converged)
+def _sigmas_between(before: SolvedWalk, after: SolvedWalk) -> float:
+    """By how many of its standard deviations the node moved, or these changed, that did most."""
+    moved = np.abs(after.node_position - before.node_position)
+    changed = np.abs(after.node_sigma_m - before.node_sigma_m)
+    return float((np.maximum(moved, changed) / after.node_sigma_m).max())
 
 
-def _even(model: Model, priors: LandmarkPriors, told: TrackerNoise | None) -> Weights:
-    return Weights.even(assumed(told)[0], len(model.observations.passes.at), len(priors.position), told)
+def _evenly_weighted(model: Model, priors: LandmarkPriors, told: TrackerNoise | None) -> LinearWalk:
+    passes, marks = len(model.observations.passes.at), len(priors.position)
+    return LinearWalk(model, priors, Weights.even(assumed(told)[0], passes, marks, told))
 
 
-def _roughly_mapped(observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None) -> Model:
+def _with_free_heading(observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None) -> Model:
     """Solve with heading and scale free: linear, so that nothing needs to be known before."""
     path = observations.odometry.path
-    model = Model(observations, path, np.ones_like(path), rough=True)
-    weights = replace(_even(model, priors, told), sighting=np.where(_agreeing(observations, priors), 1.0, DOUBT))
-    return _weighted(model, priors, weights, caution=CAUTION, tolerance=ROUGHLY_SETTLED_SIGMAS).linearised_again()
+    start = _evenly_weighted(Model(observations, path, np.ones_like(path), rough=True), priors, told)
+    doubted = replace(start.weights, sighting=np.where(_agreeing(observations, priors), 1.0, DOUBT))
+    return _linearised_again(_weighted(replace(start, weights=doubted), ROUGHLY_SETTLED_SIGMAS, ROUGH_CAUTION))
 
 
 def _agreeing(observations: WalkObservations, priors: LandmarkPriors) -> BoolArray:
@@ -233,9 +265,15 @@ def _headed_by_a_sheet(observations: WalkObservations, priors: LandmarkPriors) -
     return Model(observations, path + (priors.position[landmark[0]] - seen), turn, rough=False)
 
 
-def _relinearised(model: Model, knots: FrameStates) -> Model:
-    """Take the solved headings into the reference path; scale stays with the states."""
-    count = len(model.path)
+def _extent_m(place: ComplexArray) -> float:
+    """Diagonal of the box around some places (k,), complex metres; 0 where there are none."""
+    return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
+
+
+def _linearised_again(walk: SolvedWalk) -> Model:
+    """The model about the path that was found: solved headings become the reference's; scale stays with the states."""
+    model, count = walk.model, len(walk.model.path)
+    knots = states_between_nodes(walk.linear, walk.solution)
     state = knots.at_frames(knots.state, count)
     factor = (1 + state[:, 2] if model.rough else 1.0) + 1j * state[:, 3]
     turn = factor / np.abs(factor) if model.rough else np.exp(1j * state[:, 3])
@@ -243,36 +281,6 @@ def _relinearised(model: Model, knots: FrameStates) -> Model:
     step = np.diff(model.path) * middle / np.abs(middle)
     start = model.path[0] + complex(state[0, 0], state[0, 1])
     return Model(model.observations, start + np.concatenate(([0], np.cumsum(step))), model.turn * turn, rough=False)
-
-
-def mapped_path(smoothed: SolvedWalk) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Positions (n, 2) in the BCS, metres, their covariances (n, 2, 2) and ``bcs_R_acs`` (n,) as angles, rad."""
-    model, knots = smoothed.model, smoothed.knots()
-    count = len(model.path)
-    state = knots.at_frames(knots.state, count)
-    covariance = knots.at_frames(knots.covariance[:, :2, :2], count)
-    covariance += model.observations.odometry.aside_m2[:, None, None] * np.eye(2)
-    covariance += beside_the_survey(model, smoothed.priors, smoothed.weights, smoothed.solution)
-    position = model.path + state[:, 0] + 1j * state[:, 1]
-    turn = model.turn * model.observations.odometry.turn
-    return as_points(position), covariance, np.angle(turn) + state[:, 3]
-
-
-AWAY_S = 0.5
-"""A moment farther than this from every frame ties nothing."""
-
-
-def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) -> SolvedWalk:
-    """Solve a walk again, about its path by landmarks alone, with the places that others tell.
-
-    ``time_ns`` (n,) are the times of the odometry's frames.
-    """
-    at, rows = _frames(time_ns, ties.time_ns)
-    if not len(rows):
-        return smoothed
-    observations = _with_passes(smoothed.model.observations, at)
-    priors = _with_places(smoothed.priors, ties, rows)
-    return refined(replace(smoothed.model, observations=observations), priors, smoothed.weights.told)
 
 
 def _frames(time_ns: IntArray, moments_ns: IntArray) -> tuple[IntArray, IntArray]:
@@ -284,36 +292,14 @@ def _frames(time_ns: IntArray, moments_ns: IntArray) -> tuple[IntArray, IntArray
     return at[rows], rows
 
 
-def _with_passes(observations: WalkObservations, at: IntArray) -> WalkObservations:
-    """Observations with a pass at each of some frames (k,) of a landmark of its own, at the camera."""
-    passes, count = observations.passes, len(at)
-    zeros = np.zeros(count)
-    nowhere = np.zeros(count, dtype=np.complex128)
-    order = np.argsort(np.concatenate((passes.at, at)), kind="stable")
-    own = len(observations.ids) + np.arange(count)
-    merged = Passes(
-        at=np.concatenate((passes.at, at))[order],
-        landmark=np.concatenate((passes.landmark, own))[order],
-        offset=np.concatenate((passes.offset, nowhere))[order],
-        heading=np.concatenate((passes.heading, nowhere))[order],
-        distance_m=np.concatenate((passes.distance_m, zeros))[order],
-        spread_m=np.concatenate((passes.spread_m, zeros))[order],
-        count=np.concatenate((passes.count, np.ones(count, dtype=np.int64)))[order],
-    )
-    return replace(observations, ids=(*observations.ids, *("" for _ in at)), passes=merged)
-
-
-def _with_places(priors: LandmarkPriors, ties: PlaceTies, rows: IntArray) -> LandmarkPriors:
-    """Priors with a place for each of some ties (k,), after the landmarks."""
-    column = (2 * rows[:, None] + (0, 1)).ravel()
-    position, unknown = as_complex(ties.position_bcs[rows]), np.full(len(rows), np.nan)
-    told = ToldPlaces(landmark_shares(priors, position), ties.covariance_m2[np.ix_(column, column)])
-    each = np.arange(2 * len(rows)).reshape(-1, 2)
-    return LandmarkPriors(
-        position=np.concatenate((priors.position, position)),
-        covariance=np.concatenate((priors.covariance, told.own[each[:, :, None], each[:, None, :]])),
-        heading_rad=np.concatenate((priors.heading_rad, unknown)),
-        heading_sigma_rad=np.concatenate((priors.heading_sigma_rad, unknown)),
-        joint=priors.joint,
-        told=told,
-    )
+def mapped_path(smoothed: SolvedWalk) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions (n, 2) in the BCS, metres, their covariances (n, 2, 2) and ``bcs_R_acs`` (n,) as angles, rad."""
+    model, knots = smoothed.model, states_between_nodes(smoothed.linear, smoothed.solution)
+    count = len(model.path)
+    state = knots.at_frames(knots.state, count)
+    covariance = knots.at_frames(knots.covariance[:, :2, :2], count)
+    covariance += model.observations.odometry.aside_m2[:, None, None] * np.eye(2)
+    covariance += beside_the_survey(smoothed.linear, smoothed.solution)
+    position = model.path + state[:, 0] + 1j * state[:, 1]
+    turn = model.turn * model.observations.odometry.turn
+    return as_points(position), covariance, np.angle(turn) + state[:, 3]

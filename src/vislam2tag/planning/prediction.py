@@ -14,8 +14,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import Model, Weights, normal_equations
+from vislam2tag.estimation.factors import LinearWalk, Model, Weights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import USUAL, NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
@@ -97,8 +96,7 @@ def smoothed_walk(
     model = Model(observations, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
     weights = Weights.even(replace(noise, sighting_numbers=float(len(at))), len(at), len(sheets.position))
-    weights = equivalent_variances(model, weights)
-    return SolvedWalk(model, priors, weights, solve(normal_equations(model, priors, weights, pinned=False)))
+    return SolvedWalk.of(LinearWalk(model, priors, equivalent_variances(model, weights)))
 
 
 def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:

@@ -17,7 +17,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import normal_equations
+from vislam2tag.estimation.factors import LinearWalk
 from vislam2tag.estimation.observations import Passes
 from vislam2tag.estimation.smoother import SolvedWalk
 from vislam2tag.self_check.accuracy import expected_error_m
@@ -83,7 +83,7 @@ def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> G
 def positions_each_metre(smoothed: SolvedWalk) -> DensePositions:
     """Solve a smoothed walk for a state a metre and reduce it to positions and their covariances with the next ones."""
     fine = _with_silent_passes(smoothed)
-    solution = solve(normal_equations(fine.model, fine.priors, fine.weights, pinned=False))
+    solution = solve(fine.normal_equations())
     nodes, count = fine.model.observations.nodes, len(fine.model.path)
     # Given the border, each state depends on its neighbours only; what the border ties together is added again.
     tied = np.linalg.solve(solution.border_covariance, solution.cross.transpose(0, 2, 1)).transpose(0, 2, 1)
@@ -103,7 +103,7 @@ def positions_each_metre(smoothed: SolvedWalk) -> DensePositions:
     return DensePositions(nodes, as_points(fine.model.path[nodes] + error), covariance, frames)
 
 
-def _with_silent_passes(smoothed: SolvedWalk) -> SolvedWalk:
+def _with_silent_passes(smoothed: SolvedWalk) -> LinearWalk:
     """Add a pass every metre at which nothing is sighted: the same walk, with more states."""
     model, weights = smoothed.model, smoothed.weights
     observations = model.observations
@@ -112,9 +112,7 @@ def _with_silent_passes(smoothed: SolvedWalk) -> SolvedWalk:
     zero, whole, nowhere = np.zeros(len(at)), np.zeros(len(at), dtype=np.int64), np.zeros(len(at), dtype=np.complex128)
     silent = Passes(at, whole, nowhere, nowhere, zero, zero, whole)
     order = np.argsort(np.concatenate((observations.passes.at, at)), kind="stable")
-    names = Passes.__dataclass_fields__
-    passes = Passes(*(np.concatenate((getattr(observations.passes, n), getattr(silent, n)))[order] for n in names))
-    fine = replace(observations, passes=passes)
+    fine = replace(observations, passes=observations.passes.with_more(silent))
     stretch = np.clip(
         np.searchsorted(observations.nodes, fine.nodes[:-1], side="right") - 1, 0, len(observations.nodes) - 2
     )
@@ -124,7 +122,7 @@ def _with_silent_passes(smoothed: SolvedWalk) -> SolvedWalk:
         sighting=np.concatenate((weights.sighting, np.full(len(at), np.inf)))[order],
         sheet=np.concatenate((weights.sheet, np.ones(len(at))))[order],
     )
-    return replace(smoothed, model=replace(model, observations=fine), weights=finer)
+    return LinearWalk(replace(model, observations=fine), smoothed.priors, finer)
 
 
 def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:

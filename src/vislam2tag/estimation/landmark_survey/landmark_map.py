@@ -17,8 +17,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, of_landmarks
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.robust import iterate, variance_factor
-from vislam2tag.estimation.factors import FREE_M, FREE_RAD
-from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors
 from vislam2tag.estimation.landmark_survey.local_map import Chart, LinearMap, LocalMap, tied_to_survey
 
 SHIFT_M, SHIFT_NUMBERS = 0.06, 1.0
