@@ -192,14 +192,6 @@ def test_the_continuous_path_moves_rigidly_with_the_whole_log(turn_rad: float, x
     np.testing.assert_allclose(odometry.jump_m2, before.jump_m2, atol=1e-9)
 
 
-def test_what_is_known_of_a_walk_is_not_computed_again() -> None:
-    camera, log = logged(1)[1]
-    first = continuous_odometry(camera, log)
-    assert continuous_odometry(camera, log) is first
-    other = continuous_odometry(replace(camera, position_acs=2 * camera.position_acs), log)
-    assert not np.array_equal(other.path, first.path)
-
-
 def test_unusable_frames_take_no_part() -> None:
     walk, (camera, log) = logged(9)
     camera.status[500:503] = 9

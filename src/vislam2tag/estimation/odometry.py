@@ -11,7 +11,6 @@ The **continuous frame** equals the ACS at the first usable frame; it is never r
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -113,63 +112,92 @@ class _Steps:
 
 
 @dataclass(frozen=True)
+class _Outages:
+    """When nothing was tracked: frames (n,) that are ``lost`` or ``frozen``, and steps (n - 1,) without any frame."""
+
+    lost: BoolArray
+    frozen: BoolArray
+    hole: BoolArray
+
+    @property
+    def blind(self) -> BoolArray:
+        """Steps (n - 1,) into, in and out of lost frames, and holes."""
+        return np.asarray(self.lost[1:] | self.lost[:-1] | self.hole)
+
+    @property
+    def still(self) -> BoolArray:
+        """Steps (n - 1,) into, in and out of frozen frames, and holes."""
+        return np.asarray(self.frozen[1:] | self.frozen[:-1] | self.hole)
+
+    @property
+    def spans(self) -> list[tuple[int, int]]:
+        """Steps from the frame before each run of lost or frozen frames to the one after it; each hole on its own."""
+        steps = len(self.hole)
+        ends = [(max(first - 1, 0), min(after, steps)) for first, after in runs_of(self.lost | self.frozen)]
+        rest = [(start + a, start + b) for start, stop in ends for a, b in runs_of(~self.hole[start:stop])]
+        return sorted(rest + [(step, step + 1) for step in np.flatnonzero(self.hole).tolist()])
+
+
+@dataclass(frozen=True)
 class _Verdict:
-    """What each step is (a frozen camera's is none of these); ``turned`` (n - 1,) rad is the map's turn."""
+    """What each step (n - 1,) is (a frozen camera's is none of these); ``turned`` rad is the map's turn.
+
+    ``with_map`` is the step relative to the landmarks, complex metres in the ACS plane after it.
+    """
 
     update: BoolArray
     jump: BoolArray
     motion: BoolArray
     turned: FloatArray
+    with_map: ComplexArray
+
+    @property
+    def frame_turn(self) -> ComplexArray:
+        """``continuous_R_acs`` (n,) of each frame."""
+        return np.exp(-1j * np.concatenate(([0.0], np.cumsum(self.turned))))
 
 
-@lru_cache(maxsize=1)
+@dataclass(frozen=True)
+class _Way:
+    """The steps (n - 1,) in the continuous frame, complex metres; what they leave open is as in :class:`Odometry`."""
+
+    step: ComplexArray
+    jump_m2: FloatArray
+    jump_rad2: FloatArray
+    aside_m2: FloatArray
+
+    def copy(self) -> _Way:
+        """The same, to be changed."""
+        return _Way(self.step.copy(), self.jump_m2.copy(), self.jump_rad2.copy(), self.aside_m2.copy())
+
+
 def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
-    """Take the steps that are no motion out of a camera track with two or more usable frames.
-
-    The latest walk's is kept: mapping, heights, findings and the passes that are kept all begin with it.
-    """
+    """Take the steps that are no motion out of a camera track with two or more usable frames."""
     frame = np.flatnonzero(camera.usable)
     time_s = (camera.time_ns[frame] - camera.time_ns[frame[0]]) * 1e-9
     raw = as_complex(camera.plane_acs[frame])
     steps = _steps(raw, time_s, _twist(camera.orientation_acs[frame]))
-    lost, frozen = lost_frames(camera, log, frame), frozen_frames(camera, frame, time_s)
+    outages = _Outages(lost_frames(camera, log, frame), frozen_frames(camera, frame, time_s), _holes(camera, frame))
     moves = map_moves(camera, log, steps.miss_m > SUSPICIOUS * steps.spread_m)
-    with_map = raw[1:] - moves.carry(raw[:-1])
-    hole = _holes(camera, frame)
-    verdict = _judge(steps, moves, with_map, frozen[1:] | frozen[:-1] | hole)
-    turn = np.exp(-1j * np.concatenate(([0.0], np.cumsum(verdict.turned))))
-    local = np.where(verdict.jump, steps.expected, steps.moved) * turn[:-1]
-    local = np.where(verdict.update, with_map * turn[1:], local)
-    jump_m2, jump_rad2 = _freedom(steps, moves, verdict)
-    aside_m2 = np.zeros(len(frame))
-    alone, blind = verdict.jump & ~moves.moved, lost[1:] | lost[:-1] | hole
-    unknown = blind | frozen[1:] | frozen[:-1]
-    for trip in find_excursions((steps.moved - steps.expected) * turn[:-1], alone, unknown, np.abs(local)):
-        span = slice(trip.away, trip.back + 1)
-        local[span], aside_m2[trip.away + 1 : trip.back + 2] = returned(trip, local[span])
-        jump_m2[span] = np.where(alone[span], steps.spread_m[span] ** 2, jump_m2[span])
-        jump_rad2[span] = np.where(alone[span], 0, jump_rad2[span])
-    losses = _losses(lost | frozen, hole)
-    for start, stop in losses:
-        dt = steps.dt[start:stop]
-        jump_rad2[start:stop] += loss_turn_rad(local[start:stop], dt) ** 2 * dt / dt.sum()
-        local[start:stop], freedom = steps_over_loss(local[start:stop], dt)
-        jump_m2[start:stop] += freedom
+    verdict = _judge(steps, moves, raw[1:] - moves.carry(raw[:-1]), outages.still)
+    way = _without_jumps(steps, moves, verdict)
+    way = _with_excursions_undone(way, steps, verdict, verdict.jump & ~moves.moved, outages)
+    way = _with_losses_walked(way, steps.dt, outages.spans)
     return Odometry(
         frame=frame,
         time_s=time_s,
-        path=raw[0] + np.concatenate(([0.0], np.cumsum(local))),
-        turn=turn,
-        step_length_m=np.abs(local),
+        path=raw[0] + np.concatenate(([0.0], np.cumsum(way.step))),
+        turn=verdict.frame_turn,
+        step_length_m=np.abs(way.step),
         turned_rad=np.abs(steps.twist),
-        jump_m2=jump_m2,
-        jump_rad2=jump_rad2,
-        doubt=np.where(verdict.motion, steps.excess, 0) * turn[:-1],
+        jump_m2=way.jump_m2,
+        jump_rad2=way.jump_rad2,
+        doubt=np.where(verdict.motion, steps.excess, 0) * verdict.frame_turn[:-1],
         rewritten=np.concatenate(([False], moves.moved)),
-        aside_m2=aside_m2,
-        jumped=verdict.jump | lost[1:] | frozen[1:] | hole,
-        blind=blind,
-        events=_events(frame, steps, moves, verdict, with_map, _loss_events(camera, frame, losses, raw)),
+        aside_m2=way.aside_m2,
+        jumped=verdict.jump | outages.lost[1:] | outages.frozen[1:] | outages.hole,
+        blind=outages.blind,
+        events=_events(frame, steps, moves, verdict, _loss_events(camera, frame, outages.spans, raw)),
     )
 
 
@@ -200,7 +228,7 @@ def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolA
     update = moves.moved & (miss_with_map < np.minimum(miss, limit))
     jump = ~update & ~frozen & implausible(miss, steps.spread_m, steps.dt, FASTEST_M_S)
     turned = np.where(update | (jump & _turn_observed(moves)), np.angle(moves.turn), 0.0)
-    return _Verdict(update, jump, ~update & ~jump & ~frozen, turned)
+    return _Verdict(update, jump, ~update & ~jump & ~frozen, turned, with_map)
 
 
 def _turn_observed(moves: MapMoves) -> BoolArray:
@@ -208,15 +236,44 @@ def _turn_observed(moves: MapMoves) -> BoolArray:
     return np.asarray(moves.moved & (moves.points > 1))
 
 
-def _freedom(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> tuple[FloatArray, FloatArray]:
-    """Variances (n - 1,) of where the steps led, m^2 per axis, and of how they turned, rad^2."""
+def _without_jumps(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> _Way:
+    """Replace jumps by what their neighbours predict, and take map updates relative to the landmarks."""
+    turn = verdict.frame_turn
+    step = np.where(verdict.jump, steps.expected, steps.moved) * turn[:-1]
     led = (2 * steps.spread_m) ** 2 + (JUMP_SHARE * np.minimum(steps.miss_m, 1.0)) ** 2
-    jump_m2 = np.where(verdict.jump, led, 0.0)
     # A camera that turned in no time may have been turned with its map, or not.
     camera_turn = steps.twist - predicted(steps.twist, steps.dt)
-    turn = np.where(_turn_observed(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
+    jump_turn = np.where(_turn_observed(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
     uneven = np.minimum(moves.misfit_m / 1.0, TURN_SIGMA_RAD)
-    return jump_m2, np.where(verdict.jump, turn, np.where(verdict.update, uneven, 0.0)) ** 2
+    return _Way(
+        step=np.where(verdict.update, verdict.with_map * turn[1:], step),
+        jump_m2=np.where(verdict.jump, led, 0.0),
+        jump_rad2=np.where(verdict.jump, jump_turn, np.where(verdict.update, uneven, 0.0)) ** 2,
+        aside_m2=np.zeros(len(turn)),
+    )
+
+
+def _with_excursions_undone(way: _Way, steps: _Steps, verdict: _Verdict, alone: BoolArray, outages: _Outages) -> _Way:
+    """Lead where the log is afterwards while the camera jumps ``alone`` (n - 1,) away and back."""
+    beyond = (steps.moved - steps.expected) * verdict.frame_turn[:-1]
+    undone = way.copy()
+    for trip in find_excursions(beyond, alone, outages.blind | outages.still, np.abs(way.step)):
+        span = slice(trip.away, trip.back + 1)
+        undone.step[span], undone.aside_m2[trip.away + 1 : trip.back + 2] = returned(trip, undone.step[span])
+        undone.jump_m2[span] = np.where(alone[span], steps.spread_m[span] ** 2, undone.jump_m2[span])
+        undone.jump_rad2[span] = np.where(alone[span], 0, undone.jump_rad2[span])
+    return undone
+
+
+def _with_losses_walked(way: _Way, dt: FloatArray, losses: list[tuple[int, int]]) -> _Way:
+    """Free the steps over each loss, and spread them evenly where the camera was frozen; ``dt`` (n - 1,) s."""
+    walked = way.copy()
+    for start, stop in losses:
+        step, lasting = walked.step[start:stop], dt[start:stop]
+        walked.jump_rad2[start:stop] += loss_turn_rad(step, lasting) ** 2 * lasting / lasting.sum()
+        walked.step[start:stop], freedom = steps_over_loss(step, lasting)
+        walked.jump_m2[start:stop] += freedom
+    return walked
 
 
 def _holes(camera: CameraTrack, frame: IntArray) -> BoolArray:
@@ -227,13 +284,6 @@ def _holes(camera: CameraTrack, frame: IntArray) -> BoolArray:
     hole = np.zeros(len(frame) - 1, dtype=bool)
     hole[step[(step >= 0) & (step < len(hole))]] = True
     return hole
-
-
-def _losses(lost: BoolArray, hole: BoolArray) -> list[tuple[int, int]]:
-    """Steps from the frame before each run of lost frames (n,) to the one after it; each hole (n - 1,) on its own."""
-    ends = [(max(first - 1, 0), min(after, len(hole))) for first, after in runs_of(lost)]
-    rest = [(start + a, start + b) for start, stop in ends for a, b in runs_of(~hole[start:stop])]
-    return sorted(rest + [(step, step + 1) for step in np.flatnonzero(hole).tolist()])
 
 
 def _loss_events(
@@ -253,7 +303,6 @@ def _events(
     steps: _Steps,
     moves: MapMoves,
     verdict: _Verdict,
-    with_map: ComplexArray,
     losses: list[TrackerEvent],
 ) -> tuple[TrackerEvent, ...]:
     """Report updates, jumps and losses, by frame (n,)."""
@@ -261,7 +310,7 @@ def _events(
     open_jumps: list[complex] = []
     for i in np.flatnonzero(verdict.update | verdict.jump).tolist():
         if verdict.update[i]:
-            kind, size = EventKind.MAP_UPDATE, abs(steps.moved[i] - with_map[i])
+            kind, size = EventKind.MAP_UPDATE, abs(steps.moved[i] - verdict.with_map[i])
         else:
             jump = complex(steps.moved[i] - steps.expected[i])
             kind, size = _kind_of_jump(jump, open_jumps, moves, i), abs(jump)

@@ -31,7 +31,8 @@ def predicted(step: FloatArray, dt: FloatArray, neighbours: Sequence[int] = BEFO
     if not len(step):
         return step
     reach = max(AFTER)
-    padded = np.pad(step / dt, reach, mode="edge")
+    rate = step / dt
+    padded = np.concatenate((np.repeat(rate[:1], reach), rate, np.repeat(rate[-1:], reach)))
     return median_of([padded[reach + k : reach + k + len(step)] for k in neighbours]) * dt
 
 
