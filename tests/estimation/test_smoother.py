@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.drifting import Drifting, camera_track, loops, nothing_logged
+from tests.drifting import Drifting, loops
 from tests.estimation.test_factors import linearised
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
@@ -21,7 +21,6 @@ from vislam2tag.estimation.factors import LinearWalk, Weights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
-from vislam2tag.estimation.odometry import continuous_odometry
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk, solve_with_ties
 from vislam2tag.evaluation.reliability import region_probability
 
@@ -275,39 +274,6 @@ def test_landmarks_closer_than_half_a_metre_give_no_heading(apart_m: float, head
     beside = replace(walk, place=place, surveyed_at=place)
     found = solve_walk(beside.observations(), LandmarkPriors.of(walk.ids, beside.landmarks()))
     assert (found is not None) == heading_is_known
-
-
-def agreeing(logged_m: list[float], surveyed_m: list[float]) -> list[bool]:
-    """Passes that agree with a neighbour, of a straight walk: where the tracker saw and where the survey has them."""
-    steps, count = np.arange(1000) / 10, len(logged_m)
-    odometry = continuous_odometry(camera_track(steps.astype(np.complex128), steps), nothing_logged())
-    zeros, nowhere, each = np.zeros(count), np.zeros(count, dtype=np.complex128), np.arange(count)
-    at = np.rint(np.array(logged_m) * 10).astype(np.int64)
-    passes = Passes(at, each, nowhere, nowhere, zeros, zeros, np.ones(count, dtype=np.int64))
-    priors = replace(LandmarkPriors.nothing(count), position=np.array(surveyed_m, dtype=np.complex128))
-    ids = tuple(str(number) for number in each)
-    return [bool(one) for one in smoother._agreeing(WalkObservations(ids, odometry, passes), priors)]
-
-
-@pytest.mark.parametrize(("metre", "agree"), [(1.2, True), (0.8, True), (1.3, False), (0.7, False), (2.0, False)])
-def test_a_tracker_whose_metre_is_off_by_a_fifth_agrees_with_a_survey(metre: float, agree: bool) -> None:
-    assert agreeing([0.0, 20 * metre, 40 * metre], [0.0, 20.0, 40.0]) == [agree] * 3
-
-
-@pytest.mark.parametrize(("off_m", "agree"), [(1.4, True), (1.6, False)])
-def test_half_a_metre_more_is_allowed_for(off_m: float, agree: bool) -> None:
-    assert agreeing([0.0, 5.0 + off_m], [0.0, 5.0]) == [agree] * 2
-
-
-def test_a_pass_that_is_as_far_from_none_as_surveyed_is_doubted_at_first() -> None:
-    logged = [0.0, 10.0, 20.0, 30.0, 40.0]
-    assert agreeing(logged, [0.0, 10.0, 50.0, 30.0, 40.0]) == [True, True, False, True, True]
-    assert agreeing(logged, [0.0, 60.0, 90.0, 120.0, 40.0]) == [True, False, False, False, True]
-
-
-def test_landmarks_less_than_two_metres_apart_are_not_compared() -> None:
-    assert agreeing([0.0, 9.0], [0.0, 1.8]) == [True, True]
-    assert agreeing([0.0, 9.0], [0.0, 2.2]) == [False, False]
 
 
 DRIFTING = replace(TYPICAL, heading_rad=0.02, position_m=0.05)

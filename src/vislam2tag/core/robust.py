@@ -66,12 +66,13 @@ def iterate(
     tolerance: float,
     most_rounds: int,
     least_rounds: int = 1,
+    logged: bool = True,
 ) -> IterationResult[_State]:
     """Repeat ``step``, which takes a state and the number of the round (from 1), until it hardly moves the state.
 
     ``moved`` gives the size of the change from one state to the next, in the unit of ``tolerance``; the iteration has
     converged once that is less. Before ``least_rounds``, as where a first caution has yet to wear off, nobody asks.
-    Where it does not converge it says so in the log, by ``what`` is iterated.
+    Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
     state, size = start, float("inf")
     for number in range(1, most_rounds + 1):
@@ -79,7 +80,8 @@ def iterate(
         size = moved(before, state)
         if number >= least_rounds and size < tolerance:
             return IterationResult(state, number, size, converged=True)
-    _log.warning("%s did not converge: after %d rounds one still moves it by %g", what, most_rounds, size)
+    if logged:
+        _log.warning("%s did not converge: after %d rounds one still moves it by %g", what, most_rounds, size)
     return IterationResult(state, most_rounds, size, converged=False)
 
 

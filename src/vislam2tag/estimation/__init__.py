@@ -1,9 +1,11 @@
-"""The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md).
+"""From a session's log to a trajectory in the building: the smoother, dead reckoning, heights, joint landmark surveys.
 
-A log becomes observations: which ``steps`` no camera makes, when landmarks were seen or moved with the map
-(``map_moves``), where tracking was lost (``losses``) or came back (``excursions``), the path without all that
-(``odometry``), and ``passes`` of landmarks (``observations``). With what the survey says (``landmark_priors``) and how
-trackers err (``noise``, ``drift``) they become a linear ``model``, its ``equations``, solved as a ``chain``;
-``reweighting`` finds noise levels and weights, ``smoothing`` repeats all this until it has converged. From the solution
-follow the states of all frames (``frame_states``), ``slips`` and ``contradictions``.
+In reading order: ``steps`` that no camera makes, ``map_moves`` of a rewritten map, the path without all that
+(``odometry``) and passes of landmarks (``observations``). With what the survey says (``landmark_priors``) and how
+trackers err (``noise``, ``drift``) they become the ``factors`` of one least-squares problem, a ``chain``, which the
+``smoother`` solves; ``reweighting`` finds noise levels and robust weights. From the solution follow the states of all
+frames (``frame_states``) and ``contradictions``. ``vertical``, ``differences`` and ``heights`` find height and floor.
+
+``dead_reckoning`` maps walks without a tracker, ``landmark_survey`` joins the landmarks of many walks, ``strategies``
+are all mapping strategies by name, and ``strategy`` is their protocol; ``settings`` has what all these assume.
 """

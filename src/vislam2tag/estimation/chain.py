@@ -46,9 +46,8 @@ class Solution:
 
 def solve(equations: NormalEquations) -> Solution:
     """Solve positive definite normal equations; raises numpy.linalg.LinAlgError where they are singular."""
-    count, _, _ = equations.diagonal.shape
-    columns = np.concatenate((equations.right[:, :, None], equations.border), axis=2)
-    inverse, gain, columns = _eliminate(equations, columns)
+    count = len(equations.diagonal)
+    inverse, gain, columns = _eliminate(equations)
     covariance = np.empty_like(equations.diagonal)
     beside = np.empty_like(equations.upper)
     covariance[-1] = inverse[-1]
@@ -60,8 +59,34 @@ def solve(equations: NormalEquations) -> Solution:
     return _with_border(equations, columns, covariance, beside)
 
 
-def _eliminate(equations: NormalEquations, columns: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def most_probable(equations: NormalEquations) -> tuple[FloatArray, float]:
+    """States (k, n) of a chain without a border, and the logarithm of the equations' determinant: no covariances.
+
+    By a banded Cholesky factor: some ten times quicker than :func:`solve`.
+    """
+    from scipy.linalg import cho_solve_banded, cholesky_banded  # which most sessions do without
+
+    factor = cholesky_banded(_banded(equations), overwrite_ab=True, check_finite=False)
+    state = cho_solve_banded((factor, False), equations.right.ravel(), check_finite=False)
+    return np.asarray(state.reshape(equations.right.shape)), 2 * float(np.log(factor[-1]).sum())
+
+
+def _banded(equations: NormalEquations) -> FloatArray:
+    """Upper banded form (2 n, k n) of the chain, as SciPy wants it."""
+    count, size = equations.right.shape
+    width = 2 * size - 1
+    banded = np.zeros((width + 1, count * size))
+    for row in range(size):
+        for column in range(row, size):
+            banded[width - (column - row), column::size] = equations.diagonal[:, row, column]
+        for column in range(size):
+            banded[width - (size + column - row), size + column :: size] = equations.upper[:, row, column]
+    return banded
+
+
+def _eliminate(equations: NormalEquations) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Eliminate the states one by one: inverted pivots (k, n, n), gains (k - 1, n, n) and right sides (k, n, 1 + b)."""
+    columns = np.concatenate((equations.right[:, :, None], equations.border), axis=2)
     pivot = equations.diagonal[0]
     inverse, gain = np.empty_like(equations.diagonal), np.empty_like(equations.upper)
     for k, upper in enumerate(equations.upper):

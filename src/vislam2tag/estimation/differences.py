@@ -9,17 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.robust import IterationResult, iterate, variance_factor
+from vislam2tag.core.robust import Caution, IterationResult, iterate, variance_factor
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-WIDEST, NARROWING = 4.0, 0.88
-"""The tails are widened by this at first, so that the first guess does not decide what is wrong, then by this factor
-less in each round ..."""
-NARROWED = 12
-"""... until after so many they are as wide as they should be."""
+WIDENED = Caution(4.0, 0.88)
+"""The tails are wider at first, so that the first guess does not decide what is wrong."""
 SETTLED_M = 0.001
 """Re-weighting has converged when no unknown moves any more by this."""
 MOST_ROUNDS = 200
@@ -55,7 +52,7 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> It
     tailed = np.concatenate([np.full(len(group.value), group.tailed) for group in measurements])
 
     def step(solution: FloatArray, number: int) -> FloatArray:
-        residual = (matrix @ solution - value) / max(WIDEST * NARROWING ** (number - 1), 1.0)
+        residual = (matrix @ solution - value) / WIDENED.at(number - 1)
         weight = np.where(tailed, 1 / variance_factor(residual**2, 1, FREEDOM), 1.0)
         weighted = matrix.T @ diags_array(weight)
         return np.asarray(spsolve((weighted @ matrix).tocsc(), weighted @ value))
@@ -67,7 +64,7 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> It
         lambda before, after: float(np.abs(after - before).max(initial=0.0)),
         tolerance=SETTLED_M,
         most_rounds=MOST_ROUNDS,
-        least_rounds=NARROWED,
+        least_rounds=WIDENED.rounds,
     )
 
 

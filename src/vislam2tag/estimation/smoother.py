@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies, TrackerNoise
 from vislam2tag.core.robust import Caution, iterate
 from vislam2tag.core.similarity import as_complex, as_points
@@ -55,14 +55,6 @@ MOST_RELINEARISATIONS = 10
 """Reference paths; the second usually moves no node by as much, either."""
 ROUGH_CAUTION, NO_CAUTION = Caution(30.0, 0.4), Caution()
 """With sightings, of the first solution and of all later ones."""
-NEIGHBOURING = 4
-"""Passes are compared with this many next ones before the first solution ..."""
-LEAST_APART_M = 2.0
-SCALE_TOLERANCE = 0.2
-CLOSE_M = 0.5
-"""... that are this far apart: the tracker's distance must be the surveyed one within these."""
-DOUBT = 1e4
-"""Factor of a pass's variance that agrees with none of its neighbours, to begin with."""
 LEAST_BASE_M = 0.5
 """Landmarks that all hang closer together than this do not show a heading: each is seen to about 0.1 m."""
 AWAY_S = 0.5
@@ -231,24 +223,7 @@ def _with_free_heading(observations: WalkObservations, priors: LandmarkPriors, t
     """Solve with heading and scale free: linear, so that nothing needs to be known before."""
     path = observations.odometry.path
     start = _evenly_weighted(Model(observations, path, np.ones_like(path), rough=True), priors, told)
-    doubted = replace(start.weights, sighting=np.where(_agreeing(observations, priors), 1.0, DOUBT))
-    return _linearised_again(_weighted(replace(start, weights=doubted), ROUGHLY_SETTLED_SIGMAS, ROUGH_CAUTION))
-
-
-def _agreeing(observations: WalkObservations, priors: LandmarkPriors) -> BoolArray:
-    """(p,) passes that lie as far from a neighbouring one as surveyed, or have nothing to be compared with."""
-    passes = observations.passes
-    seen = observations.odometry.path[passes.at] + passes.offset
-    place = priors.position[passes.landmark]
-    compared, agreed = np.zeros(len(seen), dtype=np.int64), np.zeros(len(seen), dtype=np.int64)
-    for ahead in range(1, NEIGHBOURING + 1):
-        true, logged = np.abs(place[ahead:] - place[:-ahead]), np.abs(seen[ahead:] - seen[:-ahead])
-        apart = true > LEAST_APART_M
-        alike = apart & (np.abs(true - logged) < CLOSE_M + SCALE_TOLERANCE * true)
-        for pair in (slice(ahead, None), slice(None, -ahead)):
-            compared[pair] += apart
-            agreed[pair] += alike
-    return np.asarray((agreed > 0) | (compared == 0))
+    return _linearised_again(_weighted(start, ROUGHLY_SETTLED_SIGMAS, ROUGH_CAUTION))
 
 
 def _headed_by_a_sheet(observations: WalkObservations, priors: LandmarkPriors) -> Model | None:

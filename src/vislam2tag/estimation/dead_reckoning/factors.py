@@ -1,10 +1,21 @@
-"""The least-squares problem of a walk, linearised: unknown at each node are position, scale, heading and offset.
+"""The least-squares problem of a walk without a tracker, linearised about a path.
 
-``z[k+1] = z[k] + exp(s[k] + i (h[k] + o[k])) u[k] + noise``, with ``u`` the sensors' motion between nodes, ``s`` the
-logarithm of the walker's scale, which begins near 0 and wanders, ``h`` the heading of the gyroscope's frame, which
-drifts, and ``o`` how far the walker goes beside where the phone points: a body and a phone do not turn as one, but soon
-they agree again. Fixes tie ``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away. These, and
-where ``s`` begins, have Student-t tails: few walkers differ much from those of whom the speed was learned.
+Unknown at each node ``k`` are the position ``z``, complex metres; the logarithm ``s`` of the walker's scale; the
+heading ``h`` of the gyroscope's frame, rad; and the offset ``o``, rad, by which the walker goes beside where the phone
+points: a body and a phone do not turn as one, but soon they agree again. With ``u`` the sensors' motion between nodes,
+residuals and their laws are:
+
+    motion  z[k+1] - z[k] - exp(s[k] + i (h[k] + o[k])) u[k],  normal
+            s[k+1] - s[k],  h[k+1] - h[k],  o[k+1] - kept[k] o[k]
+    start   s[0]                        Student's t: few walkers differ much from those of whom the speed was learned
+            o[0]                        normal
+    north   h[k] - the phone's own heading,  Student's t
+    walls   how far z[k] is beyond where people walk,  Student's t
+    lines   how far z[k] is aside of the ways of other walks,  Student's t
+    fixes   z[k] - the fix's place,  Student's t
+
+What lasts for a while (north, walls, lines) counts at each node as the part of one independent observation that the
+node's time is of that while.
 """
 
 from __future__ import annotations
@@ -23,10 +34,14 @@ from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, Headings, Walk
 from vislam2tag.estimation.settings import DeadReckoningSettings
 
 STATES = 5
+SCALE, HEADING, OFFSET = 2, 3, 4
+"""x, y, scale, heading and offset: how many, and which are which."""
+UNIT = np.eye(STATES)
 FIX_TAIL = 5.0
 NORTH_TAIL = 3.0
 WALL_TAIL = 3.0
 SCALE_TAIL = 3.0
+LINE_TAIL = 3.0
 """Degrees of freedom of the Student-t distributions."""
 STANDING_NOISE_M = 0.01
 """Random part of the motion of somebody who stands, metres per square root of a second."""
@@ -145,8 +160,52 @@ class Ties:
 
 
 @dataclass(frozen=True)
+class MotionFactor:
+    """Ties each node to the next one by ``residual`` (k - 1, 5), expected 0 with ``precision`` (k - 1, 5).
+
+    ``before`` (k - 1, 5, 5) is its slope by the state before; that by the state after is 1.
+    """
+
+    residual: FloatArray
+    before: FloatArray
+    precision: FloatArray
+
+    @property
+    def cost(self) -> float:
+        """Minus twice the logarithm of the likelihood, but for what no state changes."""
+        return float((self.precision * self.residual**2).sum())
+
+
+@dataclass(frozen=True)
+class NodeFactor:
+    """Ties single nodes by numbers ``error`` (r,) that are expected 0, with ``weight`` (r,), their robust precisions.
+
+    ``slope`` (r, 5) is that of the error by the node's state; ``node`` (r,) index, or None: one error for each node.
+    ``cost`` is minus twice the logarithm of their likelihood, but for what no state changes.
+    """
+
+    error: FloatArray
+    slope: FloatArray
+    weight: FloatArray
+    cost: float
+    node: IntArray | None = None
+
+
+def student_t(
+    squared: FloatArray, tail: float, share: FloatArray | float = 1.0, numbers: int = 1
+) -> tuple[FloatArray, float]:
+    """Factors (r,) of the precisions of errors by Student's t with ``tail`` degrees of freedom, and their cost.
+
+    ``squared`` (r,) are the errors' squares in units of their usual variances, each of so many ``numbers``, which count
+    for ``share`` (r,) of an observation.
+    """
+    counts = share * (tail + numbers)
+    return np.asarray(counts / (tail + squared)), float((counts * np.log1p(squared / tail)).sum())
+
+
+@dataclass(frozen=True)
 class PathModel:
-    """The motion between nodes with the variances of its errors."""
+    """The motion between nodes with the variances of its errors, and what else is known of the path."""
 
     nodes: Nodes
     settings: DeadReckoningSettings
@@ -174,102 +233,99 @@ class PathModel:
         """(k - 1,) the part of an offset that is left after each stretch."""
         return np.exp(-np.diff(self.nodes.time_s) / self.settings.offset_memory_s)
 
-    @property
-    def north_precision(self) -> FloatArray:
-        """(k,) inverse variances of the phone's own heading, as if each node's were independent; 0 where unknown."""
-        share = self._share(2 * self.settings.north_memory_s)
-        return np.where(np.isfinite(self.nodes.drift_rad), share / self.settings.north_sigma_rad**2, 0.0)
-
     def _share(self, memory_s: float) -> FloatArray:
-        """(k,) parts of one independent word that each node has of errors that last so long."""
+        """(k,) parts of one independent observation that each node has of errors that last so long."""
         return np.asarray(np.gradient(self.nodes.time_s) / memory_s)
-
-    def equations(self, state: PathState, ties: Ties) -> NormalEquations:
-        """Linearise about a state: the solution is by how much it must change."""
-        count, precision = len(state.scale), self.precision
-        moved = state.moved(self.nodes.motion)
-        residual = self.residual(state)
-        before = np.zeros((count - 1, STATES, STATES))
-        before[:, range(STATES), range(STATES)] = -1
-        before[:, 0, 2], before[:, 1, 2] = -moved.real, -moved.imag
-        before[:, 0, 3], before[:, 1, 3] = moved.imag, -moved.real
-        before[:, :2, 4], before[:, 4, 4] = before[:, :2, 3], -self.kept
-        upper = (precision[:, :, None] * before).transpose(0, 2, 1)
-        diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
-        diagonal[:-1] += upper @ before
-        diagonal[1:, range(STATES), range(STATES)] += precision
-        right[:-1] -= np.einsum("kij,ki->kj", before, precision * residual)
-        right[1:] -= precision * residual
-        sigma = self.settings.scale_sigma
-        alike = (SCALE_TAIL + 1) / (SCALE_TAIL + float(state.scale[0] / sigma) ** 2) / sigma**2
-        diagonal[0, 2, 2] += alike
-        right[0, 2] -= alike * state.scale[0]
-        diagonal[0, 4, 4] += 1 / OFFSET_RAD**2
-        right[0, 4] -= state.offset_rad[0] / OFFSET_RAD**2
-        off, weight = self.north(state)
-        diagonal[:, 3, 3] += weight
-        right[:, 3] -= weight * off
-        if self.walls is not None:
-            beyond, away = self.walls.beyond(state.position)
-            pull = self._share(self.settings.wall_memory_s) * _wall_weight(beyond / self.settings.wall_sigma_m)
-            pull /= self.settings.wall_sigma_m**2
-            diagonal[:, :2, :2] += pull[:, None, None] * away[:, :, None] * away[:, None, :]
-            right[:, :2] -= (pull * beyond)[:, None] * away
-        if self.lines is not None:
-            aside, across = self.lines.distance_m(state.position), as_points(self.lines.normal)
-            pull = self._share(MEMORY_S) * self.lines.weight(aside)
-            diagonal[:, :2, :2] += pull[:, None, None] * across[:, :, None] * across[:, None, :]
-            right[:, :2] -= (pull * aside)[:, None] * across
-        error, tie_weight = fix_errors(state, ties)
-        for axis, part in enumerate((error.real, error.imag)):
-            diagonal[:, axis, axis] += np.bincount(ties.node, tie_weight, count)
-            right[:, axis] -= np.bincount(ties.node, tie_weight * part, count)
-        return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
 
     def scatter(self, state: PathState) -> FloatArray:
         """(k,) how far fixes scatter where a path leads, in parts of the usual: between walls there is less room."""
         return np.ones(len(state.scale)) if self.walls is None else self.walls.scatter(state.position)
 
-    def residual(self, state: PathState) -> FloatArray:
-        """(k - 1, 5) errors of motion, scale, heading and offset between nodes."""
-        step = np.diff(state.position) - state.moved(self.nodes.motion)
+    def motion(self, state: PathState) -> MotionFactor:
+        """What the sensors say of the way between nodes."""
+        moved = state.moved(self.nodes.motion)
+        step = np.diff(state.position) - moved
         offset = state.offset_rad[1:] - self.kept * state.offset_rad[:-1]
-        return np.column_stack((step.real, step.imag, np.diff(state.scale), np.diff(state.heading_rad), offset))
+        before = np.zeros((len(moved), STATES, STATES))
+        before[:, range(STATES), range(STATES)] = -1
+        before[:, 0, SCALE], before[:, 1, SCALE] = -moved.real, -moved.imag
+        before[:, 0, HEADING], before[:, 1, HEADING] = moved.imag, -moved.real
+        before[:, :2, OFFSET], before[:, OFFSET, OFFSET] = before[:, :2, HEADING], -self.kept
+        residual = np.column_stack((step.real, step.imag, np.diff(state.scale), np.diff(state.heading_rad), offset))
+        return MotionFactor(residual, before, self.precision)
 
-    def north(self, state: PathState) -> tuple[FloatArray, FloatArray]:
-        """How far the heading is from the phone's own (k,), rad, and the weight of that (k,)."""
-        off = wrapped(state.heading_rad - np.nan_to_num(self.nodes.drift_rad))
-        precision = self.north_precision
-        return off, precision / (1 + (off / self.settings.north_sigma_rad) ** 2 / NORTH_TAIL)
+    def start(self, state: PathState) -> NodeFactor:
+        """How a walk begins: a walker of usual speed who goes about where the phone points."""
+        error = np.array((state.scale[0], state.offset_rad[0]))
+        squared = (error / (self.settings.scale_sigma, OFFSET_RAD)) ** 2
+        factor, cost = student_t(squared[:1], SCALE_TAIL)
+        weight = np.array((factor[0] / self.settings.scale_sigma**2, OFFSET_RAD**-2))
+        return NodeFactor(error, UNIT[[SCALE, OFFSET]], weight, cost + float(squared[1]), np.zeros(2, dtype=np.int64))
+
+    def north(self, state: PathState) -> NodeFactor:
+        """The heading by the phone's own; nothing where it has none."""
+        drift_rad, sigma_rad = self.nodes.drift_rad, self.settings.north_sigma_rad
+        off = wrapped(state.heading_rad - np.nan_to_num(drift_rad))
+        share = np.where(np.isfinite(drift_rad), self._share(2 * self.settings.north_memory_s), 0.0)
+        factor, cost = student_t((off / sigma_rad) ** 2, NORTH_TAIL, share, numbers=0)
+        return NodeFactor(off, np.tile(UNIT[HEADING], (len(off), 1)), factor / sigma_rad**2, cost)
+
+    def keeping_off(self, walls: Walls, state: PathState) -> NodeFactor:
+        """How far the path is beyond where people walk between ``walls``."""
+        beyond, away = walls.beyond(state.position)
+        sigma_m = self.settings.wall_sigma_m
+        factor, cost = student_t((beyond / sigma_m) ** 2, WALL_TAIL, self._share(self.settings.wall_memory_s))
+        return NodeFactor(beyond, _in_plane(away), np.where(beyond > 0, factor, 0.0) / sigma_m**2, cost)
+
+    def along(self, lines: SharedLines, state: PathState) -> NodeFactor:
+        """How far the path leads aside of the ways of other walks."""
+        aside = lines.distance_m(state.position)
+        factor, cost = student_t(aside**2 * lines.precision, LINE_TAIL, self._share(MEMORY_S))
+        return NodeFactor(aside, _in_plane(as_points(lines.normal)), factor * lines.precision, cost)
+
+    def node_factors(self, state: PathState, ties: Ties) -> list[NodeFactor]:
+        """All that ties single nodes."""
+        factors = [self.start(state), self.north(state)]
+        if self.walls is not None:
+            factors.append(self.keeping_off(self.walls, state))
+        if self.lines is not None:
+            factors.append(self.along(self.lines, state))
+        return [*factors, fixed(state, ties)]
+
+    def equations(self, state: PathState, ties: Ties) -> NormalEquations:
+        """Linearise about a state: the solution is by how much it must change."""
+        count, motion = len(state.scale), self.motion(state)
+        diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
+        upper = (motion.precision[:, :, None] * motion.before).transpose(0, 2, 1)
+        pull = motion.precision * motion.residual
+        diagonal[:-1] += upper @ motion.before
+        diagonal[1:, range(STATES), range(STATES)] += motion.precision
+        right[:-1] -= np.einsum("kij,ki->kj", motion.before, pull)
+        right[1:] -= pull
+        for factor in self.node_factors(state, ties):
+            information = factor.weight[:, None, None] * factor.slope[:, :, None] * factor.slope[:, None, :]
+            wanted = -(factor.weight * factor.error)[:, None] * factor.slope
+            if factor.node is None:
+                diagonal += information
+                right += wanted
+            else:
+                np.add.at(diagonal, factor.node, information)
+                np.add.at(right, factor.node, wanted)
+        return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
 
     def cost(self, state: PathState, ties: Ties) -> float:
         """Minus twice the logarithm of the likelihood, but for what no state changes."""
-        off, _ = self.north(state)
-        spread = self.settings.north_sigma_rad
-        north = self.north_precision * NORTH_TAIL * spread**2 * np.log1p((off / spread) ** 2 / NORTH_TAIL)
-        error = np.abs(state.position[ties.node] - ties.position) / ties.each_sigma_m
-        fixes = (FIX_TAIL + 2) * np.log1p(error**2 / FIX_TAIL)
-        walls = 0.0
-        if self.walls is not None:
-            beyond = self.walls.beyond(state.position)[0] / self.settings.wall_sigma_m
-            share = self._share(self.settings.wall_memory_s)
-            walls = float((share * (WALL_TAIL + 1) * np.log1p(beyond**2 / WALL_TAIL)).sum())
-        lines = 0.0
-        if self.lines is not None:
-            lines = float((self._share(MEMORY_S) * self.lines.cost(self.lines.distance_m(state.position))).sum())
-        motion = self.precision * self.residual(state) ** 2
-        first = (SCALE_TAIL + 1) * np.log1p((state.scale[0] / self.settings.scale_sigma) ** 2 / SCALE_TAIL)
-        first += (state.offset_rad[0] / OFFSET_RAD) ** 2
-        return float(motion.sum() + north.sum() + fixes.sum() + first) + walls + lines
+        return self.motion(state).cost + sum(factor.cost for factor in self.node_factors(state, ties))
 
 
-def _wall_weight(beyond: FloatArray) -> FloatArray:
-    """Weights (k,) by Student-t of how far, in standard deviations, places (k,) are beyond where one walks."""
-    return np.asarray(np.where(beyond > 0, (WALL_TAIL + 1) / (WALL_TAIL + beyond**2), 0.0))
-
-
-def fix_errors(state: PathState, ties: Ties) -> tuple[ComplexArray, FloatArray]:
-    """Complex errors (f,) of the path at its fixes, metres, and their weights (f,) by Student-t."""
+def fixed(state: PathState, ties: Ties) -> NodeFactor:
+    """How far the path is from its fixes, east of all and then north of all."""
     error = state.position[ties.node] - ties.position
-    weight = (FIX_TAIL + 2) / (FIX_TAIL + np.abs(error / ties.each_sigma_m) ** 2) / ties.each_sigma_m**2
-    return error, weight
+    factor, cost = student_t(np.abs(error / ties.each_sigma_m) ** 2, FIX_TAIL, numbers=2)
+    weight, slope = np.tile(factor / ties.each_sigma_m**2, 2), np.repeat(UNIT[:2], len(error), axis=0)
+    return NodeFactor(np.concatenate((error.real, error.imag)), slope, weight, cost, np.tile(ties.node, 2))
+
+
+def _in_plane(slope: FloatArray) -> FloatArray:
+    """Slopes (r, 5) by a state of what depends on its position alone, by ``slope`` (r, 2)."""
+    return np.pad(slope, ((0, 0), (0, STATES - 2)))

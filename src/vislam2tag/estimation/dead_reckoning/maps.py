@@ -61,8 +61,7 @@ ASIDE_M, ALONG_M = 2.0, 1.0
 PARALLEL = np.cos(np.radians(15))
 """... and went the same way or against it, within 15 degrees."""
 SIGMA_M = 2.0
-"""How far apart two walks along one corridor usually lead, with Student-t tails ..."""
-TAIL = 3.0
+"""How far apart two walks along one corridor usually lead ..."""
 MEMORY_S = 12.0
 """... and how long they stay so."""
 
@@ -101,11 +100,3 @@ class SharedLines:
     def distance_m(self, position: ComplexArray) -> FloatArray:
         """How far (k,) a path (k,), complex metres, leads aside of the lines."""
         return np.asarray(((position - self.place) * self.normal.conj()).real)
-
-    def weight(self, distance_m: FloatArray) -> FloatArray:
-        """Precisions (k,) at these distances (k,), by Student-t."""
-        return np.asarray(self.precision * (TAIL + 1) / (TAIL + distance_m**2 * self.precision))
-
-    def cost(self, distance_m: FloatArray) -> FloatArray:
-        """Minus twice the logarithm of the likelihood (k,) of these distances (k,)."""
-        return np.asarray((TAIL + 1) * np.log1p(distance_m**2 * self.precision / TAIL))

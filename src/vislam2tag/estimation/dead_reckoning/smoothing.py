@@ -9,15 +9,16 @@ agree, and the covariance stays the usual one.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import pi, remainder
+from math import inf, pi, remainder
+from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.core.robust import iterate
 from vislam2tag.core.similarity import as_points
-from vislam2tag.estimation.chain import NormalEquations, solve
-from vislam2tag.estimation.dead_reckoning.factors import STATES, PathModel, PathState, Ties
+from vislam2tag.estimation.chain import most_probable, solve
+from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, Ties
 
 ROUNDS = 12
 CLOSE_M = 0.01
@@ -35,6 +36,10 @@ FACTORS = np.exp(np.linspace(-0.8, 1.1, 6))
 """Scatters of fixes that are tried, as parts of the usual one."""
 LEAST_SHARE = 0.02
 """Those that the evidence makes less likely are left aside."""
+WIDE_SCALE_SIGMA = 0.3
+"""Relative error of an unusual walker's speed, one standard deviation."""
+WIDE_NORTH_MEMORY_S = 100.0
+"""How long an error of the phone's north lasts if the plan itself is turned against north, seconds."""
 
 
 @dataclass(frozen=True)
@@ -123,39 +128,35 @@ def _centred(values: ComplexArray) -> ComplexArray:
     return np.asarray(values - values.mean())
 
 
-def _fitted(model: PathModel, ties: Ties, state: PathState) -> _Fitted:
-    converged = False
-    for _ in range(ROUNDS):
-        equations = model.equations(state, ties)
-        factor = cholesky_banded(_banded(equations), overwrite_ab=True, check_finite=False)
-        right = equations.right.ravel()
-        step = cho_solve_banded((factor, False), right, check_finite=False).reshape(-1, STATES)
-        share = min(1.0, LONGEST_TURN_RAD / max(float(np.abs(step[:, 3]).max()), 1e-12))
-        state = PathState.of_columns(state.columns + share * step)
-        converged = share == 1 and float(np.abs(step[:, :2]).max()) < CLOSE_M
-        if converged:
-            break
-    cost = model.cost(state, ties)
-    volume = 2 * float(np.log(factor[-1]).sum()) + 4 * len(ties.node) * float(np.log(ties.sigma_m))
-    return _Fitted(state, cost, cost + volume, ties.sigma_m, converged)
+class _Step(NamedTuple):
+    """A path, by how much the step to it would have moved it if whole, and the equations' log-determinant before it."""
+
+    state: PathState
+    moved_m: float
+    log_determinant: float
 
 
-def _banded(equations: NormalEquations) -> FloatArray:
-    """Upper banded form (10, 5 k) of the chain, as SciPy wants it."""
-    width = 2 * STATES - 1
-    banded = np.zeros((width + 1, equations.right.size))
-    for row in range(STATES):
-        for column in range(row, STATES):
-            banded[width - (column - row), column::STATES] = equations.diagonal[:, row, column]
-        for column in range(STATES):
-            banded[width - (STATES + column - row), STATES + column :: STATES] = equations.upper[:, row, column]
-    return banded
+def _fitted(model: PathModel, ties: Ties, start: PathState) -> _Fitted:
+    """Gauss-Newton steps from a start, none of which turns the path further than the equations hold."""
 
+    def step(before: _Step, _: int) -> _Step:
+        change, log_determinant = most_probable(model.equations(before.state, ties))
+        share = min(1.0, LONGEST_TURN_RAD / max(float(np.abs(change[:, HEADING]).max()), 1e-12))
+        moved_m = float(np.abs(change[:, :2]).max()) if share == 1 else inf
+        return _Step(PathState.of_columns(before.state.columns + share * change), moved_m, log_determinant)
 
-WIDE_SCALE_SIGMA = 0.3
-"""Relative error of an unusual walker's speed, one standard deviation."""
-WIDE_NORTH_MEMORY_S = 100.0
-"""How long an error of the phone's north lasts if the plan itself is turned against north, seconds."""
+    done = iterate(
+        "the path through a walk's fixes",
+        _Step(start, inf, 0.0),
+        step,
+        lambda _, after: after.moved_m,
+        tolerance=CLOSE_M,
+        most_rounds=ROUNDS,
+        logged=False,
+    )
+    cost = model.cost(done.state.state, ties)
+    volume = done.state.log_determinant + 4 * len(ties.node) * float(np.log(ties.sigma_m))
+    return _Fitted(done.state.state, cost, cost + volume, ties.sigma_m, done.converged)
 
 
 def covering_covariance(path: SmoothedPath, model: PathModel, ties: Ties) -> FloatArray:

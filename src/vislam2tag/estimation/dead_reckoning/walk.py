@@ -16,7 +16,7 @@ from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, Ties, fix_errors
+from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, Ties, fixed
 from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, WindowFeatures, turned_by_gait
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.signals import Headings, WalkSignals
@@ -220,11 +220,12 @@ class LeftOut:
     def of(cls, walk: ReckonedWalk) -> LeftOut:
         """Leave out each fix of a walk in turn, without solving again."""
         sigma, node = walk.path.fix_sigma_m, walk.ties.node
-        error, weight = fix_errors(walk.path.state, replace(walk.ties, sigma_m=sigma))
+        fixes = fixed(walk.path.state, replace(walk.ties, sigma_m=sigma))
+        error, weight = fixes.error.reshape(2, -1).T, fixes.weight[: len(node)]
         variance = np.trace(walk.path.covariance[node, :2, :2], axis1=1, axis2=2) / 2
         own = variance * weight
         freedom = np.where(own < 1 - LEAST_FREEDOM, 1 - own, np.nan)
-        without = as_points(error) / freedom[:, None]
+        without = error / freedom[:, None]
         return cls(without, np.sqrt(walk.fix_scatter_m**2 + variance / freedom))
 
     @property

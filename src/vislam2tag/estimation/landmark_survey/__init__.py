@@ -1,5 +1,6 @@
-"""Landmarks that nobody surveyed, from all walks together (docs/explanation/landmarks.md).
+"""Landmarks without a survey, placed from all walks together (docs/explanation/landmarks.md).
 
-Each walk is reduced to a ``local_map`` in its own frame; ``charts`` put the local maps together roughly, one by one;
-``landmark_map`` adjusts them and the survey at once.
+In reading order: each walk becomes a ``local_map`` in its own frame, and the maps are put together roughly;
+``landmark_map`` adjusts them and the survey at once. ``comparison`` says how a survey, or what walks saw, fits all
+others; ``device_metre`` does so for what devices take for a metre; ``odd_one_out`` finds what contradicts most.
 """

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, log
 
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, of_landmarks
 from vislam2tag.core.orientation import wrapped
-from vislam2tag.core.robust import iterate, variance_factor
+from vislam2tag.core.robust import Caution, iterate, variance_factor
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors
 from vislam2tag.estimation.landmark_survey.local_map import Chart, LinearMap, LocalMap, tied_to_survey
 
@@ -30,9 +29,8 @@ SETTLED_M = 1e-6
 walks nor the building's frame shows."""
 MOST_ROUNDS = 200
 """Far more than any takes that converges: a limit, not a number of rounds."""
-CAUTION, RELAXATION = 100.0, 0.5
-"""The first rounds take each walk's sight of a landmark for this much less certain (variance), then for less so by this
-factor each. Not so the survey: few places that all may be wrong would bend to the walks."""
+CAUTION = Caution(100.0, 0.5)
+"""With each walk's sight of a landmark. Not so the survey: few places that all may be wrong would bend to the walks."""
 
 
 @dataclass(frozen=True)
@@ -116,17 +114,17 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
     """
 
     def step(before: LandmarkMap, number: int) -> LandmarkMap:
-        return solved_anew(before, lambda doubts: doubts.cautious(max(CAUTION * RELAXATION**number, 1.0)))
+        return solved_anew(before, lambda doubts: doubts.cautious(CAUTION.at(number)))
 
     start = initial_map(tuple(maps), priors)
     done = iterate(
         "the joint landmark map",
-        solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
+        solved(replace(start, doubts=start.doubts.cautious(CAUTION.at(0)))),
         step,
         moved_m,
         tolerance=settled_m,
         most_rounds=MOST_ROUNDS,
-        least_rounds=1 + ceil(log(CAUTION) / -log(RELAXATION)),
+        least_rounds=CAUTION.rounds,
     )
     return solved_anew(replace(done.state, converged=done.converged), Doubts.expected)
 
