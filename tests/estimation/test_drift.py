@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
-from vislam2tag.estimation.drift import STATES, DirectedDrift, Drift, DriftKind, transitions
+from vislam2tag.estimation.drift import STATES, Drift, DriftKind, transitions
 
 
 def wiggly(seed: int, n: int) -> tuple[ComplexArray, FloatArray]:
@@ -59,7 +59,7 @@ def test_directed_drift_is_the_sum_of_every_steps_square(seed: int, ends: tuple[
     axes = np.stack((by.real, by.imag), axis=1)[a:b]
     total = np.zeros((STATES, STATES))
     total[:2, :2] = axes.T @ axes
-    np.testing.assert_allclose(DirectedDrift.along(by).between(np.array([a]), np.array([b]))[0], total, atol=1e-9)
+    np.testing.assert_allclose(Drift.directed(path, by).between(np.array([a]), np.array([b]))[0], total, atol=1e-9)
 
 
 def test_random_walks_of_heading_scale_and_position_spread_as_stated() -> None:

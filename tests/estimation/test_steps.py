@@ -26,7 +26,6 @@ from vislam2tag.estimation.steps import (
     NEW_MAP_TURN_RAD,
     PLACE_SIGMA_M,
     UNSEEN_M_S,
-    Excursion,
     find_excursions,
     frozen_frames,
     implausible,
@@ -168,7 +167,7 @@ def found(sizes: dict[int, complex], lost: int | None = None) -> list[tuple[int,
     jump, unknown = jumps(sizes), NOWHERE.copy()
     if lost is not None:
         unknown[lost] = True
-    return [(trip.away, trip.back) for trip in find_excursions(jump, jump != 0, unknown, WAY_M)]
+    return [(away, back) for away, back, _ in find_excursions(jump, jump != 0, unknown, WAY_M)]
 
 
 def test_a_jump_and_its_way_back_are_an_excursion() -> None:
@@ -197,14 +196,14 @@ def test_nothing_is_known_across_a_loss() -> None:
 @given(st.integers(2, 40), st.floats(-1, 1), st.floats(-1, 1))
 def test_the_way_over_an_excursion_is_what_the_log_says(count: int, x: float, y: float) -> None:
     step = np.full(count, 0.03 + 0.01j)
-    led, variance = returned(Excursion(0, count - 1, complex(x, y)), step)
+    led, variance = returned(complex(x, y), step)
     assert led.sum() == pytest.approx(step.sum() + complex(x, y))
     assert variance[-1] == 0
     assert np.all(variance[:-1] >= PLACE_SIGMA_M**2)
 
 
 def test_an_excursion_of_no_length_is_no_division_by_zero() -> None:
-    led, _ = returned(Excursion(0, 2, 0.3 + 0j), np.zeros(3, dtype=np.complex128))
+    led, _ = returned(0.3 + 0j, np.zeros(3, dtype=np.complex128))
     assert led.sum() == pytest.approx(0.3)
 
 

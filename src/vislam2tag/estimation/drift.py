@@ -29,29 +29,35 @@ class DriftKind(Enum):
 
 @dataclass(frozen=True)
 class Drift:
-    """Running sums along a path of one kind of drift; make it by :meth:`along`."""
+    """Running sums along a path of one kind of drift; make it by :meth:`along` or :meth:`directed`."""
 
     kind: DriftKind
     path: ComplexArray
     sums: FloatArray
-    """(6, n): variance, times x, y, xx, xy, yy of the path after each step; (1, n) of the position's drift."""
+    """(6, n): variance, times x, y, xx, xy, yy of the path; of the position's drift (3, n): xx, xy, yy."""
 
     @classmethod
     def along(cls, kind: DriftKind, path: ComplexArray, variance: FloatArray) -> Drift:
         """Sum the variances (n - 1,) of the steps of a path (n,), complex metres in the BCS."""
         centred = path - path.mean()
-        terms = variance[None]
+        terms = np.stack((variance, np.zeros_like(variance), variance))
         if kind is not DriftKind.POSITION:
             x, y = centred.real[1:], centred.imag[1:]
             terms = variance * np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
         return cls(kind, centred, _summed(terms))
+
+    @classmethod
+    def directed(cls, path: ComplexArray, by: ComplexArray) -> Drift:
+        """Let each step lead elsewhere along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
+        return cls(DriftKind.POSITION, path, _summed(np.stack((by.real**2, by.real * by.imag, by.imag**2))))
 
     def between(self, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
         sums = self.sums.take(b, axis=1) - self.sums.take(a, axis=1)
         drift = np.zeros((len(a), STATES, STATES))
         if self.kind is DriftKind.POSITION:
-            drift[:, 0, 0] = drift[:, 1, 1] = sums[0]
+            drift[:, 0, 0], drift[:, 1, 1] = sums[0], sums[2]
+            drift[:, 0, 1] = drift[:, 1, 0] = sums[1]
             return drift
         total, sx, sy, sxx, sxy, syy = sums
         x, y = self.path.real[b], self.path.imag[b]
@@ -66,27 +72,6 @@ class Drift:
         drift[:, 0, 1] = drift[:, 1, 0] = xy
         drift[:, 0, row] = drift[:, row, 0] = mean_x
         drift[:, 1, row] = drift[:, row, 1] = mean_y
-        return drift
-
-
-@dataclass(frozen=True)
-class DirectedDrift:
-    """Running sums of position drift along a direction of its own at each step; make it by :meth:`along`."""
-
-    sums: FloatArray
-    """(3, n): xx, xy, yy after each step."""
-
-    @classmethod
-    def along(cls, by: ComplexArray) -> DirectedDrift:
-        """Let each step lead elsewhere along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
-        return cls(_summed(np.stack((by.real**2, by.real * by.imag, by.imag**2))))
-
-    def between(self, a: IntArray, b: IntArray) -> FloatArray:
-        """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
-        xx, xy, yy = self.sums.take(b, axis=1) - self.sums.take(a, axis=1)
-        drift = np.zeros((len(a), STATES, STATES))
-        drift[:, 0, 0], drift[:, 1, 1] = xx, yy
-        drift[:, 0, 1] = drift[:, 1, 0] = xy
         return drift
 
 

@@ -23,7 +23,7 @@ from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.estimation.chain import NormalEquations, Solution
-from vislam2tag.estimation.drift import STATES, DirectedDrift, Drift, DriftKind, transitions
+from vislam2tag.estimation.drift import STATES, Drift, DriftKind, transitions
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors, survey_precisions
 from vislam2tag.estimation.noise import SCALE_SIGMA, DriftSource, NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
@@ -66,23 +66,23 @@ class Model:
     rough: bool
 
     @cached_property
-    def sums(self) -> dict[DriftSource, tuple[Drift | DirectedDrift, ...]]:
+    def sums(self) -> dict[DriftSource, tuple[Drift, ...]]:
         """Running sums of each source's drift along the reference path."""
         kinds = ROUGH_KINDS if self.rough else KINDS
         variance = self.observations.step_variance
-        sums: dict[DriftSource, tuple[Drift | DirectedDrift, ...]] = {
+        sums: dict[DriftSource, tuple[Drift, ...]] = {
             source: tuple(Drift.along(kind, self.path, steps) for kind in kinds[source])
             for source, steps in variance.items()
         }
         return {**sums, DriftSource.DOUBT: (self._doubt,)}
 
     @property
-    def _doubt(self) -> Drift | DirectedDrift:
+    def _doubt(self) -> Drift:
         """Where steps may have slipped to; which way that is in the building a rough model does not know yet."""
         doubt = self.observations.odometry.doubt
         if self.rough:
             return Drift.along(DriftKind.POSITION, self.path, np.abs(doubt) ** 2)
-        return DirectedDrift.along(doubt * self.turn[:-1])
+        return Drift.directed(self.path, doubt * self.turn[:-1])
 
     def drift(self, source: DriftSource, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) at unit level of one source's drift from frames ``a`` to ``b`` (k,)."""

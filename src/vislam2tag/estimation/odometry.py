@@ -257,9 +257,9 @@ def _with_excursions_undone(way: _Way, steps: _Steps, verdict: _Verdict, alone: 
     """Lead where the log is afterwards while the camera jumps ``alone`` (n - 1,) away and back."""
     beyond = (steps.moved - steps.expected) * verdict.frame_turn[:-1]
     undone = way.copy()
-    for trip in find_excursions(beyond, alone, outages.blind | outages.still, np.abs(way.step)):
-        span = slice(trip.away, trip.back + 1)
-        undone.step[span], undone.aside_m2[trip.away + 1 : trip.back + 2] = returned(trip, undone.step[span])
+    for away, back, missing in find_excursions(beyond, alone, outages.blind | outages.still, np.abs(way.step)):
+        span = slice(away, back + 1)
+        undone.step[span], undone.aside_m2[away + 1 : back + 2] = returned(missing, undone.step[span])
         undone.jump_m2[span] = np.where(alone[span], steps.spread_m[span] ** 2, undone.jump_m2[span])
         undone.jump_rad2[span] = np.where(alone[span], 0, undone.jump_rad2[span])
     return undone

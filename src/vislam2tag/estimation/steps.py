@@ -6,7 +6,6 @@ A tracker that jumps shows itself by a step that does not fit the steps about it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -161,24 +160,17 @@ PLACE_SIGMA_M = 0.1
 """How far the tracker may have turned and moved while it was away."""
 
 
-@dataclass(frozen=True)
-class Excursion:
-    """Steps ``away`` to ``back`` whose jumps undo each other but for ``missing`` (complex metres)."""
-
-    away: int
-    back: int
-    missing: complex
-
-
-def find_excursions(jump: ComplexArray, alone: BoolArray, unknown: BoolArray, length_m: FloatArray) -> list[Excursion]:
+def find_excursions(
+    jump: ComplexArray, alone: BoolArray, unknown: BoolArray, length_m: FloatArray
+) -> list[tuple[int, int, complex]]:
     """Find jumps of the camera ``alone`` (n - 1,) that undo those before; none across steps that are ``unknown``.
 
     ``jump`` (n - 1,) is what each step has beyond motion, in the continuous frame; ``length_m`` (n - 1,) lengths of the
-    steps without it.
+    steps without it. Of each excursion: the steps away and back, and what their jumps do not undo, complex metres.
     """
     along_m = np.concatenate(([0.0], np.cumsum(length_m)))
     lost = np.cumsum(unknown)
-    found: list[Excursion] = []
+    found: list[tuple[int, int, complex]] = []
     waiting: list[int] = []
     for back in np.flatnonzero(alone).tolist():
         waiting.append(back)
@@ -189,14 +181,14 @@ def find_excursions(jump: ComplexArray, alone: BoolArray, unknown: BoolArray, le
             missing = complex(jumps.sum())
             limit_m = BACK_M + BACK_RAD * float(along_m[back] - along_m[away])
             if abs(missing) < limit_m and np.abs(jumps).min() > FAR * limit_m:
-                found.append(Excursion(away, back, missing))
+                found.append((away, back, missing))
                 waiting.clear()
                 break
     return found
 
 
-def returned(excursion: Excursion, step: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Steps of an excursion (from ``away`` to ``back``) that lead where the log is afterwards.
+def returned(missing: complex, step: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+    """Steps (k,) of an excursion, complex metres, with what was ``missing``: they lead where the log is afterwards.
 
     Also the variance (k,), m^2 per axis, of the frame after each step: nothing after the last one.
     """
@@ -206,4 +198,4 @@ def returned(excursion: Excursion, step: ComplexArray) -> tuple[ComplexArray, Fl
     from_ends = np.minimum(along, along[-1] - along)
     variance = PLACE_SIGMA_M**2 + (TURN_SIGMA_RAD * from_ends) ** 2
     variance[-1] = 0
-    return step + excursion.missing * share, variance
+    return step + missing * share, variance

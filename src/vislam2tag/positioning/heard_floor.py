@@ -100,34 +100,36 @@ class HeardFloor:
         if len(walks) < 2:
             return {}
         times = np.vstack((np.ones(len(walks)), multiplicities(draws(len(walks)))))
-        place = self.place.copy()
+        place = self.place
 
-        def off_m2() -> FloatArray:
+        def off_m2(place: FloatArray) -> FloatArray:
             return np.asarray((((weight[..., None] * place[which]).sum(axis=1) - place[rows]) ** 2).sum(axis=1))
 
-        usual_m2 = max(float(np.median(off_m2())), 1e-6)
+        usual_m2 = max(float(np.median(off_m2(place))), 1e-6)
         found: dict[str, ScanLag] = {}
         for phone in np.unique(self.scans.device).tolist() * LAG_ROUNDS:
             of_phone = np.unique(self.walk[self.scans.device == phone]).tolist()
             own = [self.learned[self.walk[self.learned] == number] for number in of_phone]
             by_walk = np.empty((len(LAGS_S), len(walks)))
             for number, lag_s in enumerate(LAGS_S.tolist()):
-                self._move(place, own, traces, lag_s)
-                by_walk[number] = np.bincount(walk, np.log1p(off_m2() / usual_m2), len(walks))
+                off = off_m2(self._moved(place, own, traces, lag_s))
+                by_walk[number] = np.bincount(walk, np.log1p(off / usual_m2), len(walks))
             cost = by_walk @ times.T + ((LAGS_S / USUAL_LAG_S) ** 2 / 2)[:, None]
             lags_s = LAGS_S[cost.argmin(axis=0)]
             found[phone] = ScanLag(float(lags_s[0]), float(np.hypot(lags_s[1:].std(), LAG_STEP_S / np.sqrt(12))))
-            self._move(place, own, traces, found[phone].seconds)
+            place = self._moved(place, own, traces, found[phone].seconds)
         return found
 
-    def _move(
+    def _moved(
         self, place: FloatArray, rows: Sequence[IntArray], traces: Sequence[WalkTrace | None], lag_s: float
-    ) -> None:
-        """Put scans of some walks, each one's ``rows``, where the walk was so much before their times."""
+    ) -> FloatArray:
+        """Places (n, 2) with scans of some walks, each one's ``rows``, where it was so much before their times."""
+        moved = place.copy()
         for own in rows:
             trace = traces[self.walk[own[0]]] if len(own) else None
             if trace is not None:
-                place[own] = trace.along(self.scans.time_ns[own] - _ns(lag_s))[:, :2]
+                moved[own] = trace.along(self.scans.time_ns[own] - _ns(lag_s))[:, :2]
+        return moved
 
     def _levelled(self) -> Self:
         """Take from all levels of a phone by how much it hears louder than others where scans are most alike."""

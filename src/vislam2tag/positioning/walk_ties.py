@@ -188,21 +188,16 @@ def walk_fixes(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) 
         return [None] * len(traces)
     floor = HeardFloor.of(traces, scans)
     asked = [_ask(floor, number) for number in range(len(traces))]
-    away = [one.near.away[:, 0] for one in asked if one is not None]
+    away = [one[1].away[:, 0] for one in asked if one is not None]
     usual_away = float(np.median(np.concatenate(away))) if away else 1.0
     return [None if one is None else _fixes(floor, one, usual_away) for one in asked]
 
 
-class _Asked(NamedTuple):
-    """Scans ``rows`` (q,) of a walk, those of other walks that are ``near``, and how far the others kept away (q,)."""
+def _ask(floor: HeardFloor, number: int) -> tuple[IntArray, NearestScans, FloatArray] | None:
+    """Look for scans like those of a walk where others were; None where there are too few.
 
-    rows: IntArray
-    near: NearestScans
-    gap_m: FloatArray
-
-
-def _ask(floor: HeardFloor, number: int) -> _Asked | None:
-    """Look for scans like those of a walk where others were; None where there are too few."""
+    Returns scans (q,) of the walk, those of other walks that are near, and how far the others kept away (q,), metres.
+    """
     rows, others = np.flatnonzero(floor.walk == number), floor.learned[floor.walk[floor.learned] != number]
     rows = rows[calibration_rows(len(rows), MOST_ASKED)]
     if not len(rows) or not len(others):
@@ -212,10 +207,10 @@ def _ask(floor: HeardFloor, number: int) -> _Asked | None:
     known = np.flatnonzero((away[:, 0] < 1) & (gap_m < GAP_M))
     if len(known) < FEWEST_FIXES:
         return None
-    return _Asked(rows[known], NearestScans(which[known], away[known]), gap_m[known])
+    return rows[known], NearestScans(which[known], away[known]), gap_m[known]
 
 
-def _fixes(floor: HeardFloor, asked: _Asked, usual_away: float) -> Fixes:
+def _fixes(floor: HeardFloor, asked: tuple[IntArray, NearestScans, FloatArray], usual_away: float) -> Fixes:
     """Place scans at the mean of the places of those like them."""
     rows, (which, away), gap_m = asked
     place, sigma_m = floor.place[which], floor.sigma_m[which]

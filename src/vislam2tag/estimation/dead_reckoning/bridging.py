@@ -36,18 +36,12 @@ MEDIAN_SIGMAS = 1.18
 """Median length of a normal error of two dimensions, in standard deviations per axis."""
 
 
-@dataclass(frozen=True)
-class Slip:
-    """Steps ``start`` to ``stop`` (excluded) of a tracker's path, which led it off by ``off``, complex metres."""
+def tracker_slips(
+    time_s: FloatArray, told: ComplexArray, felt: ComplexArray, sound: BoolArray
+) -> list[tuple[slice, complex]]:
+    """Steps at which a tracker's path ``told`` (n,) slipped against the inertial one ``felt`` (n,), and by how much.
 
-    start: int
-    stop: int
-    off: complex
-
-
-def tracker_slips(time_s: FloatArray, told: ComplexArray, felt: ComplexArray, sound: BoolArray) -> list[Slip]:
-    """Find slips of a tracker's path ``told`` (n,) against the inertial one ``felt`` (n,), both complex metres.
-
+    Both are complex metres.
     ``sound`` (n - 1,) are the steps of which both tell. Slips that last longer than a window are not found.
     """
     start_s = np.arange(time_s[0], time_s[-1] - WINDOW_S, HOP_S)
@@ -69,7 +63,7 @@ def tracker_slips(time_s: FloatArray, told: ComplexArray, felt: ComplexArray, so
         size = np.abs(off[first:after])
         clear = first + np.flatnonzero(size > CLEAREST * size.max())
         start, stop = np.searchsorted(time_s, (start_s[clear[0]], end_s[clear[-1]])).tolist()
-        found.append(Slip(start, stop, complex(off[first + int(size.argmax())])))
+        found.append((slice(start, stop), complex(off[first + int(size.argmax())])))
     return found
 
 
@@ -141,9 +135,9 @@ def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:
     """Doubt the steps of n frames' odometry over which the tracker may have slipped: landmarks tell whether it did."""
     sound = motion.known & (odometry.jump_m2 == 0) & (odometry.jump_rad2 == 0)
     doubt = odometry.doubt.copy()
-    for slip in tracker_slips(odometry.time_s, odometry.path, motion.path, sound):
-        doubt[slip.start : slip.stop] = 0
-        doubt[(slip.start + slip.stop) // 2] = slip.off
+    for steps, off in tracker_slips(odometry.time_s, odometry.path, motion.path, sound):
+        doubt[steps] = 0
+        doubt[(steps.start + steps.stop) // 2] = off
     return replace(odometry, doubt=doubt)
 
 
@@ -156,23 +150,25 @@ def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
     step, turn = np.diff(odometry.path), np.ones(len(odometry.path) - 1, dtype=np.complex128)
     jump_m2, jump_rad2 = odometry.jump_m2.copy(), odometry.jump_rad2.copy()
     for start, stop in runs_of(walk.untold):
-        sides, errors = walk.sides(start, stop), walk.errors(float(odometry.time_s[stop] - odometry.time_s[start]))
-        if sides is None or errors is None:
+        before, after = (complex(side[0]) for side in walk.factors(np.array([start]), np.array([stop])))
+        errors = walk.errors(float(odometry.time_s[stop] - odometry.time_s[start]))
+        if np.isnan(before) or errors is None:
             continue
+        place_m2, turn_rad2 = errors
         free = float(jump_rad2[start:stop].sum())
-        gain = _gain(free, errors.turn_rad2)
-        turned = gain * sides.turned_rad
+        gain = _gain(free, turn_rad2)
+        turned = gain * float(np.angle(after * before.conjugate()))
         turn[stop:] *= np.exp(-1j * turned)
         jump_rad2[start:stop] *= 1 - gain
-        walked = walk.walked(start, stop, sides, turned)
+        walked = walk.walked(start, stop) * (before + after * np.exp(-1j * turned)) / 2
         told, freedom = complex(step[start:stop].sum()), float(jump_m2[start:stop].sum())
         if odometry.blind[start:stop].any():
             apart_m2 = abs(told - walked.sum()) ** 2
             freedom = min(freedom, (apart_m2 + FOUND_TAIL * FOUND_M**2) / (FOUND_TAIL + 2))
-        gain = _gain(freedom, errors.place_m2)
+        gain = _gain(freedom, place_m2)
         share = walk.share(start, stop)
         step[start:stop] = walked + (told - walked.sum()) * (1 - gain) * share
-        jump_m2[start:stop] = gain * errors.place_m2 * share
+        jump_m2[start:stop] = gain * place_m2 * share
     return replace(
         odometry,
         path=odometry.path[0] + np.concatenate(([0.0], np.cumsum(step * turn))),
@@ -189,29 +185,6 @@ def _gain(unknown: float, error: float) -> float:
     return unknown / (unknown + error) if unknown > 0 else 0.0
 
 
-@dataclass(frozen=True)
-class _Sides:
-    """By which complex factors the inertial path becomes the tracker's: before and after a stretch; of which one that
-    tells nothing is the other's.
-    """
-
-    before: complex
-    after: complex
-
-    @property
-    def turned_rad(self) -> float:
-        """How far the tracker's frame turned over the stretch."""
-        return float(np.angle(self.after * self.before.conjugate()))
-
-
-@dataclass(frozen=True)
-class _Errors:
-    """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn."""
-
-    place_m2: float
-    turn_rad2: float
-
-
 class _Walk:
     """A tracker's path and the inertial one, both of n frames."""
 
@@ -221,27 +194,20 @@ class _Walk:
         """(n - 1,) steps that the tracker does not tell."""
         self._told_until = np.concatenate(([0], np.cumsum(self.untold)))
         self._felt_until = np.concatenate(([0], np.cumsum(~motion.known)))
-        self._errors: dict[int, _Errors | None] = {}
+        self._errors: dict[int, tuple[float, float] | None] = {}
 
     def share(self, start: int, stop: int) -> FloatArray:
         """Parts (k,) of the time that the steps of a stretch take."""
         dt = np.diff(self._time_s[start : stop + 1])
         return np.asarray(dt / dt.sum())
 
-    def sides(self, start: int, stop: int) -> _Sides | None:
-        """What is told about the steps ``start`` to ``stop`` (excluded); None where neither side tells anything."""
-        before, after = self._factors(np.array([start]), np.array([stop]))
-        return None if np.isnan(before[0]) else _Sides(complex(before[0]), complex(after[0]))
+    def walked(self, start: int, stop: int) -> ComplexArray:
+        """Steps (k,) of a stretch by the inertial sensors, complex metres of their path."""
+        return np.diff(self._felt[start : stop + 1])
 
-    def walked(self, start: int, stop: int, sides: _Sides, turned_rad: float) -> ComplexArray:
-        """Steps (k,) of a stretch by the inertial sensors, complex metres in the tracker's frame before it, which was
-        turned by ``turned_rad`` in it.
-        """
-        factor = (sides.before + sides.after * np.exp(-1j * turned_rad)) / 2
-        return np.asarray(np.diff(self._felt[start : stop + 1]) * factor)
-
-    def errors(self, duration_s: float) -> _Errors | None:
-        """How such bridges fare where the tracker saw the way; None where that cannot be told at all.
+    def errors(self, duration_s: float) -> tuple[float, float] | None:
+        """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn, if the tracker
+        saw the way; None where that cannot be tried at all.
 
         Where too few can be tried, those of half the duration tell: a heading that drifts leads astray by the time's
         power of 3 / 2, and drifts by its root.
@@ -251,11 +217,11 @@ class _Walk:
             tried = self._tried(tenths / 10)
             if tried is None and tenths > 1:
                 shorter = self.errors(tenths / 20)
-                tried = None if shorter is None else _Errors(8 * shorter.place_m2, 2 * shorter.turn_rad2)
+                tried = None if shorter is None else (8 * shorter[0], 2 * shorter[1])
             self._errors[tenths] = tried
         return self._errors[tenths]
 
-    def _tried(self, duration_s: float) -> _Errors | None:
+    def _tried(self, duration_s: float) -> tuple[float, float] | None:
         end_s = float(self._time_s[-1]) - duration_s
         apart_s = max(LEAST_APART_S, end_s / MOST_TRIALS)
         starts = np.unique(np.searchsorted(self._time_s, np.arange(0, end_s, apart_s)))
@@ -264,16 +230,16 @@ class _Walk:
         starts, stops = starts[within], stops[within]
         told = self._told_until[stops] == self._told_until[starts]
         starts, stops = starts[told], stops[told]
-        before, after = self._factors(starts, stops)
+        before, after = self.factors(starts, stops)
         walked = (self._felt[stops] - self._felt[starts]) * (before + after) / 2
         place_m2 = np.abs(walked - (self._told[stops] - self._told[starts])) ** 2 / 2
         turn_rad2 = np.angle(after * before.conj()) ** 2
         tried = ~np.isnan(before)
         if tried.sum() < FEWEST_TRIALS:
             return None
-        return _Errors(float(place_m2[tried].mean()), float(turn_rad2[tried].mean()))
+        return float(place_m2[tried].mean()), float(turn_rad2[tried].mean())
 
-    def _factors(self, starts: IntArray, stops: IntArray) -> tuple[ComplexArray, ComplexArray]:
+    def factors(self, starts: IntArray, stops: IntArray) -> tuple[ComplexArray, ComplexArray]:
         """Factors (k,) from the inertial path to the tracker's before and after stretches (k,); NaN: nothing tells.
 
         A side that tells nothing takes the other's.

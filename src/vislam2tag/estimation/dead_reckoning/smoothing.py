@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf, pi, remainder
-from typing import NamedTuple
 
 import numpy as np
 
@@ -128,35 +127,28 @@ def _centred(values: ComplexArray) -> ComplexArray:
     return np.asarray(values - values.mean())
 
 
-class _Step(NamedTuple):
-    """A path, by how much the step to it would have moved it if whole, and the equations' log-determinant before it."""
-
-    state: PathState
-    moved_m: float
-    log_determinant: float
-
-
 def _fitted(model: PathModel, ties: Ties, start: PathState) -> _Fitted:
     """Gauss-Newton steps from a start, none of which turns the path further than the equations hold."""
 
-    def step(before: _Step, _: int) -> _Step:
-        change, log_determinant = most_probable(model.equations(before.state, ties))
+    def step(before: tuple[PathState, float, float], _: int) -> tuple[PathState, float, float]:
+        change, log_determinant = most_probable(model.equations(before[0], ties))
         share = min(1.0, LONGEST_TURN_RAD / max(float(np.abs(change[:, HEADING]).max()), 1e-12))
         moved_m = float(np.abs(change[:, :2]).max()) if share == 1 else inf
-        return _Step(PathState.of_columns(before.state.columns + share * change), moved_m, log_determinant)
+        return PathState.of_columns(before[0].columns + share * change), moved_m, log_determinant
 
     done = iterate(
         "the path through a walk's fixes",
-        _Step(start, inf, 0.0),
+        (start, inf, 0.0),
         step,
-        lambda _, after: after.moved_m,
+        lambda _, after: after[1],
         tolerance=CLOSE_M,
         most_rounds=ROUNDS,
         logged=False,
     )
-    cost = model.cost(done.state.state, ties)
-    volume = done.state.log_determinant + 4 * len(ties.node) * float(np.log(ties.sigma_m))
-    return _Fitted(done.state.state, cost, cost + volume, ties.sigma_m, done.converged)
+    state, _, log_determinant = done.state
+    cost = model.cost(state, ties)
+    volume = log_determinant + 4 * len(ties.node) * float(np.log(ties.sigma_m))
+    return _Fitted(state, cost, cost + volume, ties.sigma_m, done.converged)
 
 
 def covering_covariance(path: SmoothedPath, model: PathModel, ties: Ties) -> FloatArray:

@@ -237,30 +237,21 @@ def _reweighted(joined: LandmarkMap, linear: Mapping[int, LinearMap]) -> Doubts:
     """
     old = joined.doubts
     misses = {number: _missed(joined, one) for number, one in linear.items()}
-    square_m2 = sum(float(np.sum(one.square_m2 / old.shift[number])) for number, one in misses.items())
-    numbers = sum(float(np.sum(one.numbers)) for one in misses.values())
+    square_m2 = sum(float(np.sum(square / old.shift[number])) for number, (square, *_) in misses.items())
+    numbers = sum(float(np.sum(determined)) for _, determined, _, _ in misses.values())
     shift_m = float(np.sqrt((SHIFT_NUMBERS * SHIFT_M**2 + square_m2) / (SHIFT_NUMBERS + numbers)))
     shift, walk = list(old.shift), old.walk.copy()
-    for number, one in misses.items():
-        shift[number] = variance_factor(one.square_m2 / shift_m**2, one.numbers, SHIFT_TAIL)
-        walk[number] = max(float(variance_factor(one.walk_square, one.walk_numbers, WALK_TAIL)), 1.0)
+    for number, (square, determined, of_walk, walk_numbers) in misses.items():
+        shift[number] = variance_factor(square / shift_m**2, determined, SHIFT_TAIL)
+        walk[number] = max(float(variance_factor(of_walk, walk_numbers, WALK_TAIL)), 1.0)
     return Doubts(shift_m, tuple(shift), walk, _survey_doubts(joined))
 
 
-@dataclass(frozen=True)
-class _Missed:
+def _missed(joined: LandmarkMap, one: LinearMap) -> tuple[FloatArray, FloatArray, float, float]:
     """What a walk was most probably off by, squared, and how many numbers of it the observations determine.
 
-    For its ``k`` landmarks each, m^2 over both axes; for its map as a whole in units of its covariance.
+    Both for each of its ``k`` landmarks, m^2 over both axes; then for its map as a whole in units of its covariance.
     """
-
-    square_m2: FloatArray
-    numbers: FloatArray
-    walk_square: float
-    walk_numbers: float
-
-
-def _missed(joined: LandmarkMap, one: LinearMap) -> _Missed:
     design = one.design - one.frame @ (one.frame_gain @ one.design)
     spread = design @ joined.covariance[np.ix_(one.column, one.column)] @ design.T
     spread += one.frame @ one.frame_covariance @ one.frame.T
@@ -268,11 +259,11 @@ def _missed(joined: LandmarkMap, one: LinearMap) -> _Missed:
     pull = precision @ one.residual
     determined = precision - precision @ spread @ precision
     places = slice(0, 2 * len(one.column) // 3)
-    return _Missed(
-        square_m2=((one.shift * pull) ** 2)[places].reshape(-1, 2).sum(axis=1),
-        numbers=(one.shift * np.diag(determined))[places].reshape(-1, 2).sum(axis=1).clip(0),
-        walk_square=float(one.walk_factor * pull @ one.own @ pull),
-        walk_numbers=max(float(np.sum(determined * one.own)), 0.0),
+    return (
+        ((one.shift * pull) ** 2)[places].reshape(-1, 2).sum(axis=1),
+        (one.shift * np.diag(determined))[places].reshape(-1, 2).sum(axis=1).clip(0),
+        float(one.walk_factor * pull @ one.own @ pull),
+        max(float(np.sum(determined * one.own)), 0.0),
     )
 
 

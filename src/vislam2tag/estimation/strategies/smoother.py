@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.orientation import camera_to_bcs, level_view
 from vislam2tag.core.status import Status
@@ -42,51 +42,57 @@ class Smoother:
         """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
         if camera.without_poses:
             return self.without_tracker.map(camera, log, landmarks)
-        builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
-        nothing = builder.finish(camera, (), ())
+        nothing = TrajectoryBuilder.blank(camera, Status.NO_MAPPING).finish(camera, (), ())
         if camera.usable.sum() < FEWEST_FRAMES:
             return nothing
-        observations = bridged_observations(camera, log, self.sighting_range_m, surveyed=landmarks.surveyed_ids)
+        observations, smoothed = self._solved(camera, log, landmarks)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
-        priors = LandmarkPriors.of(observations.ids, landmarks)
-        smoothed = solve_walk(observations, priors, camera.tracker)
-        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
-            observations = bridged_observations(
-                camera, log, self.sighting_range_m, slips=True, surveyed=landmarks.surveyed_ids
-            )
-            smoothed = solve_walk(observations, priors, camera.tracker)
         if smoothed is None:
             return nothing
-        heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
         frame = observations.odometry.frame
         tied = smoothed if camera.ties is None else self._tied(smoothed, camera, frame, camera.ties)
-        path, spread, rotation = mapped_path(tied)
-        orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
-        if self.body_behind_camera_m:
-            path = path - self.body_behind_camera_m * level_view(orientation)
-        position = np.column_stack((path, heights.z_m[frame]))
-        if self.allow_for_pose_lag and camera.pose_lag_s:
-            stamps = ExposureInterpolation.of(observations.odometry.time_s, camera.pose_lag_s)
-            position, spread, orientation = (
-                stamps.blend(position),
-                stamps.blend(spread),
-                stamps.blend_quaternions(orientation),
-            )
-        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        builder.position_bcs[frame], covariance[frame] = position, spread
-        builder.orientation_bcs[frame] = orientation
-        builder.status[frame] = Status.OK
+        heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
+        converged = {"path": tied.converged, "heights": heights.converged}
         return replace(
-            builder.finish(camera, (), nothing.visits),
-            covariance_bcs=covariance,
+            self._placed(tied, camera, frame, heights.z_m[frame]),
+            visits=nothing.visits,
             floor=heights.floor,
             events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
             passes_left_out=observations.passes_left_out,
-            not_converged=tuple(
-                what for what, converged in (("path", tied.converged), ("heights", heights.converged)) if not converged
-            ),
+            not_converged=tuple(what for what, whether in converged.items() if not whether),
         )
+
+    def _solved(
+        self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
+    ) -> tuple[WalkObservations, SolvedWalk | None]:
+        """Solve a walk; once more where it may have slipped and inertial sensors can say when."""
+        range_m, surveyed = self.sighting_range_m, landmarks.surveyed_ids
+        observations = bridged_observations(camera, log, range_m, surveyed=surveyed)
+        priors = LandmarkPriors.of(observations.ids, landmarks)
+        smoothed = solve_walk(observations, priors, camera.tracker)
+        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
+            observations = bridged_observations(camera, log, range_m, slips=True, surveyed=surveyed)
+            smoothed = solve_walk(observations, priors, camera.tracker)
+        return observations, smoothed
+
+    def _placed(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, z_m: FloatArray) -> Trajectory:
+        """Positions, covariances and orientations at the frames used (n,), of the body and at their stamps."""
+        path, spread, rotation = mapped_path(smoothed)
+        orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
+        if self.body_behind_camera_m:
+            path = path - self.body_behind_camera_m * level_view(orientation)
+        position = np.column_stack((path, z_m))
+        if self.allow_for_pose_lag and camera.pose_lag_s:
+            stamps = ExposureInterpolation.of(smoothed.model.observations.odometry.time_s, camera.pose_lag_s)
+            position, spread = stamps.blend(position), stamps.blend(spread)
+            orientation = stamps.blend_quaternions(orientation)
+        builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
+        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
+        builder.position_bcs[frame], covariance[frame] = position, spread
+        builder.orientation_bcs[frame] = orientation
+        builder.status[frame] = Status.OK
+        return replace(builder.finish(camera, (), ()), covariance_bcs=covariance)
 
     def _tied(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> SolvedWalk:
         """Smooth again with what others tell of the body, which is behind the camera; ``frame`` (n,) are used."""

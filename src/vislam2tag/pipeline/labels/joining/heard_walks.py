@@ -1,7 +1,7 @@
 """``process --together`` where walks go far without a landmark: others' radio scans say where they were.
 
 Each session of such a floor is mapped once with what is told of landmarks; where it led and what it heard is all that
-is kept (:mod:`vislam2tag.walk_ties`).
+is kept (:mod:`vislam2tag.positioning.walk_ties`).
 """
 
 from __future__ import annotations
