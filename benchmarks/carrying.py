@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import InertialLog
-from vislam2tag.dead_reckoning.features import CADENCE_RANGE_HZ, WindowFeatures
-from vislam2tag.dead_reckoning.heading import Headings
-from vislam2tag.dead_reckoning.signals import BAND_HZ, RATE_HZ, WalkSignals, low_pass
+from vislam2tag.estimation.dead_reckoning.gait import CADENCE_RANGE_HZ, WindowFeatures
+from vislam2tag.estimation.dead_reckoning.signals import BAND_HZ, RATE_HZ, Headings, WalkSignals, low_pass
 
 SWING_RAD = np.radians(25)
 SWING_HZ = 0.95

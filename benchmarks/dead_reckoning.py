@@ -27,9 +27,9 @@ from training import carried_walks, train
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
-from vislam2tag.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, speed_model
+from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log

@@ -19,7 +19,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.heights.estimate import estimate_heights
+from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.choices import Climb, SiteColumn

@@ -24,9 +24,13 @@ from data_sets import Walk, real_walks, walks_of
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.landmark_survey.landmark_map import join
-from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_survey.landmark_map import join
+from vislam2tag.estimation.landmark_survey.local_map import LocalMap
+from vislam2tag.estimation.noise import NoiseLevels
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.smoother import solve_in_own_frame
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
@@ -124,7 +128,7 @@ def site_of(walks: list[Walk]) -> Site:
         logged = walk.log.select([i for i, name in enumerate(walk.log.ids) if name in row])
         observations = WalkObservations.of(walk.camera, logged, SETTINGS.mapping.smoother.sighting_range_m)
         index = np.array([landmarks.index[name] for name in logged.ids], dtype=np.int64)
-        smoothed = smooth_in_own_frame(observations)
+        smoothed = solve_in_own_frame(observations)
         local = LocalMap.of(smoothed)
         noise.append(smoothed.noise)
         maps.append(replace(local, landmark=index[local.landmark]))

@@ -18,8 +18,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-
 from dead_reckoning import step_path
+
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.positioning.learning_data import LearningData, learning_data

@@ -18,19 +18,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from calibration import cells, points
 from data_sets import Walk, walks_of
+from landmark_survey import SETTINGS, Site, chosen, generated_floor, site_of, spread
 from together import only, together, told_noise
 
-from landmark_survey import SETTINGS, Site, chosen, generated_floor, site_of, spread
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
+from vislam2tag.positioning import walk_ties
 from vislam2tag.positioning.radio_scans import RadioScans
+from vislam2tag.positioning.walk_traces import WalkTrace
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.walk_ties import radio
-from vislam2tag.walk_ties.traces import WalkTrace
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(111, 119)))
     parser.add_argument("--severity", default="default")
     parser.add_argument("--surveyed", type=int, default=3)
-    parser.add_argument("--doubted", type=float, default=radio.DOUBTED, help="factor of the variance of fixes")
+    parser.add_argument("--doubted", type=float, default=walk_ties.DOUBTED, help="factor of the variance of fixes")
     options = parser.parse_args()
-    radio.DOUBTED = options.doubted
+    walk_ties.DOUBTED = options.doubted
     floors = [heard_floor(seed, options.severity) for seed in options.seeds]
     print("| surveyed | mapped | walks | mean | inside 68 % | inside 95 % | least | most | told | gain | worse | fix |")
     print("| --- " * 12 + "|")
@@ -84,7 +84,7 @@ def compared(walks: list[Walk], heard: list[RadioScans], landmarks: list[Landmar
     first = mapped(walks, landmarks, [None] * len(walks))
     priors = [LandmarkPriors.of(walk.log.ids, known) for walk, known in zip(walks, landmarks, strict=True)]
     traces = [WalkTrace.of(path, 0, known) for path, known in zip(first, priors, strict=True)]
-    ties = radio.radio_ties(traces, heard)
+    ties = walk_ties.radio_ties(traces, heard)
     for walk, before, after, told in zip(walks, first, mapped(walks, landmarks, ties), ties, strict=True):
         if not np.isfinite(before.sigma_m).any():
             continue

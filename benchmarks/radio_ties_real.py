@@ -12,6 +12,7 @@ would, by least squares about that drift.
 from __future__ import annotations
 
 import argparse
+from vislam2tag.positioning.walk_traces import WalkTrace
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,15 +22,14 @@ import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.dead_reckoning.speed import speed_model
-from vislam2tag.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.dead_reckoning.gait import speed_model
+from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
+from vislam2tag.positioning import walk_ties
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
-from vislam2tag.walk_ties import radio
-from vislam2tag.walk_ties.traces import WalkTrace
 
 LANDMARK_M = 60.0
 """A walk passes a landmark once in so much of the way ..."""
@@ -53,7 +53,7 @@ class RealWalk:
     def of(cls, time_ns: IntArray, place: FloatArray, scans: RadioScans) -> RealWalk | None:
         """Thin a path (n, 2); None where it is short."""
         way_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))))
-        if way_m[-1] < LANDMARK_M / 2 or len(scans) < radio.FEWEST_FIXES:
+        if way_m[-1] < LANDMARK_M / 2 or len(scans) < walk_ties.FEWEST_FIXES:
             return None
         at_m = np.arange(0.0, way_m[-1], 1.0)
         axes = [np.interp(at_m, way_m, axis) for axis in place.T]
@@ -142,7 +142,7 @@ def row(groups: list[list[RealWalk]], drift: float) -> str:
             covariances = [drift_covariance(walk.way_m, drift) for walk in walks]
             errors = [np.linalg.cholesky(one) @ rng.normal(size=(len(one), 2)) for one in covariances]
             traces = [traced(walk, *known) for walk, *known in zip(walks, errors, covariances, strict=True)]
-            ties = radio.radio_ties(traces, [walk.scans for walk in walks])
+            ties = walk_ties.radio_ties(traces, [walk.scans for walk in walks])
             for walk, error, covariance, one in zip(walks, errors, covariances, ties, strict=True):
                 left, known = (error, covariance) if one is None else updated(walk, error, covariance, one)
                 before.append(np.hypot(*error.T).mean())

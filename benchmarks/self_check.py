@@ -10,6 +10,8 @@ place is compared with what it brings.
 from __future__ import annotations
 
 import argparse
+from vislam2tag.estimation.smoother import SolvedWalk
+from vislam2tag.estimation.smoother import solve_walk
 import csv
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -102,9 +104,9 @@ def _checked(source: tuple[str, int]) -> tuple[list[Row], list[Gain]]:
     return rows, found
 
 
-def _smoothed(walk: Walk) -> Smoothed | None:
+def _smoothed(walk: Walk) -> SolvedWalk | None:
     observations = WalkObservations.of(walk.camera, walk.log, RANGE_M)
-    return smooth(observations, LandmarkPriors.of(walk.log.ids, walk.landmarks))
+    return solve_walk(observations, LandmarkPriors.of(walk.log.ids, walk.landmarks))
 
 
 def _rows(group: str, walk: Walk) -> Iterator[Row]:
@@ -129,13 +131,13 @@ def _row(group: str, walk: Walk, limit: float, true_m: float, estimate: Estimate
     return Row(group, walk.name, limit, true_m, solved_again_m=again.estimated_m, **kept)
 
 
-def _solved_again(smoothed: Smoothed, error: LeftOut) -> LeftOut:
+def _solved_again(smoothed: SolvedWalk, error: LeftOut) -> LeftOut:
     landmark = smoothed.model.observations.ids.index(error.landmark)
     offset, covariance = discrepancy(smoothed, predicted(smoothed, landmark), landmark)
     return replace(error, offset_m=offset, covariance_m2=covariance)
 
 
-def _errors(walk: Walk, smoothed: Smoothed, position: FloatArray) -> FloatArray:
+def _errors(walk: Walk, smoothed: SolvedWalk, position: FloatArray) -> FloatArray:
     """Errors at the odometry's frames, or at the true points where there are only some; metres."""
     camera, frame = walk.camera, smoothed.model.observations.odometry.frame
     place = np.full((len(camera.time_ns), 3), np.nan)
@@ -157,7 +159,7 @@ def _gains(group: str, place: str, walk: Walk) -> Iterator[Gain]:
     factor = error_factor(leave_out(smoothed))
     with_all = float(np.nanmean(_errors(walk, smoothed, mapped_path(smoothed)[0])))
     for landmark in np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark).tolist():
-        trial = smooth(observations, priors.without(landmark))
+        trial = solve_walk(observations, priors.without(landmark))
         if trial is None:
             continue
         positions = positions_each_metre(trial)

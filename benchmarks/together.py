@@ -17,17 +17,17 @@ from dataclasses import replace
 import numpy as np
 from calibration import cells, points
 from data_sets import Walk
-
 from landmark_survey import SETTINGS, SIGMA_M, Site, chosen, complete, generated_sites, real_site, spread
+
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.landmark_survey.landmark_map import join
-from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.smoother.device_noise import told_by_others
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
+from vislam2tag.estimation.landmark_survey.landmark_map import join
+from vislam2tag.estimation.noise import told_by_others
+from vislam2tag.estimation.strategy import strategy_named
 
 LONG_M = 40.0
 """Walks with a stretch between surveyed landmarks longer than this are told apart."""

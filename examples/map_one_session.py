@@ -18,7 +18,7 @@ from vislam2tag.api import (
     strategies_for_poses,
     strategy_named,
 )
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
 
 
 def main() -> None:

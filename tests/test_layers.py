@@ -12,14 +12,10 @@ LAYERS = (
     "core",
     "common",
     "intake",
-    "smoother",
-    "heights",
-    "dead_reckoning",
-    "landmark_survey",
+    "estimation",
     "survey",
     "walkable",
     "sessions",
-    "mapping",
     "labeling",
     "quality",
     "planning",
@@ -29,7 +25,6 @@ LAYERS = (
     "receiving",
     "dataset",
     "positioning",
-    "walk_ties",
     "figures",
     "simulation",
     "settings",
@@ -68,7 +63,7 @@ def test_no_module_imports_a_later_layer() -> None:
 
 
 def test_core_knows_no_files_tables_or_plots() -> None:
-    for package in ("core", "smoother", "heights", "landmark_survey"):
+    for package in ("core", "estimation", "estimation/landmark_survey"):
         for path in (ROOT / package).glob("*.py"):
             text = path.read_text(encoding="utf-8")
             for word in ("polars", "pathlib", "plotly", "open("):

@@ -189,14 +189,14 @@ def test_landmarks_passed_once_go_before_what_ties_the_walk(monkeypatch: pytest.
     assert observations.within_limits(()) is observations
     often = np.flatnonzero(np.bincount(observations.passes.landmark, minlength=10) > 1)
     count = np.isin(observations.passes.landmark, often)
-    monkeypatch.setattr("vislam2tag.smoother.observations.MAX_SOLVER_BLOCKS", count.sum() * len(often) ** 2)
+    monkeypatch.setattr("vislam2tag.estimation.observations.MAX_SOLVER_BLOCKS", count.sum() * len(often) ** 2)
     less = observations.within_limits(())
     assert less.ids == tuple(observations.ids[i] for i in often)
     assert less.passes_left_out == (~count).sum()
     assert [less.ids[i] for i in less.passes.landmark] == [
         observations.ids[i] for i in observations.passes.landmark[count]
     ]
-    monkeypatch.setattr("vislam2tag.smoother.observations.MAX_SOLVER_BLOCKS", 3 * len(often) ** 2)
+    monkeypatch.setattr("vislam2tag.estimation.observations.MAX_SOLVER_BLOCKS", 3 * len(often) ** 2)
     assert len(observations.within_limits(()).passes.at) == 3
 
 

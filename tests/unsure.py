@@ -13,8 +13,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.mapping.registry import STRATEGIES, strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import STRATEGIES, strategy_named
 
 SURE_M, UNSURE_M = 0.1, 0.9
 """Sigma of the first and of the last frame; it grows evenly between."""

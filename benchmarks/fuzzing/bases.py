@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 from PIL import Image
-from tests.dead_reckoning.ilc20 import make_site
+from tests.estimation.dead_reckoning.ilc20 import make_site
 from tests.receiving.zips import session_zip
 from tests.site.plans import drawn_floor
 

@@ -23,9 +23,8 @@ import numpy as np
 from vislam2tag.api import open_survey, read_session, regular_survey, simulate, strategy_named
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
-from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder, surveyed_rows
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed_rows
 
 
 class FirstSighting:

@@ -67,11 +67,6 @@ if TYPE_CHECKING:
     from vislam2tag.labeling.settings import LabelRule as LabelRule
     from vislam2tag.labeling.settings import LabelSettings as LabelSettings
     from vislam2tag.labeling.settings import ProcessSettings as ProcessSettings
-    from vislam2tag.mapping.registry import MappingStrategy as MappingStrategy
-    from vislam2tag.mapping.registry import strategies_for_poses as strategies_for_poses
-    from vislam2tag.mapping.registry import strategy_named as strategy_named
-    from vislam2tag.mapping.registry import strategy_names as strategy_names
-    from vislam2tag.mapping.settings import MappingSettings as MappingSettings
     from vislam2tag.pipeline.datasets.build import BuildOptions as BuildOptions
     from vislam2tag.pipeline.datasets.build import SessionStep as SessionStep
     from vislam2tag.pipeline.datasets.build import build_dataset as _build_dataset
@@ -211,6 +206,11 @@ if TYPE_CHECKING:
     from vislam2tag.site.site_file import SiteFile as SiteFile
     from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
     from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
+    from vislam2tag.estimation.settings import MappingSettings as MappingSettings
+    from vislam2tag.estimation.strategy import MappingStrategy as MappingStrategy
+    from vislam2tag.estimation.strategy import strategies_for_poses as strategies_for_poses
+    from vislam2tag.estimation.strategy import strategy_named as strategy_named
+    from vislam2tag.estimation.strategy import strategy_names as strategy_names
 
     dataset = _build_dataset
     demo = _run_demo
@@ -261,8 +261,7 @@ _NAMES = {
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
-    "mapping.registry": "MappingStrategy strategies_for_poses strategy_named strategy_names",
-    "mapping.settings": "MappingSettings",
+    "estimation.strategy": "MappingStrategy strategies_for_poses strategy_named strategy_names",
     "pipeline.datasets.build": "BuildOptions SessionStep build_dataset dataset=build_dataset",
     "pipeline.datasets.export": "ExportOptions ExportRecord export",
     "pipeline.datasets.figures": "figures=make_dataset_figures",

@@ -8,9 +8,9 @@ from carrying import IN_POCKET_DEG, held, on_thigh, sampled, swung
 from scipy.spatial.transform import Rotation
 from training import carried_walks
 
-from tests.dead_reckoning.walks import corners, walked
-from vislam2tag.dead_reckoning.speed import speed_model
-from vislam2tag.dead_reckoning.walk import SensedWalk
+from tests.estimation.dead_reckoning.walks import corners, walked
+from vislam2tag.estimation.dead_reckoning.gait import speed_model
+from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
 
 LOG, FIXES = walked(corners((20, 0), (0, 15), (-10, 0)))
 

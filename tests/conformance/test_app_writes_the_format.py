@@ -18,8 +18,8 @@ from polars.testing import assert_frame_equal
 from tests.conformance.java import replay
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.receiving.filing import file_zip
 from vislam2tag.sessions.model import Session

@@ -10,6 +10,8 @@ from PIL import Image
 from tests.quality.evaluation.maps import floor_with
 from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.figures.style import rendered
 from vislam2tag.mapping.registry import strategy_named

@@ -7,8 +7,8 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
+from vislam2tag.estimation.strategy import strategy_names
 from vislam2tag.figures.style import colour_of, name_of, print_quality, rendered
-from vislam2tag.mapping.registry import strategy_names
 
 
 @print_quality

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from vislam2tag.estimation.smoother import SolvedWalk
 
 import numpy as np
 import pytest
@@ -34,14 +35,14 @@ from vislam2tag.smoother.smoothing import Smoothed, mapped_path
 
 
 @pytest.fixture(scope="module")
-def walk() -> Smoothed:
+def walk() -> SolvedWalk:
     return smoothed(loops(5, TYPICAL, marks=6, laps=1.4), [0, 1, 4])
 
 
-def joint(walk: Smoothed) -> tuple[FloatArray, int]:
+def joint(walk: SolvedWalk) -> tuple[FloatArray, int]:
     """Precision of all states, a metre apart, and landmarks at once; the number of states."""
     fine = landmark_gain._with_silent_passes(walk)
-    matrix, _ = as_matrix(normal_equations(fine.model, fine.priors, fine.weights, pinned=False))
+    matrix, _ = as_matrix(fine.normal_equations())
     return matrix, len(fine.model.observations.nodes)
 
 
@@ -53,7 +54,7 @@ def position_covariances(precision: FloatArray, count: int) -> FloatArray:
     return np.asarray(states[:, :2, :, :2].transpose(0, 2, 1, 3))
 
 
-def test_states_a_metre_apart_are_the_walk_as_it_was(walk: Smoothed) -> None:
+def test_states_a_metre_apart_are_the_walk_as_it_was(walk: SolvedWalk) -> None:
     positions = positions_each_metre(walk)
     position, covariance, _ = mapped_path(walk)
     assert np.abs(np.diff(positions.position, axis=0)).max() < 1.3
@@ -62,7 +63,7 @@ def test_states_a_metre_apart_are_the_walk_as_it_was(walk: Smoothed) -> None:
     np.testing.assert_allclose(positions.covariance[:, 0], covariance[positions.at], atol=2e-4)
 
 
-def test_covariances_between_positions_are_those_of_the_joint_solution(walk: Smoothed) -> None:
+def test_covariances_between_positions_are_those_of_the_joint_solution(walk: SolvedWalk) -> None:
     positions = positions_each_metre(walk)
     expected = position_covariances(*joint(walk))
     for step in (0, 1, 7, 40):
@@ -71,7 +72,7 @@ def test_covariances_between_positions_are_those_of_the_joint_solution(walk: Smo
     assert positions.covariance.shape[1] == REACH + 1
 
 
-def test_the_gain_is_that_of_the_joint_solution_with_the_sightings_added(walk: Smoothed) -> None:
+def test_the_gain_is_that_of_the_joint_solution_with_the_sightings_added(walk: SolvedWalk) -> None:
     positions = positions_each_metre(walk)
     found = gains(walk, positions, np.zeros(len(positions.at), dtype=np.int64))
     precision, count = joint(walk)
@@ -89,7 +90,7 @@ def test_the_gain_is_that_of_the_joint_solution_with_the_sightings_added(walk: S
         assert found.gain_m[place] == pytest.approx(positions.frames @ (before - after), rel=1e-3)
 
 
-def test_gains_lie_along_the_walk_and_are_greatest_far_from_landmarks(walk: Smoothed) -> None:
+def test_gains_lie_along_the_walk_and_are_greatest_far_from_landmarks(walk: SolvedWalk) -> None:
     positions = positions_each_metre(walk)
     found = gains(walk, positions, np.full(len(positions.at), 3))
     assert set(found.floor.tolist()) == {3}
@@ -103,7 +104,7 @@ def test_gains_lie_along_the_walk_and_are_greatest_far_from_landmarks(walk: Smoo
     assert alone[np.argmax(found.gain_m)] > np.median(alone)
 
 
-def test_places_of_different_floors_are_different_places(walk: Smoothed) -> None:
+def test_places_of_different_floors_are_different_places(walk: SolvedWalk) -> None:
     positions = positions_each_metre(walk)
     floor = (np.arange(len(positions.at)) > len(positions.at) // 2).astype(np.int64)
     apart = gains(walk, positions, floor)

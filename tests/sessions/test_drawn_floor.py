@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dead_reckoning.ilc20 import make_site
+from tests.estimation.dead_reckoning.ilc20 import make_site
 from vislam2tag.sessions.drawn_floor import drawing_mark, drawn_area
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey

@@ -11,7 +11,7 @@ import pytest
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
+from vislam2tag.estimation.heights import estimate_heights, vertical_span_m
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey

@@ -73,7 +73,7 @@ class Kind:
         return tuple(sorted({*self.built_in, *self.installed}))
 
 
-STRATEGIES = Kind("mapping strategy", "vislam2tag.strategies", "vislam2tag.mapping.strategies")
+STRATEGIES = Kind("mapping strategy", "vislam2tag.strategies", "vislam2tag.estimation.strategies")
 SESSION_FORMATS = Kind("session format", "vislam2tag.session_formats", "vislam2tag.sessions.formats")
 PLAN_FORMATS = Kind("plan format", "vislam2tag.plan_formats", "vislam2tag.site.plan_formats")
 DATASET_FORMATS = Kind("data set format", "vislam2tag.dataset_formats", "vislam2tag.dataset.formats")

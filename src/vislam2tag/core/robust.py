@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil, log
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -35,6 +36,27 @@ class IterationResult(Generic[_State]):
     converged: bool
 
 
+@dataclass(frozen=True)
+class Caution:
+    """The first rounds take observations for less certain, by a ``factor`` of their variance that each round lowers.
+
+    Graduated, so that a bad observation shows as such before it can bend the solution (Yang et al. 2020).
+    """
+
+    factor: float = 1.0
+    relaxation: float = 0.5
+    """What is left of the factor after each round."""
+
+    def at(self, number: int) -> float:
+        """Factor of the variance in the round of this number (from 0)."""
+        return max(self.factor * self.relaxation**number, 1.0)
+
+    @property
+    def rounds(self) -> int:
+        """So many rounds are cautious, and one more, at least."""
+        return 1 + ceil(log(self.factor) / -log(self.relaxation))
+
+
 def iterate(
     what: str,
     start: _State,
@@ -44,12 +66,13 @@ def iterate(
     tolerance: float,
     most_rounds: int,
     least_rounds: int = 1,
+    logged: bool = True,
 ) -> IterationResult[_State]:
     """Repeat ``step``, which takes a state and the number of the round (from 1), until it hardly moves the state.
 
     ``moved`` gives the size of the change from one state to the next, in the unit of ``tolerance``; the iteration has
     converged once that is less. Before ``least_rounds``, as where a first caution has yet to wear off, nobody asks.
-    Where it does not converge it says so in the log, by ``what`` is iterated.
+    Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
     state, size = start, float("inf")
     for number in range(1, most_rounds + 1):
@@ -57,7 +80,8 @@ def iterate(
         size = moved(before, state)
         if number >= least_rounds and size < tolerance:
             return IterationResult(state, number, size, converged=True)
-    _log.warning("%s did not converge: after %d rounds one still moves it by %g", what, most_rounds, size)
+    if logged:
+        _log.warning("%s did not converge: after %d rounds one still moves it by %g", what, most_rounds, size)
     return IterationResult(state, most_rounds, size, converged=False)
 
 

@@ -15,12 +15,12 @@ from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.readings import label_readings, mark_uncertain
 from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS
 from vislam2tag.labeling.settings import LabelSettings, ProcessSettings
 from vislam2tag.labeling.status_column import status_codes, status_text
 from vislam2tag.labeling.tables_in_new_frame import changed_table
-from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.site.frame_change import FrameChange
 from vislam2tag.site.model import SessionKey

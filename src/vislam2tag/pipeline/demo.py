@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from vislam2tag.estimation.strategy import strategies_for_poses
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -21,7 +22,6 @@ from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import trajectory_of
-from vislam2tag.mapping.registry import strategies_for_poses
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.quality.evaluation.metrics import ErrorSummary, average, summarise

@@ -10,6 +10,8 @@ the cost grows linearly with the walk.
 from __future__ import annotations
 
 from collections import defaultdict
+from vislam2tag.estimation.factors import LinearWalk
+from vislam2tag.estimation.smoother import SolvedWalk
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -66,7 +68,7 @@ class Gains:
     gain_m: FloatArray
 
 
-def gains(smoothed: Smoothed, positions: DensePositions, floor: IntArray) -> Gains:
+def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> Gains:
     """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``positions``."""
     usual = float(np.median(smoothed.weights.sighting)) * smoothed.noise.sighting_m**2
     noise = np.eye(2) * (usual + SURVEY_SIGMA_M**2)
@@ -84,10 +86,10 @@ def gains(smoothed: Smoothed, positions: DensePositions, floor: IntArray) -> Gai
     return Gains(np.array(cells, dtype=np.int64).reshape(-1, 2), np.array(floors, dtype=np.int64), np.array(values))
 
 
-def positions_each_metre(smoothed: Smoothed) -> DensePositions:
+def positions_each_metre(smoothed: SolvedWalk) -> DensePositions:
     """Solve a smoothed walk for a state a metre and reduce it to positions and their covariances with the next ones."""
     fine = _with_silent_passes(smoothed)
-    solution = solve(normal_equations(fine.model, fine.priors, fine.weights, pinned=False))
+    solution = solve(fine.normal_equations())
     nodes, count = fine.model.observations.nodes, len(fine.model.path)
     # Given the border, each state depends on its neighbours only; what the border ties together is added again.
     tied = np.linalg.solve(solution.border_covariance, solution.cross.transpose(0, 2, 1)).transpose(0, 2, 1)
@@ -107,7 +109,7 @@ def positions_each_metre(smoothed: Smoothed) -> DensePositions:
     return DensePositions(nodes, as_points(fine.model.path[nodes] + error), covariance, frames)
 
 
-def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
+def _with_silent_passes(smoothed: SolvedWalk) -> LinearWalk:
     """Add a pass every metre at which nothing is sighted: the same walk, with more states."""
     model, weights = smoothed.model, smoothed.weights
     observations = model.observations
@@ -116,9 +118,7 @@ def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
     zero, whole, nowhere = np.zeros(len(at)), np.zeros(len(at), dtype=np.int64), np.zeros(len(at), dtype=np.complex128)
     silent = Passes(at, whole, nowhere, nowhere, zero, zero, whole)
     order = np.argsort(np.concatenate((observations.passes.at, at)), kind="stable")
-    names = Passes.__dataclass_fields__
-    passes = Passes(*(np.concatenate((getattr(observations.passes, n), getattr(silent, n)))[order] for n in names))
-    fine = replace(observations, passes=passes)
+    fine = replace(observations, passes=observations.passes.with_more(silent))
     stretch = np.clip(
         np.searchsorted(observations.nodes, fine.nodes[:-1], side="right") - 1, 0, len(observations.nodes) - 2
     )
@@ -128,7 +128,7 @@ def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
         sighting=np.concatenate((weights.sighting, np.full(len(at), np.inf)))[order],
         sheet=np.concatenate((weights.sheet, np.ones(len(at))))[order],
     )
-    return replace(smoothed, model=replace(model, observations=fine), weights=finer)
+    return LinearWalk(replace(model, observations=fine), smoothed.priors, finer)
 
 
 def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:

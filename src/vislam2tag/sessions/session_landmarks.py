@@ -14,7 +14,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns
 from vislam2tag.core.context import Storeys, ToldFloors
 from vislam2tag.core.limits import MAX_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.heights.estimate import vertical_span_m
+from vislam2tag.estimation.heights import vertical_span_m
 from vislam2tag.sessions.model import Session
 from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
 from vislam2tag.site.model import SessionKey, Site

@@ -16,10 +16,10 @@ from pathlib import Path
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import jobs_of, label_run
 from vislam2tag.pipeline.labels.stored_session import run_session

@@ -12,12 +12,12 @@ from tests.walks import corridor_walk, log_of, to_acs
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.estimation import smoother
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.smoother import smoothing
 
 IN_LINE = {"a": (5.0, 0.5), "b": (15.0, 0.5), "c": (25.0, 0.5)}
 
@@ -62,8 +62,8 @@ def test_the_smoother_tells_what_a_walk_lacks_and_minds_no_height() -> None:
 def test_a_walk_whose_reweighting_does_not_converge_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=60)
     process(survey, tmp_path / "sure")
-    monkeypatch.setattr(smoothing, "MOST_ROUNDS", 1)
-    monkeypatch.setattr(smoothing, "SETTLED_SIGMAS", 1e-9)
+    monkeypatch.setattr(smoother, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(smoother, "SETTLED_SIGMAS", 1e-9)
     process(survey, tmp_path / "unsure")
     kinds = [
         {finding.kind for finding in SessionResult.model_validate_json(path.read_bytes()).findings}

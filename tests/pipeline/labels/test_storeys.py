@@ -15,10 +15,10 @@ import polars as pl
 import pytest
 
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.heights.estimate import estimate_heights
+from vislam2tag.estimation.heights import estimate_heights
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import STRATEGIES, strategy_named
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.mapping.registry import STRATEGIES, strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.choices import Climb, SessionLayout, SiteColumn

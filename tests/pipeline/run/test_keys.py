@@ -15,7 +15,7 @@ import vislam2tag as package
 from vislam2tag.pipeline.run import keys
 from vislam2tag.pipeline.run.keys import code_key
 
-PROCESS = ("vislam2tag.pipeline.labels.session", "vislam2tag.mapping.strategies.smoother")
+PROCESS = ("vislam2tag.pipeline.labels.session", "vislam2tag.estimation.strategies.smoother")
 
 
 @pytest.fixture
@@ -40,11 +40,11 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
     ("module", "counts"),
     [
         ("vislam2tag.core.similarity", True),
-        ("vislam2tag.smoother.drift", True),
+        ("vislam2tag.estimation.drift", True),
         ("vislam2tag.sessions.registry", True),
         ("vislam2tag.sessions", True),
         ("vislam2tag.labeling.settings", True),
-        ("vislam2tag.smoother.settings", True),
+        ("vislam2tag.estimation.settings", True),
         ("vislam2tag.settings", False),
         ("vislam2tag.preparation.planning.settings", False),
         ("vislam2tag.mapping.strategies.local", False),

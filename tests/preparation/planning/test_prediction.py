@@ -6,6 +6,7 @@ What a set of landmarks costs on typical walks.
 from __future__ import annotations
 
 import numpy as np
+from vislam2tag.estimation.noise import NoiseLevels
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -22,7 +23,6 @@ from vislam2tag.preparation.planning.prediction import (
     passes_near,
     smoothed_walk,
 )
-from vislam2tag.smoother.noise import NoiseLevels
 
 STRAIGHT = np.column_stack((np.arange(0.0, 60.05, 0.1), np.zeros(601)))
 

@@ -13,8 +13,8 @@ from tests.dead_reckoning.walks import START_NS, corners, walked
 from tests.sessions.getsensordata import BOOT_S, HEAD, HEAD_LINES, MAC, ORIGIN, OTHER, acce, posi, text, wifi
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.faults import EventKind
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.formats.getsensordata import GetSensorDataLog, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.sessions.prepared import SessionTask, prepared_session

@@ -15,8 +15,8 @@ from shapely.geometry import MultiPoint, Point, Polygon
 
 from tests.cli.command import vislam2tag
 from tests.conftest import shared_folder
-from tests.dead_reckoning.ilc20 import make_site, trace
-from tests.dead_reckoning.walks import corners
+from tests.estimation.dead_reckoning.ilc20 import make_site, trace
+from tests.estimation.dead_reckoning.walks import corners
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder

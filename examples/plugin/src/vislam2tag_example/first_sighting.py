@@ -7,8 +7,7 @@ import numpy as np
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder, surveyed_rows
+from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed_rows
 
 
 class FirstSighting:

@@ -10,9 +10,9 @@ from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.dead_reckoning.settings import MIN_JUDGED
+from vislam2tag.estimation.settings import MIN_JUDGED
+from vislam2tag.estimation.strategy import surveyed_rows
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.trajectory_builder import surveyed_rows
 from vislam2tag.sessions.prepared import PreparedSession
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from vislam2tag.estimation.strategy import strategy_named
 import hashlib
 import json
 import platform
@@ -31,7 +32,6 @@ from vislam2tag.labeling.results import (
     Summary,
 )
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans, survey_evidence, thinned
 from vislam2tag.pipeline.labels.joining.odd_references import odd_findings
 from vislam2tag.pipeline.labels.joining.together import refuse_together, told_tasks

@@ -1,7 +1,7 @@
 """One session from raw files to tables and result; runs in a worker process.
 
 Its way: read, corrected and given its landmarks (:mod:`vislam2tag.sessions.prepared`), mapped
-(:mod:`vislam2tag.mapping`), labelled and written (:mod:`vislam2tag.labeling.tables`), reduced to a result
+(:mod:`vislam2tag.estimation`), labelled and written (:mod:`vislam2tag.labeling.tables`), reduced to a result
 (:mod:`vislam2tag.pipeline.labels.session_result`).
 """
 
@@ -21,11 +21,11 @@ import polars as pl
 from vislam2tag.common.errors import OutputError, SessionError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import AnyArray
+from vislam2tag.estimation.strategy import strategy_modules
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
-from vislam2tag.mapping.registry import strategy_modules
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, truth_mark
 from vislam2tag.pipeline.labels.session_result import result_of, session_result
 from vislam2tag.pipeline.run.failures import unexpected

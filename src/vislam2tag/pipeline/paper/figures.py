@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from vislam2tag.estimation.settings import MappingSettings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +26,6 @@ from vislam2tag.figures.site_figures import landmark_configuration, scan_labels,
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
 from vislam2tag.quality.evaluation.metrics import error_curve, frames_within_sigma, strategy_errors

@@ -12,6 +12,8 @@ cost of a walk is then a sum over its gaps.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from vislam2tag.estimation.factors import LinearWalk
+from vislam2tag.estimation.smoother import SolvedWalk
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -93,7 +95,7 @@ def expected_along(
 
 def smoothed_walk(
     path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
-) -> Smoothed | None:
+) -> SolvedWalk | None:
     """A walk (n, 2) as the smoother would have it once solved; None where it passes no two landmarks."""
     at, landmark = _passes(path, sheets.foot)
     if len(np.unique(landmark)) < 2:
@@ -106,8 +108,7 @@ def smoothed_walk(
     model = Model(observations, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
     weights = Weights.even(replace(noise, sighting_numbers=float(len(at))), len(at), len(sheets.position))
-    weights = equivalent_variances(model, weights)
-    return Smoothed(model, priors, weights, solve(normal_equations(model, priors, weights, pinned=False)))
+    return SolvedWalk.of(LinearWalk(model, priors, equivalent_variances(model, weights)))
 
 
 def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:

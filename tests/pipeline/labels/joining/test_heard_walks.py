@@ -12,9 +12,9 @@ import pytest
 
 from tests.cli.command import vislam2tag
 from tests.surveys import bytes_of
+from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.joining import together
 from vislam2tag.pipeline.labels.joining.heard_walks import MOST_KEPT, HeardWalk, heard_walk, scans_of, ties_of
 from vislam2tag.pipeline.labels.process import process

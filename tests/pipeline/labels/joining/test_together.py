@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
 import json
 import shutil
 from functools import partial
@@ -16,7 +17,6 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import joint_columns
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.other_walks import OtherWalks
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
 from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.joining.together import HearJob, ReduceJob, _told, told_tasks

@@ -8,8 +8,9 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.dead_reckoning.self_check import LeftOut as LeftOutFixes
-from vislam2tag.dead_reckoning.walk import ReckonedWalk
+from vislam2tag.estimation.dead_reckoning.walk import LeftOut as LeftOutFixes
+from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk
+from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.quality.self_check import LeftOut, estimate_accuracy

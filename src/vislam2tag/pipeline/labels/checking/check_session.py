@@ -11,11 +11,14 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.dead_reckoning.bridging import bridged_observations
-from vislam2tag.heights.estimate import estimate_heights
-from vislam2tag.heights.settings import HeightSettings
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.heights import estimate_heights
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.settings import HeightSettings, SmootherSettings
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
+from vislam2tag.estimation.strategies.smoother import Smoother
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.pipeline.labels.checking.check_fixes import checked_by_fixes
 from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
 from vislam2tag.pipeline.run.failures import unexpected
@@ -23,10 +26,6 @@ from vislam2tag.quality.landmark_gain import SessionGains, gains, positions_each
 from vislam2tag.quality.self_check import LeftOut, error_factor, estimate_accuracy, expected_error_m, leave_out
 from vislam2tag.quality.self_check_record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 
 @dataclass(frozen=True)
@@ -78,11 +77,11 @@ def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, flo
     return WalkPlaces(path[each], floor[each], path[frame], floor[frame])
 
 
-def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
+def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> SolvedWalk:
     session, range_m = prepared.session, settings.sighting_range_m
     surveyed = prepared.landmarks.surveyed_ids
     observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=surveyed)
-    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
+    smoothed = solve_walk(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
     if smoothed is None:
         needs = Smoother(range_m).needs
         raise SessionError(f"{session.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
@@ -98,7 +97,7 @@ def _floors(prepared: PreparedSession, settings: HeightSettings, odometry: Odome
 
 def _accuracy(
     prepared: PreparedSession,
-    smoothed: Smoothed,
+    smoothed: SolvedWalk,
     covariance: FloatArray,
     left_out: tuple[LeftOut, ...],
     max_sigma_m: float,

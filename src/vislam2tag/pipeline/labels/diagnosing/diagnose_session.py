@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from vislam2tag.diagnosis.two_floors import told_floors
+from vislam2tag.estimation.smoother import solve_walk
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -103,7 +105,7 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     session, landmarks = prepared.session, prepared.landmarks
     range_m = settings.mapping.smoother.sighting_range_m
     observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=landmarks.surveyed_ids)
-    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, landmarks))
+    smoothed = solve_walk(observations, LandmarkPriors.of(observations.ids, landmarks))
     share = MappedShare(frames=int(session.camera.usable.sum()))
     if smoothed is not None:
         covariance = mapped_path(smoothed)[1]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from vislam2tag.estimation.strategy import strategies_for_poses
+from vislam2tag.estimation.strategy import strategy_named
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -13,7 +15,6 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
 from vislam2tag.pipeline.labels.evaluating.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluating.evaluate_station import (
     StationOutcome,

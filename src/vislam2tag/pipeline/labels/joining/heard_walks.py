@@ -1,7 +1,7 @@
 """``process --together`` where walks go far without a landmark: others' radio scans say where they were.
 
 Each session of such a floor is mapped once with what is told of landmarks; where it led and what it heard is all that
-is kept (:mod:`vislam2tag.walk_ties`).
+is kept (:mod:`vislam2tag.positioning.walk_ties`).
 """
 
 from __future__ import annotations
@@ -14,11 +14,13 @@ import polars as pl
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
+from vislam2tag.positioning.walk_traces import WalkTrace
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.site.model import SessionKey
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
@@ -70,8 +72,8 @@ def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
 
 def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
     """What each walk of a floor is told of where it was, rounded; of those that are told something."""
-    from vislam2tag.walk_ties.radio import radio_ties  # SciPy, which workers alone need otherwise
-    from vislam2tag.walk_ties.told import rounded
+    from vislam2tag.positioning.walk_ties import radio_ties  # SciPy, which workers alone need otherwise
+    from vislam2tag.positioning.walk_traces import rounded
 
     known = sorted((walk for walk in walks if walk.trace is not None and walk.scans), key=lambda walk: walk.key)
     told = radio_ties([walk.trace for walk in known], [walk.scans for walk in known if walk.scans])

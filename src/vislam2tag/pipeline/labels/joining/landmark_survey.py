@@ -17,11 +17,15 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.limits import MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
+from vislam2tag.estimation.heights import Heights, estimate_heights, vertical_span_m
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
+from vislam2tag.estimation.landmark_survey.local_map import LocalMap
+from vislam2tag.estimation.noise import NoiseLevels
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.smoother import solve_in_own_frame
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
-from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all
@@ -117,7 +121,7 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
     key, site = task.ref.key, task.site
     camera, log, landmarks = prepared.session.camera, prepared.session.landmarks, prepared.landmarks
     if camera.without_poses:
-        from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning  # SciPy, which workers alone need
+        from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning  # SciPy, which workers alone need
 
         walk = DeadReckoning(settings.dead_reckoning, settings.heights).reckoned(camera, landmarks)
         return ReducedSession(key, way=None if walk is None else walk.way())
@@ -129,7 +133,7 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
     log = log.select(np.flatnonzero(np.isin(log.ids, observations.ids)).tolist())
     if len(observations.passes.at) == 0:
         return ReducedSession(key, unused=prepared.unused)
-    smoothed = smooth_in_own_frame(observations)
+    smoothed = solve_in_own_frame(observations)
     local = LocalMap.of(smoothed)
     climbed = len(site.floors) > 1 and vertical_span_m(camera, log) >= CLIMB_M
     around = _over_all_floors(site, landmarks) if climbed else landmarks

@@ -1,15 +1,18 @@
 """``process --together``: walks tell one another where landmarks hang, where they led and how noisy a tracker is.
 
 Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
-survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). On
-floors where a walk still goes far without a landmark, others' radio scans say where it was
-(:mod:`vislam2tag.pipeline.labels.joining.heard_walks`). What a session is told is a part of what its result follows
-from, rounded, so that one more session repeats others only where it tells them something new.
+survey and all *other* sessions say of the landmarks that it passed
+(:mod:`vislam2tag.estimation.landmark_survey.comparison`). On floors where a walk still goes far without a landmark,
+others' radio scans say where it was (:mod:`vislam2tag.pipeline.labels.joining.heard_walks`). What a session is told is
+a part of what its result follows from, rounded, so that one more session repeats others only where it tells them
+something new.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
+from vislam2tag.estimation.landmark_survey.comparison import ToldPlaces
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +24,6 @@ from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.similarity import as_points
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk, heard_walk, ties_of
 from vislam2tag.pipeline.labels.joining.landmark_survey import (
     JointSurvey,

@@ -1,0 +1,118 @@
+"""Least squares on a chain with a border: block elimination, and every covariance that is needed, in linear time.
+
+The normal equations of ``k`` states in a row (4 unknowns each, every one tied to its neighbours only) and ``b`` further
+unknowns that any of them may be tied to are block tridiagonal with an arrow-shaped border. Eliminating the states one
+after the other and back (a Kalman smoother in information form) costs ``O(k b^2 + b^3)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """``diagonal`` (k, n, n), ``upper`` (k - 1, n, n) between neighbours, ``border`` (k, n, b), ``corner`` (b, b),
+    right sides ``right`` (k, n) and ``corner_right`` (b,).
+    """
+
+    diagonal: FloatArray
+    upper: FloatArray
+    border: FloatArray
+    corner: FloatArray
+    right: FloatArray
+    corner_right: FloatArray
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Most probable states and their joint covariances.
+
+    ``state`` (k, n), ``covariance`` (k, n, n), ``next_covariance`` (k - 1, n, n) of each state with the one after it,
+    ``border`` (b,), ``border_covariance`` (b, b), ``cross`` (k, n, b) of the states with the border.
+    """
+
+    state: FloatArray
+    covariance: FloatArray
+    next_covariance: FloatArray
+    border: FloatArray
+    border_covariance: FloatArray
+    cross: FloatArray
+
+
+def solve(equations: NormalEquations) -> Solution:
+    """Solve positive definite normal equations; raises numpy.linalg.LinAlgError where they are singular."""
+    count = len(equations.diagonal)
+    inverse, gain, columns = _eliminate(equations)
+    covariance = np.empty_like(equations.diagonal)
+    beside = np.empty_like(equations.upper)
+    covariance[-1] = inverse[-1]
+    columns[-1] = inverse[-1] @ columns[-1]
+    for k in range(count - 2, -1, -1):
+        columns[k] = inverse[k] @ columns[k] - gain[k] @ columns[k + 1]
+        beside[k] = -gain[k] @ covariance[k + 1]
+        covariance[k] = inverse[k] - beside[k] @ gain[k].T
+    return _with_border(equations, columns, covariance, beside)
+
+
+def most_probable(equations: NormalEquations) -> tuple[FloatArray, float]:
+    """States (k, n) of a chain without a border, and the logarithm of the equations' determinant: no covariances.
+
+    By a banded Cholesky factor: some ten times quicker than :func:`solve`.
+    """
+    from scipy.linalg import cho_solve_banded, cholesky_banded  # which most sessions do without
+
+    factor = cholesky_banded(_banded(equations), overwrite_ab=True, check_finite=False)
+    state = cho_solve_banded((factor, False), equations.right.ravel(), check_finite=False)
+    return np.asarray(state.reshape(equations.right.shape)), 2 * float(np.log(factor[-1]).sum())
+
+
+def _banded(equations: NormalEquations) -> FloatArray:
+    """Upper banded form (2 n, k n) of the chain, as SciPy wants it."""
+    count, size = equations.right.shape
+    width = 2 * size - 1
+    banded = np.zeros((width + 1, count * size))
+    for row in range(size):
+        for column in range(row, size):
+            banded[width - (column - row), column::size] = equations.diagonal[:, row, column]
+        for column in range(size):
+            banded[width - (size + column - row), size + column :: size] = equations.upper[:, row, column]
+    return banded
+
+
+def _eliminate(equations: NormalEquations) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Eliminate the states one by one: inverted pivots (k, n, n), gains (k - 1, n, n) and right sides (k, n, 1 + b)."""
+    columns = np.concatenate((equations.right[:, :, None], equations.border), axis=2)
+    pivot = equations.diagonal[0]
+    inverse, gain = np.empty_like(equations.diagonal), np.empty_like(equations.upper)
+    for k, upper in enumerate(equations.upper):
+        inverse[k] = np.linalg.inv(pivot)
+        gain[k] = inverse[k] @ upper
+        columns[k + 1] -= gain[k].T @ columns[k]
+        pivot = equations.diagonal[k + 1] - upper.T @ gain[k]
+    inverse[-1] = np.linalg.inv(pivot)
+    return inverse, gain, columns
+
+
+def _with_border(
+    equations: NormalEquations, columns: FloatArray, covariance: FloatArray, beside: FloatArray
+) -> Solution:
+    """Solve for the border (b,) by its Schur complement and add its uncertainty to the states' (k, n, n)."""
+    free, response = columns[:, :, 0], columns[:, :, 1:]
+    flat = equations.border.reshape(free.size, equations.border.shape[2])
+    schur = equations.corner - flat.T @ response.reshape(flat.shape)
+    border_covariance: FloatArray = np.asarray(np.linalg.inv((schur + schur.T) / 2), dtype=np.float64)
+    border = border_covariance @ (equations.corner_right - flat.T @ free.reshape(-1))
+    cross = -response @ border_covariance
+    return Solution(
+        state=free - response @ border,
+        covariance=covariance - cross @ response.transpose(0, 2, 1),
+        next_covariance=beside - cross[:-1] @ response[1:].transpose(0, 2, 1),
+        border=border,
+        border_covariance=border_covariance,
+        cross=cross,
+    )

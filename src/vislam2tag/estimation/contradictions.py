@@ -1,0 +1,111 @@
+"""What a solved walk contradicts: landmarks that do not fit the rest, and slips of the tracker.
+
+The smoother's heavy tails keep a landmark that is wrongly surveyed, moved, or hung up with another's id from bending
+the walk; here it is named. Each suspect in turn is taken for unsurveyed, so that the others alone say where it is.
+
+A slip is a stretch between passes over which the tracker led elsewhere than its usual drift explains. Unlike a break no
+step alone proves it; the landmarks before and after do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
+from vislam2tag.core.similarity import as_points
+from vislam2tag.estimation.noise import DOUBTED, ESTIMATED
+from vislam2tag.estimation.smoother import SolvedWalk
+
+CERTAIN_SIGMAS = 5.0
+"""A landmark contradicts the rest where they put it this many standard deviations from its surveyed place ..."""
+LEAST_M = 0.15
+"""... and at least this far."""
+FEWEST_OTHERS = 2
+"""So many other surveyed landmarks must have been passed to say so."""
+UNUSUAL_SIGMAS = 4.0
+"""A slip led farther off than this many standard deviations of the stretch's usual drift ..."""
+LEAST_SLIP_M = 0.3
+"""... and at least this far."""
+WORTH_ASKING_M = 0.15
+"""Less is made good by the drift of the stretch about as well as by knowing where it happened."""
+
+
+def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
+    """Name the landmarks that contradict all others, greatest contradiction first."""
+    passed = np.intersect1d(np.flatnonzero(smoothed.priors.surveyed), smoothed.model.observations.passes.landmark)
+    if len(passed) <= FEWEST_OTHERS:
+        return ()
+    doubt = smoothed.weights.landmark.copy()
+    np.maximum.at(doubt, smoothed.model.observations.passes.landmark, smoothed.weights.sighting)
+    suspects = passed[doubt[passed] > DOUBTED]  # none of the others can contradict the rest
+    found = [one for landmark in suspects.tolist() if (one := _contradiction(smoothed, landmark)) is not None]
+    return tuple(sorted(found, key=lambda one: -one.size_m))
+
+
+def predicted(smoothed: SolvedWalk, landmark: int) -> SolvedWalk:
+    """Solve again with one landmark taken for unsurveyed, its best pass taken for a usual one."""
+    own = smoothed.model.observations.passes.landmark == landmark
+    sighting = smoothed.weights.sighting.copy()
+    sighting[own] /= sighting[own].min()
+    priors, weights = smoothed.priors.without(landmark), replace(smoothed.weights, sighting=sighting)
+    return SolvedWalk.of(replace(smoothed.linear, priors=priors, weights=weights))
+
+
+def discrepancy(smoothed: SolvedWalk, trial: SolvedWalk, landmark: int) -> tuple[FloatArray, FloatArray]:
+    """Offset (2,) from a landmark's surveyed place to where the trial puts it, metres, and its covariance (2, 2)."""
+    priors = smoothed.priors
+    offset = as_points(trial.landmark_position[landmark] - priors.position[landmark])
+    return offset, trial.landmark_covariance()[landmark] + priors.covariance[landmark]
+
+
+def _contradiction(smoothed: SolvedWalk, landmark: int) -> Contradiction | None:
+    offset, covariance = discrepancy(smoothed, predicted(smoothed, landmark), landmark)
+    size_m = float(np.hypot(*offset))
+    sigmas = float(np.sqrt(offset @ np.linalg.solve(covariance, offset)))
+    if sigmas < CERTAIN_SIGMAS or size_m < LEAST_M:
+        return None
+    return Contradiction(
+        landmark=smoothed.model.observations.ids[landmark],
+        size_m=size_m,
+        sigma_m=size_m / sigmas,
+        offset_bcs_m=(float(offset[0]), float(offset[1])),
+        passes=int(np.sum(smoothed.model.observations.passes.landmark == landmark)),
+    )
+
+
+def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
+    """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
+    observations, off = smoothed.model.observations, smoothed.led_off
+    size = np.hypot(off[:, 0], off[:, 1])
+    unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_SLIP_M) & ~_jumped(smoothed)
+    found = []
+    for k in np.flatnonzero(unusual).tolist():
+        start, stop = observations.nodes[k : k + 2].tolist()
+        doubt = observations.odometry.doubt[start:stop] * smoothed.model.turn[start:stop]
+        along = np.abs((doubt * complex(off[k, 0], -off[k, 1])).real)
+        at = start + int(along.argmax()) + 1 if doubt.any() else (start + stop) // 2
+        frame = int(observations.odometry.frame[at])
+        found.append(TrackerEvent(EventKind.SLIP, frame, float(size[k]), float(off[k, 3])))
+    return tuple(found)
+
+
+def may_have_slipped(smoothed: SolvedWalk) -> bool:
+    """Whether a stretch led far enough elsewhere for it to be worth asking other sensors where it slipped."""
+    off = smoothed.led_off
+    return bool(((np.hypot(off[:, 0], off[:, 1]) > WORTH_ASKING_M) & ~_jumped(smoothed)).any())
+
+
+def _jumped(smoothed: SolvedWalk) -> BoolArray:
+    """Mask (p + 1,) of the stretches with a break, a correction or a loss."""
+    observations = smoothed.model.observations
+    until = np.concatenate(([0], np.cumsum(observations.odometry.jumped)))
+    return np.asarray(np.diff(until[observations.nodes]) > 0)
+
+
+def _usual_drift_m(smoothed: SolvedWalk) -> FloatArray:
+    """(p + 1,) standard deviation per axis of where each stretch leads by the session's usual drift."""
+    covariance = sum(smoothed.noise.level(source) ** 2 * smoothed.model.stretches[source] for source in ESTIMATED)
+    return np.asarray(np.sqrt(np.trace(np.asarray(covariance)[:, :2, :2], axis1=1, axis2=2) / 2))

@@ -1,0 +1,261 @@
+"""Losses, breaks and slips of a tracker bridged by how the walker walked meanwhile (docs/explanation/smoother-path.md).
+
+Inertial sensors give steps and turns, but for a heading and a scale, which the tracker's steps on both sides give. How
+far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker saw.
+Slips are where the ways of tracker and inertial sensors part although the tracker reports no loss.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
+from vislam2tag.core.context import InertialLog
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.estimation.dead_reckoning.gait import WindowFeatures, speed_model
+from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, WalkSignals, turned_about_up
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+
+WINDOW_S, HOP_S = 1.0, 0.25
+"""Ways are compared over windows so long, begun so often."""
+BESIDE = 5
+"""So many windows on each side tell heading and scale of the inertial path."""
+LEAST_WAY_M2 = 2.0
+"""Of them, lengths squared and summed: who walked less told no heading."""
+UNUSUAL = 6.0
+"""A slip leads farther off than this many times what such windows of the same walk usually do, per axis ..."""
+LEAST_SLIP_M = 0.3
+"""... and at least this far."""
+CLEAREST = 0.8
+"""Of windows one after the other those count that show nearly as much as the clearest one."""
+MEDIAN_SIGMAS = 1.18
+"""Median length of a normal error of two dimensions, in standard deviations per axis."""
+
+
+def tracker_slips(
+    time_s: FloatArray, told: ComplexArray, felt: ComplexArray, sound: BoolArray
+) -> list[tuple[slice, complex]]:
+    """Steps at which a tracker's path ``told`` (n,) slipped against the inertial one ``felt`` (n,), and by how much.
+
+    Both are complex metres.
+    ``sound`` (n - 1,) are the steps of which both tell. Slips that last longer than a window are not found.
+    """
+    start_s = np.arange(time_s[0], time_s[-1] - WINDOW_S, HOP_S)
+    end_s = start_s + WINDOW_S
+    if not len(start_s):
+        return []
+    unsound = np.concatenate(([0.0], np.cumsum(~sound)))
+    moved, walked, broken = (
+        np.interp(end_s, time_s, path) - np.interp(start_s, time_s, path) for path in (told, felt, unsound)
+    )
+    whole = broken == 0
+    alike = _beside(np.where(whole, walked.conj() * moved, 0))
+    way_m2 = _beside(np.where(whole, np.abs(walked) ** 2, 0)).real
+    known = whole & (way_m2 > LEAST_WAY_M2)
+    off = np.where(known, moved - walked * alike / np.where(known, way_m2, 1), 0)
+    usual_m = float(np.median(np.abs(off[known]))) / MEDIAN_SIGMAS if known.any() else 0.0
+    found = []
+    for first, after in runs_of(np.abs(off) > max(UNUSUAL * usual_m, LEAST_SLIP_M)):
+        size = np.abs(off[first:after])
+        clear = first + np.flatnonzero(size > CLEAREST * size.max())
+        start, stop = np.searchsorted(time_s, (start_s[clear[0]], end_s[clear[-1]])).tolist()
+        found.append((slice(start, stop), complex(off[first + int(size.argmax())])))
+    return found
+
+
+def _beside(values: ComplexArray) -> ComplexArray:
+    """Sums (m,) of values (m,) of the windows beside each that do not overlap it nor one another."""
+    hops = round(WINDOW_S / HOP_S)
+    padded = np.pad(values, BESIDE * hops)
+    shifts = [BESIDE * hops + side * hops * number for number in range(1, BESIDE + 1) for side in (-1, 1)]
+    return np.asarray(sum(padded[shift : shift + len(values)] for shift in shifts), dtype=np.complex128)
+
+
+CHUNK_S, CHUNKS = 1.0, 5
+"""So long, and so many times so long, a tracker's path is compared with the inertial one on each side of a bridge."""
+LEAST_WAY_M = 1.5
+"""Who walked less there told no heading."""
+FEWEST_TRIALS = 8
+"""A bridge is not believed before it was tried so often on the same walk."""
+MOST_TRIALS, LEAST_APART_S = 200, 0.5
+FOUND_M, FOUND_TAIL = 0.5, 2.0
+"""How far per axis a tracker is usually off that finds itself again after a loss; with the degrees of freedom of
+Student's t, since it may be in another map."""
+
+
+@dataclass(frozen=True)
+class WalkerMotion:
+    """Inertial sensors at ``n`` frames: ``path`` (n,) complex metres, of unknown scale, in a frame that the gyroscope
+    holds still; ``known`` (n - 1,) mask of the steps with readings.
+    """
+
+    path: ComplexArray
+    known: BoolArray
+
+    @classmethod
+    def of(cls, log: InertialLog, time_ns: IntArray) -> WalkerMotion | None:
+        """Take it out of a walk's readings, at times (n,) that increase; None where they tell nothing."""
+        signals = WalkSignals.of(log)
+        if signals is None:
+            return None
+        up, turned_rad = turned_about_up(signals)
+        at_s = (time_ns - signals.start_ns) * 1e-9
+        speed_m_s = speed_model().speed_m_s(WindowFeatures.of(signals, up), signals.time_s)
+        velocity = speed_m_s * np.exp(1j * turned_rad)
+        path = np.concatenate(([0.0], np.cumsum(velocity[:-1]))) / RATE_HZ
+        unknown = np.interp(at_s, signals.time_s, np.cumsum(~signals.known))
+        within = (at_s >= 0) & (at_s <= signals.time_s[-1])
+        known = (np.diff(unknown) == 0) & within[1:] & within[:-1]
+        return cls(np.interp(at_s, signals.time_s, path), known)
+
+
+def bridged_observations(
+    camera: CameraTrack, log: LandmarkLog, range_m: float, *, slips: bool = False, surveyed: Collection[str] = ()
+) -> WalkObservations:
+    """Reduce a session with two or more usable frames, as the smoother wants it, its untold stretches bridged.
+
+    With ``slips`` the inertial sensors also tell where the tracker may have slipped; ``surveyed`` landmarks count most
+    where there are more than can be solved for.
+    """
+    odometry = continuous_odometry(camera, log)
+    untold = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
+    if camera.inertial is not None and untold:
+        exposed_ns = camera.time_ns[odometry.frame] - round((camera.pose_lag_s or 0.0) * 1e9)
+        motion = WalkerMotion.of(camera.inertial, exposed_ns)
+        if motion is not None:
+            odometry = bridged(with_slips(odometry, motion) if slips else odometry, motion)
+    return WalkObservations.of(camera, log, range_m, odometry, surveyed)
+
+
+def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:
+    """Doubt the steps of n frames' odometry over which the tracker may have slipped: landmarks tell whether it did."""
+    sound = motion.known & (odometry.jump_m2 == 0) & (odometry.jump_rad2 == 0)
+    doubt = odometry.doubt.copy()
+    for steps, off in tracker_slips(odometry.time_s, odometry.path, motion.path, sound):
+        doubt[steps] = 0
+        doubt[(steps.start + steps.stop) // 2] = off
+    return replace(odometry, doubt=doubt)
+
+
+def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
+    """Lay the inertial path into the stretches of n frames' odometry that the tracker does not tell.
+
+    Tracker and bridge are combined by their variances; odometry without such stretches stays as it is.
+    """
+    walk = _Walk(odometry, motion)
+    step, turn = np.diff(odometry.path), np.ones(len(odometry.path) - 1, dtype=np.complex128)
+    jump_m2, jump_rad2 = odometry.jump_m2.copy(), odometry.jump_rad2.copy()
+    for start, stop in runs_of(walk.untold):
+        before, after = (complex(side[0]) for side in walk.factors(np.array([start]), np.array([stop])))
+        errors = walk.errors(float(odometry.time_s[stop] - odometry.time_s[start]))
+        if np.isnan(before) or errors is None:
+            continue
+        place_m2, turn_rad2 = errors
+        free = float(jump_rad2[start:stop].sum())
+        gain = _gain(free, turn_rad2)
+        turned = gain * float(np.angle(after * before.conjugate()))
+        turn[stop:] *= np.exp(-1j * turned)
+        jump_rad2[start:stop] *= 1 - gain
+        walked = walk.walked(start, stop) * (before + after * np.exp(-1j * turned)) / 2
+        told, freedom = complex(step[start:stop].sum()), float(jump_m2[start:stop].sum())
+        if odometry.blind[start:stop].any():
+            apart_m2 = abs(told - walked.sum()) ** 2
+            freedom = min(freedom, (apart_m2 + FOUND_TAIL * FOUND_M**2) / (FOUND_TAIL + 2))
+        gain = _gain(freedom, place_m2)
+        share = walk.share(start, stop)
+        step[start:stop] = walked + (told - walked.sum()) * (1 - gain) * share
+        jump_m2[start:stop] = gain * place_m2 * share
+    return replace(
+        odometry,
+        path=odometry.path[0] + np.concatenate(([0.0], np.cumsum(step * turn))),
+        turn=odometry.turn * np.concatenate(([1.0], turn)),
+        step_length_m=np.abs(step),
+        jump_m2=jump_m2,
+        jump_rad2=jump_rad2,
+        doubt=odometry.doubt * turn,
+    )
+
+
+def _gain(unknown: float, error: float) -> float:
+    """How much of what is unknown (variance) something with an error (variance) tells."""
+    return unknown / (unknown + error) if unknown > 0 else 0.0
+
+
+class _Walk:
+    """A tracker's path and the inertial one, both of n frames."""
+
+    def __init__(self, odometry: Odometry, motion: WalkerMotion) -> None:
+        self._time_s, self._told, self._felt = odometry.time_s, odometry.path, motion.path
+        self.untold: BoolArray = (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0)
+        """(n - 1,) steps that the tracker does not tell."""
+        self._told_until = np.concatenate(([0], np.cumsum(self.untold)))
+        self._felt_until = np.concatenate(([0], np.cumsum(~motion.known)))
+        self._errors: dict[int, tuple[float, float] | None] = {}
+
+    def share(self, start: int, stop: int) -> FloatArray:
+        """Parts (k,) of the time that the steps of a stretch take."""
+        dt = np.diff(self._time_s[start : stop + 1])
+        return np.asarray(dt / dt.sum())
+
+    def walked(self, start: int, stop: int) -> ComplexArray:
+        """Steps (k,) of a stretch by the inertial sensors, complex metres of their path."""
+        return np.diff(self._felt[start : stop + 1])
+
+    def errors(self, duration_s: float) -> tuple[float, float] | None:
+        """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn, if the tracker
+        saw the way; None where that cannot be tried at all.
+
+        Where too few can be tried, those of half the duration tell: a heading that drifts leads astray by the time's
+        power of 3 / 2, and drifts by its root.
+        """
+        tenths = max(round(10 * duration_s), 1)
+        if tenths not in self._errors:
+            tried = self._tried(tenths / 10)
+            if tried is None and tenths > 1:
+                shorter = self.errors(tenths / 20)
+                tried = None if shorter is None else (8 * shorter[0], 2 * shorter[1])
+            self._errors[tenths] = tried
+        return self._errors[tenths]
+
+    def _tried(self, duration_s: float) -> tuple[float, float] | None:
+        end_s = float(self._time_s[-1]) - duration_s
+        apart_s = max(LEAST_APART_S, end_s / MOST_TRIALS)
+        starts = np.unique(np.searchsorted(self._time_s, np.arange(0, end_s, apart_s)))
+        stops = np.searchsorted(self._time_s, self._time_s[starts] + duration_s)
+        within = stops < len(self._time_s)
+        starts, stops = starts[within], stops[within]
+        told = self._told_until[stops] == self._told_until[starts]
+        starts, stops = starts[told], stops[told]
+        before, after = self.factors(starts, stops)
+        walked = (self._felt[stops] - self._felt[starts]) * (before + after) / 2
+        place_m2 = np.abs(walked - (self._told[stops] - self._told[starts])) ** 2 / 2
+        turn_rad2 = np.angle(after * before.conj()) ** 2
+        tried = ~np.isnan(before)
+        if tried.sum() < FEWEST_TRIALS:
+            return None
+        return float(place_m2[tried].mean()), float(turn_rad2[tried].mean())
+
+    def factors(self, starts: IntArray, stops: IntArray) -> tuple[ComplexArray, ComplexArray]:
+        """Factors (k,) from the inertial path to the tracker's before and after stretches (k,); NaN: nothing tells.
+
+        A side that tells nothing takes the other's.
+        """
+        known = self._felt_until[stops] == self._felt_until[starts]
+        before, after = (np.where(known, self._side(*at), np.nan) for at in ((starts, -1), (stops, 1)))
+        return np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
+
+    def _side(self, frames: IntArray, side: int) -> ComplexArray:
+        """Factors (k,) from the inertial path to the tracker's on a side (-1, 1) of frames (k,); NaN: nothing tells."""
+        edges_s = self._time_s[frames, None] + side * CHUNK_S * np.arange(CHUNKS + 1)
+        edges = np.searchsorted(self._time_s, edges_s).clip(0, len(self._time_s) - 1)
+        kept = (edges_s >= 0) & (edges_s <= self._time_s[-1])
+        for until in (self._told_until, self._felt_until):
+            kept &= until[edges] == until[frames, None]
+        felt, told = (np.where(kept[:, 1:], np.diff(path[edges]), 0) for path in (self._felt, self._told))
+        enough = np.minimum(np.abs(felt).sum(axis=1), np.abs(told).sum(axis=1)) >= LEAST_WAY_M
+        power = (felt.conj() * felt).real.sum(axis=1)
+        return np.where(enough, (felt.conj() * told).sum(axis=1) / np.where(enough, power, 1), np.nan)

@@ -1,0 +1,271 @@
+"""From the log of a walk without a tracker to its path, what happened on it, and which fixes contradict the others.
+
+One wrong fix among many is outvoted by the others, and the path stays right. Fixes contradict each other as a whole
+where positions are in the wrong order, of another floor, or of another walk.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, runs_of
+from vislam2tag.core.cell_grid import WalkableArea
+from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
+from vislam2tag.core.faults import EventKind
+from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, Ties, fixed
+from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, WindowFeatures, turned_by_gait
+from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
+from vislam2tag.estimation.dead_reckoning.signals import Headings, WalkSignals
+from vislam2tag.estimation.dead_reckoning.smoothing import SmoothedPath, covering_covariance, smooth_path
+from vislam2tag.estimation.settings import MIN_JUDGED, DeadReckoningSettings
+
+MOVING = 0.5
+"""From here on somebody rather walks than stands."""
+BEYOND_S = 2.0
+"""A fix this long before the first reading or after the last one still holds there."""
+
+
+@dataclass(frozen=True)
+class SensedWalk:
+    """What a walk's sensors say without its fixes: where it could have led, but for a turn and a place to start."""
+
+    signals: WalkSignals
+    headings: Headings
+    features: WindowFeatures
+
+    @classmethod
+    def of(cls, log: InertialLog) -> SensedWalk | None:
+        """Read the sensors; None where they have no few seconds in common, or values that no walk has."""
+        signals = WalkSignals.of(log)
+        if signals is None:
+            return None
+        headings = Headings.of(signals, log)
+        features = WindowFeatures.of(signals, headings.up)
+        turned_rad = turned_by_gait(signals, headings.up, features)
+        return cls(signals, replace(headings, drift_rad=headings.drift_rad + turned_rad), features)
+
+    def usable(self, fixes: FixLog) -> BoolArray:
+        """Mask (k,) of the fixes that lie within the walk."""
+        at = self._moments(fixes)
+        return np.asarray((at > -BEYOND_S) & (at < self.signals.time_s[-1] + BEYOND_S))
+
+    def path(
+        self,
+        fixes: FixLog,
+        speed: SpeedModel,
+        settings: DeadReckoningSettings,
+        area: WalkableArea | None = None,
+        ways: WalkedWays | None = None,
+    ) -> ReckonedWalk:
+        """Find the path through the fixes, all of which must be usable, and one at least.
+
+        It keeps between an area's walls; without them it is drawn sideways onto the lines of others (``ways``).
+        """
+        at_s = self._moments(fixes).clip(0, self.signals.time_s[-1]).round(2)
+        speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
+        nodes = Nodes.of(self.signals, self.headings, self.features, speed_m_s, at_s)
+        told = np.nan if fixes.sigma_m is None else fixes.sigma_m / settings.fix_sigma_m
+        share = np.where(np.isnan(told), 1.0, told)
+        ties = Ties(nodes.index_of(at_s), as_complex(fixes.position_bcs), settings.fix_sigma_m, share)
+        walls = None if area is None or not settings.plan_prior else Walls(area, settings.wall_distance_m)
+        if walls is not None and not walls.fit(ties.position):
+            walls = None
+        model = PathModel(nodes, settings, walls)
+        alone = ReckonedWalk(self, model, ties, smooth_path(model, ties), fixes.name)
+        if ways is None or not len(ways.walk) or walls is not None:
+            return alone  # beside walls others tell nothing (benchmarks/NOTES.md)
+        lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
+        helped = replace(model, lines=lines)
+        return replace(alone, model=helped, path=smooth_path(helped, ties))
+
+    def _moments(self, fixes: FixLog) -> FloatArray:
+        """When (k,) the walker was at the fixes, seconds since the start."""
+        return np.asarray((fixes.time_ns - self.signals.start_ns) * 1e-9)
+
+
+@dataclass(frozen=True)
+class ReckonedWalk:
+    """A walk's path through its fixes, found by a model; ``names`` (f,) is what these are called."""
+
+    sensed: SensedWalk
+    model: PathModel
+    ties: Ties
+    path: SmoothedPath
+    names: tuple[str, ...]
+
+    def at(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (m, 2) in the BCS, metres, and covariances (m, 2, 2) at moments (m,) within the walk.
+
+        The covariance is that of a fix's distance from the path: what the path does not know and how far fixes
+        scatter, since nothing else shows where the walker was.
+        """
+        scatter = self.path.scatter_m[:, None, None] ** 2 * np.eye(2)
+        return self._between(self.positions, time_s), self._between(self._covering + scatter, time_s)
+
+    @property
+    def nodes(self) -> Nodes:
+        """The moments at which the path is known."""
+        return self.model.nodes
+
+    @cached_property
+    def _covering(self) -> FloatArray:
+        """(k, 2, 2) covariance of each node that also covers unusual walkers, without the scatter of fixes."""
+        return covering_covariance(self.path, self.model, self.ties)
+
+    @property
+    def fix_scatter_m(self) -> FloatArray:
+        """(f,) how far each fix is expected to be, per axis, from where the walker was, metres."""
+        return np.asarray(self.path.scatter_m[self.ties.node] * self.ties.share)
+
+    @property
+    def positions(self) -> FloatArray:
+        """(k, 2) position of each node in the BCS, metres."""
+        return as_points(self.path.state.position)
+
+    @property
+    def course_rad(self) -> FloatArray:
+        """(n,) direction in the BCS that the walker goes to at each moment of the signals."""
+        state = self.path.state
+        frame = np.interp(self.sensed.signals.time_s, self.nodes.time_s, state.heading_rad + state.offset_rad)
+        return np.asarray(frame + self.sensed.headings.turned_rad)
+
+    @property
+    def node_course(self) -> ComplexArray:
+        """(k,) direction in the BCS that the walker goes to at each node, unit; 0 where nobody walks."""
+        course = np.interp(self.nodes.time_s, self.sensed.signals.time_s, self.course_rad)
+        moving = np.interp(self.nodes.time_s, self.sensed.features.time_s, self.sensed.features.moving) > MOVING
+        return np.asarray(moving * np.exp(1j * course))
+
+    def way(self) -> WalkedWays:
+        """Where the walk led, for others on its floor."""
+        walked = np.flatnonzero(self.node_course)
+        course = np.angle(self.node_course[walked])
+        return WalkedWays(self.positions[walked], course, np.zeros(len(walked), dtype=np.int64))
+
+    def _between(self, values: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Interpolate values (k, ...) of the nodes linearly."""
+        nodes = self.nodes.time_s
+        after = np.searchsorted(nodes, time_s).clip(1, len(nodes) - 1)
+        share = ((time_s - nodes[after - 1]) / (nodes[after] - nodes[after - 1])).clip(0, 1)
+        share = share.reshape(-1, *(1,) * (values.ndim - 1))
+        return np.asarray(values[after - 1] * (1 - share) + values[after] * share)
+
+
+TURN_RAD = np.pi / 3
+"""Who turns by more without a step turns in place."""
+CLIMB_M_S = 0.15
+CLIMB_M = 1.5
+"""Air pressure must tell of this much rise at once; less may be doors and ventilation."""
+CLIMB_WINDOW_S = 4.0
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something that lasted from ``start_s`` to ``end_s`` of a walk; ``size_m`` is the rise, ``turn_rad`` the turn."""
+
+    kind: EventKind
+    start_s: float
+    end_s: float
+    size_m: float
+    turn_rad: float
+
+
+def happenings(walk: SensedWalk, altitude_m: FloatArray | None, settings: DeadReckoningSettings) -> list[Happening]:
+    """List what happened on a walk, in order of time; ``altitude_m`` (m,) is that at its windows, by air pressure."""
+    time_s, standing = walk.features.time_s, walk.features.moving < 0.5
+    turned = np.interp(time_s, walk.signals.time_s, walk.headings.turned_rad)
+    found = []
+    climbing = np.zeros(len(time_s), dtype=bool)
+    if altitude_m is not None:
+        ends = [np.interp(time_s + side * CLIMB_WINDOW_S / 2, time_s, altitude_m) for side in (-1, 1)]
+        climbing = np.abs(ends[1] - ends[0]) > CLIMB_M_S * CLIMB_WINDOW_S
+        for first, stop in runs_of(climbing):
+            last = stop - 1
+            rise = float(altitude_m[last] - altitude_m[first])
+            if abs(rise) >= CLIMB_M:
+                kind = EventKind.LIFT if standing[first:stop].mean() > 0.5 else EventKind.STAIRS
+                found.append(Happening(kind, float(time_s[first]), float(time_s[last]), abs(rise), float("nan")))
+    for first, stop in runs_of(standing & ~climbing):
+        last = stop - 1
+        lasted, turn = float(time_s[last] - time_s[first]), float(turned[last] - turned[first])
+        if abs(turn) > TURN_RAD:
+            found.append(Happening(EventKind.TURN, float(time_s[first]), float(time_s[last]), 0.0, turn))
+        elif lasted >= settings.standing_s:
+            found.append(Happening(EventKind.STANDING, float(time_s[first]), float(time_s[last]), 0.0, turn))
+    return sorted(found, key=lambda each: each.start_s)
+
+
+DOUBTFUL = 3.7
+"""Standard deviations (per axis) beyond which one fix in a thousand lies by chance."""
+LEAST_FREEDOM = 0.02
+"""Where all but this of a fix's place is its own doing, the others say nothing of it."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Fixes (f,) left out one at a time, by the linear model about the path.
+
+    ``error_m`` (f, 2) from the fix to where the others put the walker, metres in the BCS; ``sigma_m`` (f,) per axis,
+    what that is expected to be; NaN at fixes of which the others say nothing.
+    """
+
+    error_m: FloatArray
+    sigma_m: FloatArray
+
+    @classmethod
+    def of(cls, walk: ReckonedWalk) -> LeftOut:
+        """Leave out each fix of a walk in turn, without solving again."""
+        sigma, node = walk.path.fix_sigma_m, walk.ties.node
+        fixes = fixed(walk.path.state, replace(walk.ties, sigma_m=sigma))
+        error, weight = fixes.error.reshape(2, -1).T, fixes.weight[: len(node)]
+        variance = np.trace(walk.path.covariance[node, :2, :2], axis1=1, axis2=2) / 2
+        own = variance * weight
+        freedom = np.where(own < 1 - LEAST_FREEDOM, 1 - own, np.nan)
+        without = error / freedom[:, None]
+        return cls(without, np.sqrt(walk.fix_scatter_m**2 + variance / freedom))
+
+    @property
+    def doubtful(self) -> BoolArray:
+        """Mask (f,) of the fixes that contradict the others."""
+        return np.asarray(np.linalg.norm(self.error_m, axis=1) > DOUBTFUL * self.sigma_m)
+
+
+MIN_DOUBTFUL = 2
+MAX_DOUBTFUL_SHARE = 0.3
+"""Real walks have one wrong fix in ten at most."""
+MAX_SCALE = 2.0
+"""Greatest distance between fixes, in parts of what the steps say ..."""
+MAX_M_S = 3.0
+"""... and in metres per second of the time between them ..."""
+MARGIN_M = 3.0
+"""... plus this, metres: a fix that is farther from its neighbour is wrong."""
+
+
+def contradictions_m(walk: ReckonedWalk) -> FloatArray:
+    """How far each fix (f,) contradicts the others, metres, if together they cannot be right; otherwise zeros."""
+    left_out = LeftOut.of(walk)
+    judged, doubtful = np.isfinite(left_out.sigma_m), left_out.doubtful
+    most = doubtful.sum() >= MIN_DOUBTFUL and doubtful.sum() > MAX_DOUBTFUL_SHARE * judged.sum()
+    if not most and judged.sum() >= MIN_JUDGED:
+        return np.zeros(len(judged))
+    error_m = np.where(doubtful, np.linalg.norm(np.nan_to_num(left_out.error_m), axis=1), 0.0)
+    error_m = np.maximum(error_m, _too_far_m(walk))
+    if not error_m.any():
+        return error_m
+    return np.where(error_m > 0, error_m, np.median(error_m[error_m > 0]))  # the path is no better where one agrees
+
+
+def _too_far_m(walk: ReckonedWalk) -> FloatArray:
+    """How much farther each fix (f,) is from its neighbours than the steps or the time allow, metres."""
+    nodes, at = walk.nodes, walk.ties.node
+    duration_s = np.diff(nodes.time_s)
+    in_time_m = MAX_M_S * duration_s
+    walked_m = np.where(nodes.known, MAX_SCALE * nodes.length_m, in_time_m)
+    so_far_m = np.vstack((np.zeros(2), np.cumsum(np.column_stack((walked_m, in_time_m)), axis=0)))
+    possible_m = np.diff(so_far_m[at], axis=0).min(axis=1)
+    excess_m = (np.abs(np.diff(walk.ties.position)) - possible_m - MARGIN_M).clip(0)
+    return np.asarray(np.maximum(np.append(excess_m, 0.0), np.append(0.0, excess_m)))

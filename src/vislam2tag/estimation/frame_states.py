@@ -1,0 +1,167 @@
+"""States between nodes: what the two neighbouring nodes and the drift between them say of a frame.
+
+A surveyed place that does not fit the walk may be wrong alone, or with all that was surveyed near it, where parts of a
+survey do not fit together. A walk cannot tell these apart, so that labels around it may be as far off as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.estimation.chain import Solution
+from vislam2tag.estimation.drift import transitions
+from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, Weights
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.noise import DOUBTED, DriftSource
+
+KNOT_S = 0.25
+"""States are computed this densely, at all nodes and at both ends of every jump, doubt and pause; linear between.
+
+A pause is a step that lasts longer: interpolation goes by frame, so that its start must be a knot, too.
+"""
+
+
+@dataclass(frozen=True)
+class FrameStates:
+    """States (k, 4) at some frames (k,) of the odometry, sorted, and what their covariances follow from.
+
+    Each knot lies on a ``stretch`` (k,) between two nodes. Its state is ``rest`` (k, 4, 4) times the node's before it,
+    plus ``gain`` (k, 4, 4) times the one's after it; ``drift`` (k, 4, 4) leads from the node before to it, ``whole``
+    (p + 1, 4, 4) over each stretch.
+    """
+
+    at: IntArray
+    state: FloatArray
+    solution: Solution
+    stretch: IntArray
+    rest: FloatArray
+    gain: FloatArray
+    drift: FloatArray
+    whole: FloatArray
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """(k, 4, 4) of :attr:`state`."""
+        solution, stretch, gained = self.solution, self.stretch, self.gain.transpose(0, 2, 1)
+        mixed = self.rest @ solution.next_covariance[stretch] @ gained
+        return np.asarray(
+            self.rest @ solution.covariance[stretch] @ self.rest.transpose(0, 2, 1)
+            + self.gain @ (solution.covariance[1:] - self.whole)[stretch] @ gained
+            + mixed
+            + mixed.transpose(0, 2, 1)
+            + self.drift
+        )
+
+    def at_frames(self, values: FloatArray, count: int) -> FloatArray:
+        """Interpolate values (k, ...) of the knots linearly to all ``count`` frames."""
+        frames = np.arange(count)
+        flat = values.reshape(len(values), -1)
+        every = np.stack([np.interp(frames, self.at, column) for column in flat.T], axis=1)
+        return every.reshape(count, *values.shape[1:])
+
+
+def states_between_nodes(walk: LinearWalk, solution: Solution) -> FrameStates:
+    """States between the nodes of a solution (conditional Gaussian between both neighbours)."""
+    model = walk.model
+    nodes, at = model.observations.nodes, _knots(model)
+    stretch = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
+    first, last = nodes[stretch], nodes[stretch + 1]
+    drift = _drift(model, walk.weights, stretch, first, at)
+    onward = transitions(model.path, at, last)
+    gain = drift @ onward.transpose(0, 2, 1) @ walk.drift.precision[stretch]
+    rest = transitions(model.path, first, at) - gain @ walk.drift.carry[stretch]
+    after = solution.state[1:] + walk.drift.drifted
+    state = np.einsum("kij,kj->ki", rest, solution.state[stretch]) - model.drifted(first, at)
+    state += np.einsum("kij,kj->ki", gain, after[stretch])
+    return FrameStates(at, state, solution, stretch, rest, gain, drift, walk.drift.covariance)
+
+
+def _knots(model: Model) -> IntArray:
+    """Frames (k,) at which states are computed, by index into the odometry's, sorted."""
+    odometry = model.observations.odometry
+    wanted = np.zeros(len(odometry.path), dtype=bool)
+    wanted[model.observations.nodes] = True
+    wanted[np.flatnonzero(np.diff(np.floor(odometry.time_s / KNOT_S)) > 0) + 1] = True
+    paused = np.diff(odometry.time_s) > KNOT_S
+    apart = np.flatnonzero(paused | (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0) | (odometry.doubt != 0))
+    wanted[apart] = wanted[apart + 1] = True
+    return np.flatnonzero(wanted)
+
+
+def _drift(model: Model, weights: Weights, stretch: IntArray, a: IntArray, b: IntArray) -> FloatArray:
+    """Covariances (k, 4, 4) of the drift from frames ``a`` to ``b``, both within the given stretches."""
+    total = np.zeros((len(a), *LEAST_DRIFT.shape))
+    for source in DriftSource:
+        level = weights.noise.level(source) ** 2 * weights.stretch[source][stretch]
+        total += level[:, None, None] * model.drift(source, a, b)
+    return total
+
+
+@dataclass(frozen=True)
+class ExposureInterpolation:
+    """For each of ``n`` frames which two frames were exposed just before and after its stamp: ``first`` (n,) and the
+    next one, and the ``share`` (n,) of the way between them, 0 to 1.
+    """
+
+    first: IntArray
+    share: FloatArray
+
+    @classmethod
+    def of(cls, time_s: FloatArray, lag_s: float) -> ExposureInterpolation:
+        """Find them for stamps ``time_s`` (n,), increasing, n at least 2, each ``lag_s`` later than the exposure.
+
+        Nothing is exposed after the last frame (of the first one, before it): there the pose stands still.
+        """
+        wanted = time_s + lag_s
+        first = np.clip(np.searchsorted(time_s, wanted, side="right") - 1, 0, len(time_s) - 2)
+        share = (wanted - time_s[first]) / (time_s[first + 1] - time_s[first])
+        return cls(first, share.clip(0, 1))
+
+    def blend(self, values: FloatArray) -> FloatArray:
+        """Interpolate values (n, ...) of the exposures; where any of them is not known (NaN), the frame's own stays."""
+        share = self.share.reshape(-1, *(1 for _ in values.shape[1:]))
+        start = values[self.first]
+        blended = start + share * (values[self.first + 1] - start)
+        return np.asarray(np.where(np.isnan(blended + values), values, blended))
+
+    def blend_quaternions(self, values: FloatArray) -> FloatArray:
+        """Interpolate unit quaternions (n, 4) of neighbouring, hence similar, orientations; ``w >= 0``."""
+        start, end = values[self.first], values[self.first + 1]
+        end = np.where(np.sum(start * end, axis=1, keepdims=True) < 0, -end, end)
+        mixed = start + self.share[:, None] * (end - start)
+        mixed /= np.linalg.norm(mixed, axis=1, keepdims=True)
+        return np.asarray(np.where(mixed[:, 3:] < 0, -mixed, mixed))
+
+
+FEWEST_REFUSED = 2
+"""One pass alone may be a bad sighting."""
+
+
+def beside_the_survey(walk: LinearWalk, solution: Solution) -> FloatArray:
+    """Mean squares (n, 2, 2) of how far labels may lie beside what was surveyed around them, m^2.
+
+    At a pass of a doubtful place what the walk misses it by, as far as that is unusual; linear between passes.
+    """
+    passes, priors, weights = walk.model.observations.passes, walk.priors, walk.weights
+    sightings = walk.sightings
+    miss = sightings.residual - np.einsum("pij,pj->pi", sightings.design, solution.state[1:-1])
+    sighted = np.where(_refused(priors, weights, passes.landmark)[passes.landmark], weights.sighting, 0)
+    surveyed = passes.landmark < len(priors.landmarks.position)  # places of the camera are no survey
+    unusual = 1 - DOUBTED / np.maximum(np.maximum(weights.landmark[passes.landmark], sighted), DOUBTED)
+    square = unusual[:, None, None] * miss[:, :, None] * miss[:, None, :]
+    frames = np.arange(len(walk.model.path))
+    if not surveyed.any():
+        return np.zeros((len(frames), 2, 2))
+    every = [np.interp(frames, passes.at[surveyed], column[surveyed]) for column in square.reshape(-1, 4).T]
+    return np.stack(every, axis=1).reshape(-1, 2, 2)
+
+
+def _refused(priors: LandmarkPriors, weights: Weights, landmark: IntArray) -> BoolArray:
+    """(m,) surveyed landmarks most of whose passes, of these landmarks (p,), are taken for bad."""
+    count = np.bincount(landmark, minlength=len(priors.position))
+    refused = np.bincount(landmark[weights.sighting > DOUBTED], minlength=len(priors.position))
+    return np.asarray(priors.surveyed & (refused >= FEWEST_REFUSED) & (2 * refused > count))

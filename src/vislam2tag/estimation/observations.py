@@ -1,0 +1,203 @@
+"""A session reduced to what mapping needs of it: a continuous path and passes of landmarks.
+
+A pass is what the tracker saw of a sheet while the camera went by, condensed to one observation: hundreds of
+neighbouring frames share their error. Only those rows count in which the sheet was seen at that moment, near enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
+from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.estimation.map_moves import group_sums, orientation_is_estimated, seen_rows, sheet_heading
+from vislam2tag.estimation.noise import DriftSource
+from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+
+PAUSE_S = 2.0
+"""A landmark not seen for longer than this is passed anew."""
+NEAR_M = 0.5
+"""Sightings count the more the nearer, but nearer than this no more."""
+LEVEL = 0.5
+"""A sheet whose X axis is shorter than this in the plane lies flat: it has no heading."""
+
+
+@dataclass(frozen=True)
+class Passes:
+    """``p`` passes sorted by step index; positions relative to the camera, in the continuous frame.
+
+    ``at`` (p,) index into the odometry's frames of the nearest approach; ``landmark`` (p,) index into the log's ids;
+    ``offset`` (p,) complex, metres, from the camera then to the landmark; ``heading`` (p,) complex, unit, the sheet's
+    X axis (0 where none is logged); ``distance_m`` (p,) of the nearest approach; ``spread_m`` (p,) root mean square
+    scatter per axis of the sightings; ``count`` (p,) sightings.
+    """
+
+    at: IntArray
+    landmark: IntArray
+    offset: ComplexArray
+    heading: ComplexArray
+    distance_m: FloatArray
+    spread_m: FloatArray
+    count: IntArray
+
+    def select(self, rows: IntArray) -> Passes:
+        """Some of the passes (ascending)."""
+        return Passes(**{name: column[rows] for name, column in vars(self).items()})
+
+    def with_more(self, others: Passes) -> Passes:
+        """These and others, in the order of their frames."""
+        order = np.argsort(np.concatenate((self.at, others.at)), kind="stable")
+        return Passes(**{name: np.concatenate((own, getattr(others, name)))[order] for name, own in vars(self).items()})
+
+
+def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
+    """Condense the sightings within ``range_m`` (horizontal, metres) to passes.
+
+    Where the tracker jumps amid a pass, only the sightings on the nearest one's side of the jump count.
+    """
+    rank = np.full(len(camera.time_ns), -1, dtype=np.int64)
+    rank[odometry.frame] = np.arange(len(odometry.frame))
+    rows = seen_rows(log, odometry.rewritten[rank[log.frame]])
+    at = rank[log.frame[rows]]
+    away = as_complex(log.plane_acs[rows]) - as_complex(camera.plane_acs[log.frame[rows]])
+    distance = np.abs(away)
+    near = distance < range_m
+    rows, at, away, distance = rows[near], at[near], away[near], distance[near]
+    group, count = _groups(log.landmark[rows], odometry.time_s[at])
+    starts = np.searchsorted(group, np.arange(count))
+    nearest = np.lexsort((distance, group))[starts]
+    side_of_jumps = np.concatenate(([0], np.cumsum(odometry.jumped)))[at]
+    together = side_of_jumps == side_of_jumps[nearest][group]
+    weight = together / (NEAR_M**2 + distance**2)
+    place = odometry.path[at] + odometry.turn[at] * away
+    mean = _mean(place, weight, group, count)
+    spread = np.sqrt(_mean(np.abs(place - mean[group]) ** 2 + 0j, weight, group, count).real / 2)
+    heading = _mean(odometry.turn[at] * sheet_heading(log.orientation_acs[rows]), weight, group, count)
+    heading *= orientation_is_estimated(log)
+    order = np.argsort(at[nearest], kind="stable")
+    return Passes(
+        at=at[nearest][order],
+        landmark=log.landmark[rows[starts]][order],
+        offset=(mean - odometry.path[at[nearest]])[order],
+        heading=np.where(np.abs(heading) > LEVEL, heading / np.maximum(np.abs(heading), LEVEL), 0)[order],
+        distance_m=distance[nearest][order],
+        spread_m=spread[order],
+        count=np.bincount(group, together, count).astype(np.int64)[order],
+    )
+
+
+def _groups(landmark: IntArray, time_s: FloatArray) -> tuple[IntArray, int]:
+    """Number the passes (r,) of sightings sorted by landmark and time, and count them."""
+    new = (np.diff(landmark) != 0) | (np.diff(time_s) > PAUSE_S)
+    group = np.concatenate((np.zeros(min(len(landmark), 1), dtype=np.int64), np.cumsum(new)))
+    return group, int(group[-1]) + 1 if len(group) else 0
+
+
+def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int) -> ComplexArray:
+    """Means (p,) of complex values (r,) by weights (r,) over ``count`` groups, which ``group`` (r,) numbers."""
+    return np.asarray(group_sums(group, weight * values, count) / np.bincount(group, weight, count))
+
+
+METRES_PER_RAD = 4.0
+"""Turning by a radian lets the heading drift as much as walking this far: images blur, and what was in view leaves."""
+METRES_PER_S = 0.02
+"""Standing lets everything drift as much as walking this fast."""
+FEWEST_FRAMES = 2
+"""A walk has a step at least."""
+GREATEST_TURN_RAD = 0.3
+"""Turns count up to this in a step: beyond, the logged orientation is not to be believed."""
+
+
+@dataclass(frozen=True)
+class WalkObservations:
+    """A session's odometry, its passes and the ids that the passes' landmark indices mean."""
+
+    ids: tuple[str, ...]
+    odometry: Odometry
+    passes: Passes
+    passes_left_out: int = 0
+    """Passes beyond those that can be solved for."""
+
+    @classmethod
+    def of(
+        cls,
+        camera: CameraTrack,
+        log: LandmarkLog,
+        range_m: float,
+        odometry: Odometry | None = None,
+        surveyed: Collection[str] = (),
+    ) -> WalkObservations:
+        """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres).
+
+        The odometry is the tracker's where none is given. ``surveyed`` landmarks count most where there are more than
+        can be solved for.
+        """
+        odometry = continuous_odometry(camera, log) if odometry is None else odometry
+        return cls(log.ids, odometry, find_passes(camera, log, odometry, range_m)).within_limits(surveyed)
+
+    def within_limits(self, surveyed: Collection[str]) -> WalkObservations:
+        """The same with no more passes and landmarks than can be solved for.
+
+        A landmark that is not surveyed and was passed once says nothing of the walk, so it goes first; then passes go,
+        evenly over the walk.
+        """
+        if self._solvable():
+            return self
+        often = np.bincount(self.passes.landmark, minlength=len(self.ids)) > 1
+        tells = often | np.array([name in surveyed for name in self.ids], dtype=np.bool_)
+        less = self._with_passes(np.flatnonzero(tells[self.passes.landmark]))
+        if less._solvable():
+            return less
+        most = max(1, MAX_SOLVER_BLOCKS // len(less.ids) ** 2)
+        return less._with_passes(np.linspace(0, len(less.passes.at) - 1, most).astype(np.int64))
+
+    def first(self, most: int) -> WalkObservations:
+        """The same with the first passes only."""
+        if len(self.passes.at) <= most:
+            return self
+        left_out = self.passes_left_out + len(self.passes.at) - most
+        return WalkObservations(self.ids, self.odometry, self.passes.select(np.arange(most)), left_out)
+
+    def with_places(self, at: IntArray) -> WalkObservations:
+        """The same with a pass at each of some frames (k,) of a landmark of its own, at the camera."""
+        count = len(at)
+        zeros, nowhere = np.zeros(count), np.zeros(count, dtype=np.complex128)
+        own = len(self.ids) + np.arange(count)
+        places = Passes(at, own, nowhere, nowhere, zeros, zeros, np.ones(count, dtype=np.int64))
+        return replace(self, ids=(*self.ids, *("" for _ in range(count))), passes=self.passes.with_more(places))
+
+    def _solvable(self) -> bool:
+        return len(self.passes.at) * len(self.ids) ** 2 <= MAX_SOLVER_BLOCKS
+
+    def _with_passes(self, rows: IntArray) -> WalkObservations:
+        """The same with some of the passes, and the landmarks that they are of."""
+        passes = self.passes.select(rows)
+        kept, landmark = np.unique(passes.landmark, return_inverse=True)
+        ids = tuple(self.ids[i] for i in kept.tolist())
+        left_out = self.passes_left_out + len(self.passes.at) - len(rows)
+        return WalkObservations(ids, self.odometry, replace(passes, landmark=landmark.astype(np.int64)), left_out)
+
+    @cached_property
+    def nodes(self) -> IntArray:
+        """(p + 2,) frames at which the state is solved for: the first one, one a pass, the last one."""
+        return np.concatenate(([0], self.passes.at, [len(self.odometry.path) - 1])).astype(np.int64)
+
+    @cached_property
+    def step_variance(self) -> dict[DriftSource, FloatArray]:
+        """For each source but doubts the variances (n - 1,) of the steps: at unit level, or as given with each jump."""
+        odometry = self.odometry
+        way = odometry.step_length_m + METRES_PER_S * np.diff(odometry.time_s)
+        turning = METRES_PER_RAD * np.minimum(odometry.turned_rad, GREATEST_TURN_RAD)
+        return {
+            DriftSource.POSITION: way,
+            DriftSource.HEADING: way + turning,
+            DriftSource.SCALE: way,
+            DriftSource.JUMP: odometry.jump_m2,
+            DriftSource.JUMP_TURN: odometry.jump_rad2,
+        }

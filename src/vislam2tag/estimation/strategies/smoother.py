@@ -1,0 +1,124 @@
+"""The smoother: all landmarks at once, robust, with a covariance for every frame (docs/explanation/smoother.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.context import PlaceTies
+from vislam2tag.core.orientation import camera_to_bcs, level_view
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
+from vislam2tag.estimation.contradictions import contradictions, may_have_slipped, slips
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.frame_states import ExposureInterpolation
+from vislam2tag.estimation.heights import estimate_heights
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
+from vislam2tag.estimation.settings import HeightSettings
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk, solve_with_ties
+from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
+from vislam2tag.estimation.strategy import TrajectoryBuilder, register
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """One robust least-squares problem over the whole walk: every usable frame gets a position and a covariance."""
+
+    sighting_range_m: float
+    allow_for_pose_lag: bool = False
+    body_behind_camera_m: float = 0.0
+    heights: HeightSettings = field(default_factory=HeightSettings)
+    without_tracker: DeadReckoning = field(default_factory=DeadReckoning)
+    """What maps sessions that have no poses."""
+    needs: str = (
+        "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed (a session without poses: "
+        "two known positions some way apart)"
+    )
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
+        if camera.without_poses:
+            return self.without_tracker.map(camera, log, landmarks)
+        nothing = TrajectoryBuilder.blank(camera, Status.NO_MAPPING).finish(camera, (), ())
+        if camera.usable.sum() < FEWEST_FRAMES:
+            return nothing
+        observations, smoothed = self._solved(camera, log, landmarks)
+        nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
+        if smoothed is None:
+            return nothing
+        frame = observations.odometry.frame
+        tied = smoothed if camera.ties is None else self._tied(smoothed, camera, frame, camera.ties)
+        heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
+        converged = {"path": tied.converged, "heights": heights.converged}
+        return replace(
+            self._placed(tied, camera, frame, heights.z_m[frame]),
+            visits=nothing.visits,
+            floor=heights.floor,
+            events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
+            contradictions=contradictions(smoothed),
+            passes_left_out=observations.passes_left_out,
+            not_converged=tuple(what for what, whether in converged.items() if not whether),
+        )
+
+    def _solved(
+        self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
+    ) -> tuple[WalkObservations, SolvedWalk | None]:
+        """Solve a walk; once more where it may have slipped and inertial sensors can say when."""
+        range_m, surveyed = self.sighting_range_m, landmarks.surveyed_ids
+        observations = bridged_observations(camera, log, range_m, surveyed=surveyed)
+        priors = LandmarkPriors.of(observations.ids, landmarks)
+        smoothed = solve_walk(observations, priors, camera.tracker)
+        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
+            observations = bridged_observations(camera, log, range_m, slips=True, surveyed=surveyed)
+            smoothed = solve_walk(observations, priors, camera.tracker)
+        return observations, smoothed
+
+    def _placed(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, z_m: FloatArray) -> Trajectory:
+        """Positions, covariances and orientations at the frames used (n,), of the body and at their stamps."""
+        path, spread, rotation = mapped_path(smoothed)
+        orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
+        if self.body_behind_camera_m:
+            path = path - self.body_behind_camera_m * level_view(orientation)
+        position = np.column_stack((path, z_m))
+        if self.allow_for_pose_lag and camera.pose_lag_s:
+            stamps = ExposureInterpolation.of(smoothed.model.observations.odometry.time_s, camera.pose_lag_s)
+            position, spread = stamps.blend(position), stamps.blend(spread)
+            orientation = stamps.blend_quaternions(orientation)
+        builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
+        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
+        builder.position_bcs[frame], covariance[frame] = position, spread
+        builder.orientation_bcs[frame] = orientation
+        builder.status[frame] = Status.OK
+        return replace(builder.finish(camera, (), ()), covariance_bcs=covariance)
+
+    def _tied(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> SolvedWalk:
+        """Smooth again with what others tell of the body, which is behind the camera; ``frame`` (n,) are used."""
+        time_ns = camera.time_ns[frame]
+        if self.body_behind_camera_m:
+            view = level_view(camera_to_bcs(camera.orientation_acs[frame], mapped_path(smoothed)[2]))
+            at = np.searchsorted(time_ns, ties.time_ns).clip(0, len(frame) - 1)
+            ties = replace(ties, position_bcs=ties.position_bcs + self.body_behind_camera_m * view[at])
+        return solve_with_ties(smoothed, time_ns, ties)
+
+
+def _visits(observations: WalkObservations) -> tuple[Visit, ...]:
+    passes, frame = observations.passes, observations.odometry.frame
+    return tuple(
+        Visit(int(frame[at]), observations.ids[landmark], float(distance))
+        for at, landmark, distance in zip(passes.at, passes.landmark, passes.distance_m, strict=True)
+    )
+
+
+register(
+    "smoother",
+    lambda settings: Smoother(
+        settings.smoother.sighting_range_m,
+        settings.smoother.allow_for_pose_lag,
+        settings.smoother.body_behind_camera_m,
+        settings.heights,
+        DeadReckoning(settings.dead_reckoning, settings.heights),
+    ),
+)

@@ -1,0 +1,158 @@
+"""The protocol of mapping strategies, their registry, and the trajectory that a strategy builds.
+
+A session in several parts is mapped part by part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vislam2tag.common import plugins
+from vislam2tag.common.plugins import Registry
+from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
+from vislam2tag.core.orientation import camera_to_bcs
+from vislam2tag.core.similarity import Affine2, Similarity2
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import (
+    CameraTrack,
+    LandmarkLog,
+    Landmarks,
+    Segment,
+    Trajectory,
+    Visit,
+    one_section,
+    section_numbers,
+)
+from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
+
+
+class MappingStrategy(Protocol):
+    """Maps one session from the tracker's frame to the building's; pure: no files, no state."""
+
+    @property
+    def needs(self) -> str:
+        """What a walk must have had to be mapped, to end a sentence: "visits to two different landmarks"."""
+        ...
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Give each frame a position in the BCS or the cause why it has none."""
+        ...
+
+
+Factory = Callable[[MappingSettings], MappingStrategy]
+STRATEGIES: Registry[Factory] = Registry(plugins.STRATEGIES)
+register = STRATEGIES.add
+strategy_names = STRATEGIES.names
+
+
+def strategies_for_poses() -> tuple[str, ...]:
+    """Name the strategies that map sessions with poses of a tracker."""
+    return tuple(name for name in strategy_names() if name != WITHOUT_TRACKER)
+
+
+def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:
+    """Make the strategy of this name with these settings; raises UsageError for an unknown name.
+
+    It maps sessions in several parts part by part.
+    """
+    return MappingBySection(STRATEGIES.named(name)(settings))
+
+
+def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
+    """Names of the modules that a strategy is made in and is written in; raises UsageError for an unknown name."""
+    factory = STRATEGIES.named(name)
+    return factory.__module__, type(factory(settings)).__module__
+
+
+@dataclass(frozen=True)
+class MappingBySection:
+    """A strategy that maps the parts of a session one by one; a session in one part it maps as ever."""
+
+    strategy: MappingStrategy
+
+    @property
+    def needs(self) -> str:
+        """What each part must have had."""
+        return self.strategy.needs
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Map each part and put the frames together again."""
+        sections = section_numbers(camera)
+        if camera.state is None or len(sections) < 2:
+            return self.strategy.map(camera, log, landmarks)
+        mapped = [self.strategy.map(*one_section(camera, log, int(section)), landmarks) for section in sections]
+        # Frames that are not usable, of whatever section, are so in the trajectory of each.
+        return _together(mapped, np.searchsorted(sections, camera.state.section).clip(0, len(sections) - 1))
+
+
+def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
+    """Take each frame from the trajectory chosen for it, (n,), and all else from all."""
+    frame = np.arange(len(chosen))
+
+    def stacked(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
+        return np.asarray(np.stack([getattr(section, name) for section in mapped])[chosen, frame])
+
+    with_floors = all(len(section.floor) for section in mapped)
+    return Trajectory(
+        time_ns=mapped[0].time_ns,
+        position_bcs=stacked("position_bcs").astype(np.float64),
+        orientation_bcs=stacked("orientation_bcs").astype(np.float64),
+        covariance_bcs=stacked("covariance_bcs").astype(np.float64),
+        status=stacked("status").astype(np.int8),
+        segments=tuple(segment for section in mapped for segment in section.segments),
+        visits=tuple(sorted((visit for section in mapped for visit in section.visits), key=lambda visit: visit.frame)),
+        floor=stacked("floor").astype(np.int64) if with_floors else np.empty(0, dtype=np.int64),
+        events=tuple(sorted((event for section in mapped for event in section.events), key=lambda event: event.frame)),
+        contradictions=tuple(
+            sorted((found for section in mapped for found in section.contradictions), key=lambda found: -found.size_m)
+        ),
+        fix_contradiction_m=max(section.fix_contradiction_m for section in mapped),
+        passes_left_out=sum(section.passes_left_out for section in mapped),
+        not_converged=tuple(dict.fromkeys(what for section in mapped for what in section.not_converged)),
+    )
+
+
+@dataclass(frozen=True)
+class TrajectoryBuilder:
+    """Arrays of a trajectory under construction, one entry for each frame."""
+
+    position_bcs: FloatArray
+    orientation_bcs: FloatArray
+    status: StatusArray
+
+    @classmethod
+    def blank(cls, camera: CameraTrack, cause: Status) -> TrajectoryBuilder:
+        """Give every usable frame the same cause; the others keep their own."""
+        n = len(camera.time_ns)
+        status = np.where(camera.usable, np.int8(cause), camera.status).astype(np.int8)
+        return cls(np.full((n, 3), np.nan), np.full((n, 4), np.nan), status)
+
+    def map_stretch(self, camera: CameraTrack, start: int, stop: int, bcs_T_acs: Similarity2 | Affine2) -> None:
+        """Fill frames ``start`` (included) to ``stop`` (excluded) by one transformation of the plane."""
+        frames = start + np.flatnonzero(camera.usable[start:stop])
+        self.position_bcs[frames, :2] = bcs_T_acs @ camera.plane_acs[frames]
+        self.orientation_bcs[frames] = camera_to_bcs(camera.orientation_acs[frames], bcs_T_acs.rotation_rad)
+        self.status[frames] = Status.OK
+
+    def discard(self, camera: CameraTrack, start: int, stop: int, cause: Status) -> None:
+        """Give the usable frames ``start`` to ``stop`` (excluded) a cause instead of a position."""
+        frames = start + np.flatnonzero(camera.usable[start:stop])
+        self.position_bcs[frames] = np.nan
+        self.orientation_bcs[frames] = np.nan
+        self.status[frames] = cause
+
+    def finish(self, camera: CameraTrack, segments: tuple[Segment, ...], visits: tuple[Visit, ...]) -> Trajectory:
+        """Freeze into a trajectory; the paper's strategies know no uncertainty."""
+        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
+        return Trajectory(
+            camera.time_ns, self.position_bcs, self.orientation_bcs, covariance, self.status, segments, visits
+        )
+
+
+def surveyed_rows(log: LandmarkLog, landmarks: Landmarks) -> LandmarkLog:
+    """Drop the rows of landmarks without a surveyed position."""
+    return log.select([i for i, landmark_id in enumerate(log.ids) if landmark_id in landmarks.surveyed_ids])
