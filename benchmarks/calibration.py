@@ -21,7 +21,7 @@ from data_sets import Walk, every_kth, real_walks, with_tracker
 from vislam2tag.common.bootstrap import FEWEST_WALKS, draws, multiplicities
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.quality.evaluation.reliability import region_probability
 from vislam2tag.settings import Settings
 

@@ -13,7 +13,6 @@ looked at in development; the figures in docs/results/diagnosis.md are of others
 from __future__ import annotations
 
 import argparse
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from collections import Counter, defaultdict
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -30,6 +29,8 @@ from PIL import Image
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.settings import SmootherSettings
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import PATH_STEP
 from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
@@ -54,8 +55,6 @@ from vislam2tag.site.corrections.file import UNITS_M, session_start
 from vislam2tag.site.model import SessionKey
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.space import walkable_space
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.settings import SmootherSettings
 
 FEWEST_PASSES, FEWEST_OTHERS = 3, 3
 SQUARE = 0.2

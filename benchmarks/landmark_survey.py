@@ -36,10 +36,6 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.site.landmark_file import SharedErrors
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.noise import NoiseLevels
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.smoothing import smooth_in_own_frame
 
 SETTINGS = Settings()
 SIGMA_M = 0.02

@@ -10,8 +10,6 @@ place is compared with what it brings.
 from __future__ import annotations
 
 import argparse
-from vislam2tag.estimation.smoother import SolvedWalk
-from vislam2tag.estimation.smoother import solve_walk
 import csv
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,13 +25,13 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.estimation.contradictions import discrepancy, predicted
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.settings import SmootherSettings
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
 from vislam2tag.quality.landmark_gain import CELL_M, gains, positions_each_metre
 from vislam2tag.quality.self_check import Estimate, LeftOut, error_factor, estimate_accuracy, leave_out
-from vislam2tag.smoother.contradictions import discrepancy, predicted
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 RANGE_M = SmootherSettings().sighting_range_m
 LIMITS_M = (0.5, float("inf"))

@@ -23,9 +23,9 @@ from data_sets import Walk, generated, real_walks
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import MappingStrategy, strategies_for_poses, strategy_named
 from vislam2tag.labeling.results import ErrorRecord
-from vislam2tag.mapping.registry import MappingStrategy, strategies_for_poses, strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.quality.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.quality.evaluation.reliability import added, reduce_errors
 

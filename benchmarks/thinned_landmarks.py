@@ -15,8 +15,8 @@ from dataclasses import replace
 
 from data_sets import Walk, generated, real_walks
 
-from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
 from vislam2tag.quality.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.simulation.settings import BuildingSettings
 

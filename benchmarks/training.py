@@ -19,11 +19,10 @@ from carrying import swung
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.dead_reckoning.features import NAMES
-from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.dead_reckoning.signals import RATE_HZ
-from vislam2tag.dead_reckoning.speed import SpeedModel
-from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.estimation.dead_reckoning.gait import NAMES, SpeedModel
+from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ
+from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
+from vislam2tag.estimation.settings import DeadReckoningSettings
 from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 

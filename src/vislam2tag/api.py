@@ -57,7 +57,13 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.settings import SplitSettings as SplitSettings
     from vislam2tag.dataset.splits import make_split as _make_split
     from vislam2tag.dataset.statistics_record import FieldWork as FieldWork
-    from vislam2tag.heights.settings import HeightSettings as HeightSettings
+    from vislam2tag.estimation.settings import HeightSettings as HeightSettings
+    from vislam2tag.estimation.settings import MappingSettings as MappingSettings
+    from vislam2tag.estimation.settings import SmootherSettings as SmootherSettings
+    from vislam2tag.estimation.strategy import MappingStrategy as MappingStrategy
+    from vislam2tag.estimation.strategy import strategies_for_poses as strategies_for_poses
+    from vislam2tag.estimation.strategy import strategy_named as strategy_named
+    from vislam2tag.estimation.strategy import strategy_names as strategy_names
     from vislam2tag.intake.ids import IdShift as IdShift
     from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
     from vislam2tag.labeling.readings import label_readings as label_readings
@@ -205,12 +211,6 @@ if TYPE_CHECKING:
     from vislam2tag.site.site_file import GeoreferencePart as GeoreferencePart
     from vislam2tag.site.site_file import SiteFile as SiteFile
     from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
-    from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
-    from vislam2tag.estimation.settings import MappingSettings as MappingSettings
-    from vislam2tag.estimation.strategy import MappingStrategy as MappingStrategy
-    from vislam2tag.estimation.strategy import strategies_for_poses as strategies_for_poses
-    from vislam2tag.estimation.strategy import strategy_named as strategy_named
-    from vislam2tag.estimation.strategy import strategy_names as strategy_names
 
     dataset = _build_dataset
     demo = _run_demo
@@ -255,7 +255,7 @@ _NAMES = {
     "quality.diagnosis.wifi_clock": "ClockOffset HeardOnWalk",
     "quality.evaluation.metrics": "ErrorSummary",
     "quality.evaluation.record": "SessionEvaluation SurveyEvaluation",
-    "heights.settings": "HeightSettings",
+    "estimation.settings": "HeightSettings SmootherSettings",
     "intake.ids": "IdShift",
     "labeling.mapped_walk": "MappedWalk",
     "labeling.readings": "label_readings mark_uncertain",
@@ -325,7 +325,6 @@ _NAMES = {
     "simulation.scenario": "Scenario paper_evaluation regular_survey",
     "simulation.settings": "BuildingSettings WalkSettings",
     "simulation.survey": "WritingOptions simulate",
-    "smoother.settings": "SmootherSettings",
     "site.frame_change": "FrameChanges",
     "site.model": "Floor SessionKey SessionRef Site Survey",
     "site.settings": "SurveySettings",

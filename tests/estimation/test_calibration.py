@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from vislam2tag.simulation.model import position_at
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -15,7 +14,8 @@ from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.quality.evaluation.reliability import region_probability
+from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import walk_and_track
 

@@ -6,14 +6,6 @@ Places that other walks tell: believed as far as they are known, and no farther.
 from __future__ import annotations
 
 from dataclasses import replace
-from tests.drifting import camera_track
-from tests.drifting import nothing_logged
-from vislam2tag.smoother import smoothing
-from vislam2tag.smoother.equations import normal_equations
-from vislam2tag.smoother.odometry import continuous_odometry
-from vislam2tag.smoother.smoothing import Smoothed
-from vislam2tag.smoother.smoothing import smooth
-from vislam2tag.smoother.smoothing import smooth_in_own_frame
 
 import numpy as np
 import pytest
@@ -30,7 +22,7 @@ from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk, solve_with_ties
-from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.quality.evaluation.reliability import region_probability
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 

@@ -14,8 +14,6 @@ from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.figures.style import rendered
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.site.model import ControlPoints, Floor, Site
 
 LANDMARKS = landmarks_at({"7": (1.0, 2.0), "9": (18.0, 8.0)})

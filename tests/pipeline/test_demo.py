@@ -12,7 +12,7 @@ from tests.pipeline.positioning.test_locate_app import asked
 from tests.positioning.in_an_app import answered, assert_same, question
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
-from vislam2tag.mapping.registry import strategies_for_poses
+from vislam2tag.estimation.strategy import strategies_for_poses
 from vislam2tag.pipeline import demo
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.demo import run_demo

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from vislam2tag.estimation.smoother import SolvedWalk
 
 import numpy as np
 import pytest
 
 from tests.drifting import loops
+from tests.estimation.dense import as_matrix
 from tests.quality.test_self_check import TYPICAL, smoothed
-from tests.smoother.dense import as_matrix
 from tests.walks import landmarks_at
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path
 from vislam2tag.quality import landmark_gain
 from vislam2tag.quality.landmark_gain import (
     APART_M,
@@ -30,8 +30,6 @@ from vislam2tag.quality.landmark_gain import (
     session_gains,
 )
 from vislam2tag.quality.self_check import expected_error_m
-from vislam2tag.smoother.equations import normal_equations
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path
 
 
 @pytest.fixture(scope="module")

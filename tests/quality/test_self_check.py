@@ -14,6 +14,9 @@ from tests.drifting import SURVEY_SIGMA_M, Drifting, loops
 from vislam2tag.common.judgement import Answer
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_points
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.noise import NoiseLevels
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
 from vislam2tag.quality import self_check
 from vislam2tag.quality.self_check import (
     MOST_SOLUTIONS,
@@ -28,15 +31,12 @@ from vislam2tag.quality.self_check import (
     pooled,
 )
 from vislam2tag.quality.self_check_record import Fault, LeftOutMark, SessionCheck
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.noise import NoiseLevels
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
-def smoothed(walk: Drifting, surveyed: list[int] | None = None, headed: list[int] | None = None) -> Smoothed:
-    found = smooth(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed)))
+def smoothed(walk: Drifting, surveyed: list[int] | None = None, headed: list[int] | None = None) -> SolvedWalk:
+    found = solve_walk(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed)))
     assert found is not None
     return found
 
@@ -68,7 +68,7 @@ def test_unsurveyed_landmarks_are_not_left_out_and_two_cannot_tell_of_each_other
 
 def test_many_landmarks_cost_a_limited_number_of_solutions() -> None:
     walk = smoothed(loops(4, TYPICAL, marks=40, laps=1.0, size_m=(60.0, 30.0)))
-    with mock.patch.object(self_check, "smooth", wraps=smooth) as solved:
+    with mock.patch.object(self_check, "solve_walk", wraps=solve_walk) as solved:
         errors = leave_out(walk)
     assert solved.call_count == MOST_SOLUTIONS
     assert [error.landmark for error in errors] == [f"L{i}" for i in range(40)]

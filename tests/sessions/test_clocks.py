@@ -9,8 +9,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
@@ -21,7 +21,6 @@ from vislam2tag.simulation.settings import WalkStyle, walk_settings
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.corrections.file import Corrections, ShiftClock
 from vislam2tag.site.model import Survey
-from vislam2tag.smoother.settings import SmootherSettings
 
 
 @pytest.fixture(scope="module")

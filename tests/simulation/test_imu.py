@@ -10,7 +10,7 @@ from tests.simulation.hand_made import START_NS, make_test_walk
 from tests.simulation.worlds import sessions_of
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
-from vislam2tag.heights.rides import altitude_m
+from vislam2tag.estimation.vertical import altitude_m
 from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.imu import (
     GRAVITY_M_S2,

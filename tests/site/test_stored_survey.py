@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.dead_reckoning.ilc20 import make_site
+from tests.estimation.dead_reckoning.ilc20 import make_site
 from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.stores import Bucket
 from tests.surveys import make_survey

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from vislam2tag.estimation.strategy import strategies_for_poses
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -18,6 +17,7 @@ from vislam2tag.common.files.whole_file import output_errors
 from vislam2tag.common.files.whole_folder import whole_folder, work_folder_of
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.estimation.strategy import strategies_for_poses
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings

@@ -10,8 +10,6 @@ the cost grows linearly with the walk.
 from __future__ import annotations
 
 from collections import defaultdict
-from vislam2tag.estimation.factors import LinearWalk
-from vislam2tag.estimation.smoother import SolvedWalk
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -21,12 +19,12 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.place_names import near_landmarks
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.estimation.chain import solve
+from vislam2tag.estimation.factors import LinearWalk
+from vislam2tag.estimation.observations import Passes
+from vislam2tag.estimation.smoother import SolvedWalk
 from vislam2tag.quality.self_check import expected_error_m
 from vislam2tag.quality.self_check_record import FloorCheck, ProposedPlace
-from vislam2tag.smoother.chain import solve
-from vislam2tag.smoother.equations import normal_equations
-from vislam2tag.smoother.passes import Passes
-from vislam2tag.smoother.smoothing import Smoothed
 
 EVERY_M = 1.0
 """Positions are tied to each other this densely along the walk."""

@@ -28,10 +28,10 @@ from scipy.special import ellipe
 from vislam2tag.common.judgement import Answer, Judgement, counted, none_mapped
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.robust import iterate, variance_factor
+from vislam2tag.estimation.contradictions import CERTAIN_SIGMAS, LEAST_M, discrepancy
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.smoother import SolvedWalk, solve_walk
 from vislam2tag.quality.self_check_record import BadLandmark, Fault, LeftOutMark, SessionCheck
-from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, LEAST_M, discrepancy
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.smoothing import Smoothed, smooth
 
 MOST_SOLUTIONS = 24
 """With more landmarks than this, several are left out at once, as far apart as can be: the cost stays linear."""
@@ -61,7 +61,7 @@ class LeftOut:
         return float(self.offset_m @ np.linalg.solve(self.covariance_m2, self.offset_m))
 
 
-def leave_out(smoothed: Smoothed) -> tuple[LeftOut, ...]:
+def leave_out(smoothed: SolvedWalk) -> tuple[LeftOut, ...]:
     """Leave out each surveyed landmark that was passed, in the order of the log.
 
     Where the others do not tie the walk to the building without it, there is no error to tell: it is missing.
@@ -71,13 +71,13 @@ def leave_out(smoothed: Smoothed) -> tuple[LeftOut, ...]:
     found: list[tuple[int, LeftOut]] = []
     for start in range(min(len(passed), MOST_SOLUTIONS)):
         group = passed[start::MOST_SOLUTIONS]
-        trial = smooth(observations, reduce(LandmarkPriors.without, group, priors))
+        trial = solve_walk(observations, reduce(LandmarkPriors.without, group, priors))
         if trial is not None:
             found += [(landmark, _left_out(smoothed, trial, landmark)) for landmark in group]
     return tuple(error for _, error in sorted(found, key=lambda pair: pair[0]))
 
 
-def _left_out(smoothed: Smoothed, trial: Smoothed, landmark: int) -> LeftOut:
+def _left_out(smoothed: SolvedWalk, trial: SolvedWalk, landmark: int) -> LeftOut:
     observations = smoothed.model.observations
     offset, covariance = discrepancy(smoothed, trial, landmark)
     return LeftOut(

@@ -9,9 +9,9 @@ import numpy as np
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, longest_section
+from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
+from vislam2tag.estimation.settings import SmootherSettings
 from vislam2tag.intake.ids import IdComparison, IdShift, NamedIds, compare_ids, shift_by_geometry
-from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
-from vislam2tag.smoother.settings import SmootherSettings
 
 SAME_IDS = (
     "give the sheets the ids of the table in the app, or write the logged ids into the first column of marker_dict.csv"

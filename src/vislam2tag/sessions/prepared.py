@@ -36,7 +36,6 @@ from vislam2tag.site.corrections.landmarks import corrected_landmarks, named_by_
 from vislam2tag.site.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.site.model import Floor, SessionRef, Site
 from vislam2tag.site.settings import SurveySettings
-from vislam2tag.smoother.observations import FEWEST_FRAMES
 
 _REFUSED = ("pose_convention", "far_landmarks", "not_level")
 """Kinds of findings that, as errors, keep a session from being mapped."""

@@ -128,7 +128,7 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
         "receiving/page.py",
         "pipeline/positioning/locate_app.py",
         "site/plans/reader_process.py",
-        "dead_reckoning/speed.py",
+        "estimation/dead_reckoning/gait.py",
     )
     others = {
         f"{place} {ast.unparse(call)}"

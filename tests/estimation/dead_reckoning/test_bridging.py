@@ -22,7 +22,7 @@ from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.evaluation.truth import errors_at_frames, read_truth
+from vislam2tag.quality.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.without_poses import no_landmarks
@@ -30,9 +30,8 @@ from vislam2tag.simulation import tracker
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.simulation.tracking import tracker
-from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning, dead_reckon
-from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.simulation.tracker_camera import CameraFrames, DeadReckoning, dead_reckon
+from vislam2tag.site.corrections.file import Corrections
 
 TIME_S = np.arange(0.0, 60.0, 0.1)
 SOUND = np.ones(len(TIME_S) - 1, dtype=bool)

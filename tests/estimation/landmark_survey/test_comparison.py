@@ -13,7 +13,7 @@ from vislam2tag.core.arrays import joint_columns, of_landmarks
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
 from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, join, solved
-from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.quality.evaluation.reliability import region_probability
 
 
 def usual(seed: int) -> LandmarkMap:

@@ -16,7 +16,7 @@ from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.landmark_map import Doubts, LandmarkMap, initial_map, join, predicted, solved
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap
-from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.quality.evaluation.reliability import region_probability
 
 ANGLE = st.floats(-np.pi, np.pi)
 SEEN = [[0, 1, 2, 3, 4, 5], [4, 5, 6, 7, 8], [7, 8, 9, 10, 11, 0]]

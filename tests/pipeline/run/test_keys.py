@@ -47,7 +47,7 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
         ("vislam2tag.estimation.settings", True),
         ("vislam2tag.settings", False),
         ("vislam2tag.preparation.planning.settings", False),
-        ("vislam2tag.mapping.strategies.local", False),
+        ("vislam2tag.estimation.strategies.local", False),
         ("vislam2tag.pipeline.labels.evaluating.evaluate", False),
         ("vislam2tag.report.page", False),
         ("vislam2tag.figures.style", False),

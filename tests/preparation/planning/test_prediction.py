@@ -6,11 +6,11 @@ What a set of landmarks costs on typical walks.
 from __future__ import annotations
 
 import numpy as np
-from vislam2tag.estimation.noise import NoiseLevels
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.preparation.planning.prediction import (
     GAPS_M,
     PassedLandmarks,

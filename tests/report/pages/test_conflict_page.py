@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.report.markup import own_part, tags_in_figures
 from tests.site.site import write_survey
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.quality.diagnosis.record import OddReference, Reference, References
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.sessions.registry import open_survey

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.dead_reckoning.walks import START_NS, corners, walked
+from tests.estimation.dead_reckoning.walks import START_NS, corners, walked
 from tests.sessions.getsensordata import BOOT_S, HEAD, HEAD_LINES, MAC, ORIGIN, OTHER, acce, posi, text, wifi
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.faults import EventKind

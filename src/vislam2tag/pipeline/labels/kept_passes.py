@@ -9,13 +9,13 @@ import numpy as np
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.estimation.drift import STATES
+from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.labeling.results import PassesRecord
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.site.model import SessionKey
-from vislam2tag.smoother.drift import STATES
-from vislam2tag.smoother.observations import WalkObservations
 
 Places = dict[str, tuple[int, complex]]
 """Floor and position of each surveyed landmark that a session may use, complex metres."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from vislam2tag.estimation.strategy import strategy_named
 import hashlib
 import json
 import platform
@@ -22,6 +21,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,

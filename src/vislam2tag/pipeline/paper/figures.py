@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from vislam2tag.estimation.settings import MappingSettings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +12,7 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.dataset.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
+from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
 from vislam2tag.figures.error_figures import (
     control_point_errors,

@@ -12,8 +12,6 @@ cost of a walk is then a sum over its gaps.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from vislam2tag.estimation.factors import LinearWalk
-from vislam2tag.estimation.smoother import SolvedWalk
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -23,17 +21,14 @@ from scipy.spatial import KDTree
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.similarity import as_complex
+from vislam2tag.estimation.factors import LinearWalk, Model, Weights
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.noise import USUAL, NoiseLevels
+from vislam2tag.estimation.observations import Passes, WalkObservations
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.reweighting import equivalent_variances
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path
 from vislam2tag.quality.self_check import expected_error_m
-from vislam2tag.smoother.chain import solve
-from vislam2tag.smoother.equations import Weights, normal_equations
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import USUAL, NoiseLevels
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.passes import Passes
-from vislam2tag.smoother.reweighting import equivalent_variances
-from vislam2tag.smoother.smoothing import Smoothed, mapped_path
 
 PASSED_M = 0.7
 """A walk that comes so near to a landmark's station passes it."""

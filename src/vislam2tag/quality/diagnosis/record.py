@@ -8,7 +8,7 @@ from typing import Any
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.judgement import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 
 
 class Reference(Record):

@@ -17,8 +17,8 @@ import numpy as np
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, Trajectory
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.quality.evaluation.metrics import points_within_sigma
 from vislam2tag.quality.evaluation.press_truth import is_faulty, nearest_point_errors, walk_error
 from vislam2tag.quality.evaluation.station_errors import JUMP_M, clock_offset, station_point_errors

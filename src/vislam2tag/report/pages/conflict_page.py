@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.quality.diagnosis.record import Reference, References
 from vislam2tag.report.floor_map.arrows import arrow_line
 from vislam2tag.report.floor_map.figures import site_figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from vislam2tag.common.findings import Severity
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.quality.diagnosis.record import Reference
 from vislam2tag.studio.layer_registry import register
 from vislam2tag.studio.work_messages import Feature, Title

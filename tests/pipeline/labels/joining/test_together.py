@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
 import json
 import shutil
 from functools import partial
@@ -15,6 +14,8 @@ import pytest
 from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import joint_columns
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
+from vislam2tag.estimation.noise import told_by_others
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
@@ -31,7 +32,6 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.corrections.file import Corrections
-from vislam2tag.smoother.device_noise import told_by_others
 
 SURVEYED = ("2", "5", "8")
 TOGETHER = ProcessSettings(together=True)

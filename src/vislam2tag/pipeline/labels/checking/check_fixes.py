@@ -12,7 +12,6 @@ from vislam2tag.estimation.dead_reckoning.walk import LeftOut as LeftOutFixes
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.quality.self_check import LeftOut, estimate_accuracy
 from vislam2tag.quality.self_check_record import DoubtfulFix, LeftOutMark
 from vislam2tag.sessions.prepared import PreparedSession

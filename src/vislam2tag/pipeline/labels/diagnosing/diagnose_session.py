@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from vislam2tag.diagnosis.two_floors import told_floors
-from vislam2tag.estimation.smoother import solve_walk
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,8 +10,12 @@ import polars as pl
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.tracks import longest_section
-from vislam2tag.dead_reckoning.bridging import bridged_observations
-from vislam2tag.dead_reckoning.self_check import LeftOut
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.dead_reckoning.walk import LeftOut
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import FEWEST_FRAMES
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.smoother import mapped_path, solve_walk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession, reduced
@@ -31,10 +33,6 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes, floors_told
 from vislam2tag.site.model import SessionKey
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.observations import FEWEST_FRAMES
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.smoothing import mapped_path, smooth
 
 PATH_STEP = 15
 """Frames from one place of the way that is kept to the next."""

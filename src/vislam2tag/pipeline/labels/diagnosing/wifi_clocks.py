@@ -11,7 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from vislam2tag.positioning.heard_floor import HeardFloor, ScanLag
 from vislam2tag.positioning.radio_scans import scans_of_walk
+from vislam2tag.positioning.walk_traces import HOLE_S, WalkTrace
 from vislam2tag.quality.diagnosis.evidence import Evidence
 from vislam2tag.quality.diagnosis.wifi_clock import (
     FEWEST_WALKS,
@@ -22,8 +24,6 @@ from vislam2tag.quality.diagnosis.wifi_clock import (
     wifi_clock_offsets,
 )
 from vislam2tag.site.model import SessionKey
-from vislam2tag.walk_ties.heard_floor import HeardFloor, ScanLag
-from vislam2tag.walk_ties.traces import HOLE_S, WalkTrace
 
 LEAST_LAG_S = 1.5
 """Less than this is how long a scan takes."""

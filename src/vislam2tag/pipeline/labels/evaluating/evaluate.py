@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from vislam2tag.estimation.strategy import strategies_for_poses
-from vislam2tag.estimation.strategy import strategy_named
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.evaluating.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluating.evaluate_station import (

@@ -14,9 +14,9 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.visits import find_visits
+from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.quality.evaluation.dense import TruePath, dense_errors, dense_figures

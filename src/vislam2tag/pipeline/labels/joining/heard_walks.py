@@ -23,8 +23,6 @@ from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.positioning.walk_traces import WalkTrace
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.site.model import SessionKey
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.walk_ties.traces import WalkTrace
 
 MOST_KEPT = 256
 """Scans of a session, evenly spread: no more of it are asked."""

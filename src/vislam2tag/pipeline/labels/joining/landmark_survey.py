@@ -34,10 +34,6 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import CLIMB_M
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.model import SessionKey, Site, Survey
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.noise import NoiseLevels
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.smoother.smoothing import smooth_in_own_frame
 
 
 class LandmarkPlace(NamedTuple):

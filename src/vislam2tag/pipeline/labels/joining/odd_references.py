@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.landmark_survey.comparison import Comparison, Verdict
-from vislam2tag.landmark_survey.device_metre import DeviceMetre
-from vislam2tag.landmark_survey.odd_one_out import Votes, vote
+from vislam2tag.estimation.landmark_survey.comparison import Comparison, Verdict
+from vislam2tag.estimation.landmark_survey.device_metre import DeviceMetre
+from vislam2tag.estimation.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, OddReference, Reference, References
 from vislam2tag.site.corrections.file import session_start

@@ -11,8 +11,6 @@ something new.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
-from vislam2tag.estimation.landmark_survey.comparison import ToldPlaces
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +21,8 @@ from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.similarity import as_points
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
+from vislam2tag.estimation.noise import told_by_others
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk, heard_walk, ties_of
 from vislam2tag.pipeline.labels.joining.landmark_survey import (
@@ -34,13 +34,12 @@ from vislam2tag.pipeline.labels.joining.landmark_survey import (
 from vislam2tag.pipeline.labels.joining.odd_references import references
 from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
+from vislam2tag.positioning.walk_traces import rounded_covariance
 from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import at_hand
 from vislam2tag.sessions.session_landmarks import ToldLandmarks
 from vislam2tag.site.model import SessionKey, Survey
-from vislam2tag.smoother.device_noise import told_by_others
-from vislam2tag.walk_ties.told import rounded_covariance
 
 STRATEGY = "smoother"
 """The others map with surveyed landmarks alone, as published."""
