@@ -11,9 +11,9 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.format_registry import ImportContext, import_format_of
-from vislam2tag.dataset.labelled import open_labelled
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.format_registry import ImportContext, import_format_of
+from vislam2tag.datasets.labelled import open_labelled
 from vislam2tag.evaluation.control_points.route_file import read_route
 from vislam2tag.evaluation.total_station.station_file import read_shots, read_station_track
 from vislam2tag.evaluation.trajectory_files import READERS

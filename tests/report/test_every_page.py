@@ -11,7 +11,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.planning.floors import write_ring_site
 from tests.positioning.test_benchmark_record import record
 from tests.report.browser import note_problems, running_browser
@@ -23,10 +23,10 @@ from tests.report.pages.test_evaluation_page import evaluation
 from tests.report.pages.test_fleet_pages import write_fleet_page, write_session_page
 from tests.survey.plans import drawn_floor
 from tests.undrawn import undrawn
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.settings import RadioMapSettings
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import Table3
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.settings import RadioMapSettings
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import Table3
 from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans

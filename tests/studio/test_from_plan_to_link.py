@@ -23,7 +23,7 @@ from tests.studio.sharing.test_export import WHOLE
 from tests.studio.test_page import click, errors_of, idle, open_tab, press, watched_page
 from tests.studio.test_prepare import POINTS, station_files
 from tests.survey.plans import drawn_floor
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.pipeline.site.walkable import write_walkable
 from vislam2tag.receiving.server import UPLOADS
 from vislam2tag.simulation.building.site_building import site_building

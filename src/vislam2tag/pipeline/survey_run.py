@@ -16,7 +16,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.dataset.folder import is_dataset
+from vislam2tag.datasets.folder import is_dataset
 from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset

@@ -25,7 +25,7 @@ from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.intake.addresses import normal_address
 from vislam2tag.positioning.registry import (
     Positioner,
@@ -52,7 +52,7 @@ class ModelOrigin(Record):
     technology: str = "wifi"
     frame: str = "BCS of each floor, metres"
     bssid_key: str | None = None
-    """Name of the key that access points' identifiers were hashed with (dataset/privacy.py); None: they are plain."""
+    """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: they are plain."""
 
 
 class ModelHeader(Record):

@@ -9,7 +9,7 @@ from pydantic import Field
 from vislam2tag.common.findings import Severity
 from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.label_comparison import LabelComparison
+from vislam2tag.datasets.label_comparison import LabelComparison
 from vislam2tag.diagnosis.record import Gain
 from vislam2tag.studio.messages import OutputView, Point
 from vislam2tag.survey.corrections.edits import Change

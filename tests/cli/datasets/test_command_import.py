@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.formats.test_getsensordata import walk
-from tests.dataset.formats.test_ilc20 import trace
-from tests.dataset.formats.test_tampere import quartet
+from tests.datasets.formats.test_getsensordata import walk
+from tests.datasets.formats.test_ilc20 import trace
+from tests.datasets.formats.test_tampere import quartet
 from vislam2tag.cli.datasets.command_import import degrees_of, floor_words
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.format_registry import import_formats
-from vislam2tag.dataset.model import FloorInfo
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.format_registry import import_formats
+from vislam2tag.datasets.model import FloorInfo
 
 
 def test_a_summary(tmp_path: Path) -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.formats.test_tampere import quartet
+from tests.datasets.formats.test_tampere import quartet
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.dataset.description import read_description
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.datasets.description import read_description
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 
 

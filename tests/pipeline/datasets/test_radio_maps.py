@@ -12,14 +12,14 @@ import pytest
 import rasterio
 from PIL import Image
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.surveys import bytes_of
 from tests.undrawn import undrawn
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.dataset.folder import sha256_of, write_dataset
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.radio_maps import radio_maps
-from vislam2tag.dataset.settings import RadioMapSettings
+from vislam2tag.datasets.folder import sha256_of, write_dataset
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.radio_maps import radio_maps
+from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.pipeline.datasets.radio_maps import INDEX_FILE, LAYERS, PAGE_FILE, RadioMapIndex, write_radio_maps
 from vislam2tag.survey.georeference import Georeference
 

@@ -12,14 +12,14 @@ import polars as pl
 import pytest
 
 from tests.cli.command import vislam2tag
-from tests.dataset.formats.test_tampere import quartet
+from tests.datasets.formats.test_tampere import quartet
 from tests.positioning.benchmarked import MODELS, benchmark_dataset, known_models
 from tests.struck import Strike, struck
 from tests.surveys import bytes_of
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.progress import Stage
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.datasets.model import Dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, benchmark_figures, public_dataset
 from vislam2tag.positioning.benchmark_protocol import ModelChoice
 from vislam2tag.positioning.benchmark_record import Benchmark

@@ -12,9 +12,9 @@ from tests.positioning.radio_world import STOREYS, assert_says_what_is_unlike, r
 from tests.positioning.test_radio_scans import scans_from
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.dataset.format_registry import ImportContext
-from vislam2tag.dataset.formats.tampere import read
-from vislam2tag.dataset.point_fingerprints import OFFICIAL
+from vislam2tag.datasets.format_registry import ImportContext
+from vislam2tag.datasets.formats.tampere import read
+from vislam2tag.datasets.point_fingerprints import OFFICIAL
 from vislam2tag.positioning.learning_data import learning_data
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours

@@ -15,15 +15,15 @@ from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
-from vislam2tag.dataset.access_points import access_point_table, merged_radios
-from vislam2tag.dataset.description import Description, with_description
-from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
-from vislam2tag.dataset.labelled import is_labelled
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Storey
-from vislam2tag.dataset.privacy import Privacy, with_privacy
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
-from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.datasets.access_points import access_point_table, merged_radios
+from vislam2tag.datasets.description import Description, with_description
+from vislam2tag.datasets.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
+from vislam2tag.datasets.labelled import is_labelled
+from vislam2tag.datasets.model import Dataset, DatasetInfo, Grouping, Storey
+from vislam2tag.datasets.privacy import Privacy, with_privacy
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.statistics_record import FieldWork
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.pipeline.datasets.sources import (

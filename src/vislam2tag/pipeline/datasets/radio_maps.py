@@ -13,12 +13,12 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.folder import MANIFEST, open_dataset_to_share, sha256_of
-from vislam2tag.dataset.geotiff import pixel_transform, site_transform, write_geotiff
-from vislam2tag.dataset.map_process import MapKernel
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.radio_maps import FloorMaps, RadioMap, radio_maps
-from vislam2tag.dataset.settings import RadioMapSettings
+from vislam2tag.datasets.folder import MANIFEST, open_dataset_to_share, sha256_of
+from vislam2tag.datasets.geotiff import pixel_transform, site_transform, write_geotiff
+from vislam2tag.datasets.map_process import MapKernel
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.radio_maps import FloorMaps, RadioMap, radio_maps
+from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.pages.radio_map_page import MapFloor, write_radio_map_page
@@ -87,7 +87,7 @@ def write_radio_maps(
 ) -> RadioMapIndex:
     """Make the radio maps of the data set in ``source`` into ``out``, which appears whole or not at all.
 
-    Raises DatasetError and UsageError as :func:`vislam2tag.dataset.radio_maps.radio_maps` does,
+    Raises DatasetError and UsageError as :func:`vislam2tag.datasets.radio_maps.radio_maps` does,
     and where links lead to files outside ``source`` and ``follow_links`` is not given, OutputError where ``out`` holds
     something else or cannot be written.
     """

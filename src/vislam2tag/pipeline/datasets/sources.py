@@ -20,7 +20,7 @@ from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.fingerprints import (
+from vislam2tag.datasets.fingerprints import (
     TECHNOLOGIES,
     WIFI,
     SessionFingerprints,
@@ -28,11 +28,11 @@ from vislam2tag.dataset.fingerprints import (
     fingerprints_of,
     radio_rows,
 )
-from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
-from vislam2tag.dataset.model import DatasetSource, FloorInfo
-from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
-from vislam2tag.dataset.sensor_windows import imu_windows, magnetic_windows
-from vislam2tag.dataset.settings import DatasetSettings
+from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
+from vislam2tag.datasets.model import DatasetSource, FloorInfo
+from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
+from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
+from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY

@@ -9,15 +9,15 @@ from pathlib import Path
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled
-from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
-from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.dataset.splits import standard_splits
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import DatasetStatistics
+from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.datasets.model import Dataset, DatasetInfo
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.splits import standard_splits
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import DatasetStatistics
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_session
 from vislam2tag.pipeline.labels.process import process

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.dataset.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
+from vislam2tag.datasets.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
 from vislam2tag.evaluation.metrics import frames_within_sigma, strategy_errors
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
 from vislam2tag.evaluation.pooling import error_curve

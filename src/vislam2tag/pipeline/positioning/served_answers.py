@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.intake.addresses import is_masked
 from vislam2tag.intake.signal_strength import SIGNAL_STRENGTH
 from vislam2tag.pipeline.positioning.locate import located_table, namer

@@ -17,8 +17,8 @@ from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.dataset.folder import is_dataset
-from vislam2tag.dataset.labelled import LabelledSurvey, is_labelled, open_labelled
+from vislam2tag.datasets.folder import is_dataset
+from vislam2tag.datasets.labelled import LabelledSurvey, is_labelled, open_labelled
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
 from vislam2tag.labeling.schemas import SCHEMAS

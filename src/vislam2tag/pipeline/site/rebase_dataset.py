@@ -10,10 +10,10 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share, sha256_of
-from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
-from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.datasets.folder import dataset_folder, open_dataset_to_share, sha256_of
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
+from vislam2tag.datasets.schema import FINGERPRINTS
+from vislam2tag.datasets.statistics_record import FieldWork
 from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
-from vislam2tag.dataset.statistics_record import TABLE_3_TITLE, Table3
+from vislam2tag.datasets.statistics_record import TABLE_3_TITLE, Table3
 from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
 from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.positioning.benchmark_tables import TABLE_4_TITLE as TITLE_4
