@@ -36,7 +36,7 @@ COLUMNS: Mapping[str, pl.DataType] = {
 GREATEST_M = 1e8
 """Coordinates of map projections stay below; a greater one is a fault."""
 _LABEL = ("floor", "x", "y", "z", "sigma", "heading_deg")
-_NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
+NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def numbered_on(parts: Iterable[PointFingerprints]) -> PointFingerprints:
     return PointFingerprints(pl.concat(rows), pl.concat(heard))
 
 
-def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFrame = _NO_NAMES) -> Dataset:
+def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFrame = NO_NAMES) -> Dataset:
     """Make a data set of fingerprints at points: ordered by session, then time, then row.
 
     ``names`` is as :func:`~vislam2tag.datasets.access_points.access_point_table` takes it.

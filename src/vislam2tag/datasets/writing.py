@@ -7,7 +7,7 @@ a format has no place for is counted and stated, column by column.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +20,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.common.progress import Progress
 from vislam2tag.datasets.format_registry import ExportContext
 from vislam2tag.datasets.labelled import LabelledSurvey, open_labelled, without_sessions
@@ -133,10 +133,8 @@ class TrainTestAssignment:
         """Count the fingerprints that the split puts into neither part."""
         left = fingerprints.join(self.part.lazy(), on="scan_id", how="anti").select(pl.len())
         count = int(left.collect(engine="streaming").item())
-        if not count:
-            return ()
         message = "fingerprints are in neither part of the split: they are in no training or test set"
-        return (Finding(kind="in_neither_part", file="", count=count, message=message, severity=Severity.INFO),)
+        return finding_if(count, "in_neither_part", message)
 
 
 def train_test_assignment(dataset: Dataset, context: ExportContext) -> TrainTestAssignment:
@@ -163,9 +161,7 @@ def _without_choice(dataset: Dataset, context: ExportContext) -> TrainTestAssign
     message = "no split chosen (--split): all is training data" + (
         f"; there are: {', '.join(dataset.splits)}" if dataset.splits else ", as the data set has none"
     )
-    return TrainTestAssignment(
-        ids, (Finding(kind="no_split", file="", count=1, message=message, severity=Severity.INFO),)
-    )
+    return TrainTestAssignment(ids, finding_if(1, "no_split", message))
 
 
 def _fold(split: Split, name: str | None) -> Fold:
@@ -192,6 +188,7 @@ def _parts(split: Split, fold: Fold) -> TrainTestAssignment:
 _CELLS_AT_ONCE = 4_000_000
 """Cells of a matrix in memory at once: 16 MB."""
 _NS = 1_000_000_000
+UNKNOWN_LEVELS = "readings without a level are left out"
 
 
 def labelled_fingerprints(
@@ -224,8 +221,7 @@ def labelled_fingerprints(
         ),
         ("technology_left_out", f"fingerprints of another technology than {technology} are left out"),
     )
-    findings = (_left_out(kind, count, message) for count, (kind, message) in zip(lost, messages, strict=True) if count)
-    return dataset.fingerprints.filter(known & wanted & sure), tuple(findings)
+    return dataset.fingerprints.filter(known & wanted & sure), _counted(lost, messages)
 
 
 def labelled_by_session(
@@ -260,6 +256,11 @@ def matrices(
         yield rows, matrix
 
 
+def _counted(counts: Iterable[int], messages: Iterable[tuple[FindingKind, str]]) -> tuple[Finding, ...]:
+    pairs = zip(counts, messages, strict=True)
+    return tuple(finding for count, (kind, message) in pairs for finding in finding_if(count, kind, message))
+
+
 class MatrixLosses:
     """Counts, session by session, the readings that a matrix of levels cannot hold as they are."""
 
@@ -282,15 +283,14 @@ class MatrixLosses:
         """What was counted."""
         hidden = f"readings of {self._not_heard:g} dBm look like not heard, which the format writes this way"
         messages: tuple[tuple[FindingKind, str], ...] = (
-            ("unknown_levels_left_out", "readings without a level are left out"),
+            ("unknown_levels_left_out", UNKNOWN_LEVELS),
             ("levels_left_out", hidden),
             (
                 "readings_averaged",
                 "readings are further ones of an access point in a fingerprint: their mean is written",
             ),
         )
-        counted = zip(self._counts.tolist(), messages, strict=True)
-        return tuple(_left_out(kind, count, message) for count, (kind, message) in counted if count)
+        return _counted(self._counts.tolist(), messages)
 
 
 def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
@@ -341,7 +341,3 @@ def csv_file(folder: Folder, name: str, separator: str = ",", null: str = "") ->
     """Open a new CSV file; ``null`` is written for what is not known."""
     with folder.writing(name) as file:
         yield CsvFile(file, separator, null)
-
-
-def _left_out(kind: FindingKind, count: int, message: str) -> Finding:
-    return Finding(kind=kind, file="", count=count, message=message, severity=Severity.INFO)

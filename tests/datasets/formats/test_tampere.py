@@ -14,7 +14,7 @@ from tests.conftest import shared_folder
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.datasets.format_registry import ImportContext, import_format_of
-from vislam2tag.datasets.formats.tampere import read
+from vislam2tag.datasets.formats.tampere import TABLES
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.point_fingerprints import OFFICIAL
 
@@ -26,7 +26,7 @@ FLOOR_OF_LEVELS_DBM = -105.0
 def tampere(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     path = shared_folder("tampere")
     assert import_format_of(path).name == "tampere"
-    return read(path, ImportContext(Folder.at(tmp_path_factory.mktemp("scratch"))))
+    return TABLES.read(path, ImportContext(Folder.at(tmp_path_factory.mktemp("scratch"))))
 
 
 def test_real_data_are_whole(tampere: Dataset) -> None:
@@ -77,7 +77,7 @@ def quartet(folder: Path, part: str = "Training", **changed: str) -> Path:
 
 
 def imported(folder: Path, tmp_path: Path) -> Dataset:
-    return read(folder, ImportContext(Folder.at(tmp_path / "scratch")))
+    return TABLES.read(folder, ImportContext(Folder.at(tmp_path / "scratch")))
 
 
 def test_a_small_quartet(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_incomplete_or_double_quartets_are_told(tmp_path: Path) -> None:
         imported(folder, tmp_path)
     for path in folder.glob("*_rss_*"):
         path.unlink()
-    with pytest.raises(DatasetError, match=r"has no train rss"):
+    with pytest.raises(DatasetError, match=r"has no training rss"):
         imported(folder, tmp_path)
     (tmp_path / "empty").mkdir()
     with pytest.raises(DatasetError, match="expected the Tampere quartet"):

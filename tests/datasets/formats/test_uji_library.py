@@ -9,7 +9,7 @@ import pytest
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.datasets.format_registry import ImportContext, import_format_of
-from vislam2tag.datasets.formats.uji_library import read
+from vislam2tag.datasets.formats.uji_library import TABLES
 from vislam2tag.datasets.point_fingerprints import OFFICIAL
 
 FILES = {"rss": "-90,100\n100,-60\n", "crd": "1.5,2.5,3\n3.5,4.5,5\n", "tms": "20160602155217232\n20160602155220780\n"}
@@ -25,7 +25,7 @@ def written(folder: Path, month: str, walk: str, **files: str) -> Path:
 def test_months_walks_and_times(tmp_path: Path) -> None:
     folder = written(written(written(tmp_path / "db", "01", "trn01"), "01", "tst01"), "02", "trn01")
     assert import_format_of(folder).name == "uji-library"
-    dataset = read(folder, ImportContext(Folder.at(tmp_path)))
+    dataset = TABLES.read(folder, ImportContext(Folder.at(tmp_path)))
     found = dataset.fingerprints.collect()
     assert found["session"].unique().sort().to_list() == ["month_01.trn01", "month_01.tst01", "month_02.trn01"]
     assert found.select("floor", "x", "start_ns", "readings").rows()[:2] == [
@@ -38,11 +38,11 @@ def test_months_walks_and_times(tmp_path: Path) -> None:
 def test_files_that_do_not_fit_are_told(tmp_path: Path) -> None:
     folder = written(tmp_path / "db", "01", "trn01", crd="1,2,3\n")
     with pytest.raises(DatasetError, match=r"trn01crd\.csv: has 1 lines, expected 2"):
-        read(folder, ImportContext(Folder.at(tmp_path)))
+        TABLES.read(folder, ImportContext(Folder.at(tmp_path)))
     (folder / "01" / "trn01tms.csv").unlink()
     with pytest.raises(DatasetError, match=r"month 01 has no trn01tms\.csv"):
-        read(folder, ImportContext(Folder.at(tmp_path)))
+        TABLES.read(folder, ImportContext(Folder.at(tmp_path)))
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     with pytest.raises(DatasetError, match="holds no MM/trnNNrss"):
-        read(elsewhere, ImportContext(Folder.at(tmp_path)))
+        TABLES.read(elsewhere, ImportContext(Folder.at(tmp_path)))

@@ -9,7 +9,7 @@ import pytest
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.datasets.format_registry import ImportContext, import_format_of
-from vislam2tag.datasets.formats.wifine import read
+from vislam2tag.datasets.formats.wifine import TABLES
 from vislam2tag.datasets.point_fingerprints import OFFICIAL
 
 HEAD = "0,1,num_visible_APs,timestamp,x,y,z,floorID"
@@ -25,7 +25,7 @@ def test_walks_their_times_and_the_split(tmp_path: Path) -> None:
     folder = written(tmp_path / "w", "train/train_4_1.csv", "-48.0,-100.0,1,0.0,1,2,0.5,0", "-50,-60,2,3.95,4,5,0.5,0")
     written(folder, "val/val_45_e_1.csv", "-100.0,-71.5,1,0.0,7,8,9,1")
     assert import_format_of(folder).name == "wifine"
-    dataset = read(folder, ImportContext(Folder.at(tmp_path)))
+    dataset = TABLES.read(folder, ImportContext(Folder.at(tmp_path)))
     found = dataset.fingerprints.collect()
     assert found.select("scan_id", "floor", "x", "z", "start_ns", "readings").rows() == [
         ("train_4_1/wifi/000000", 0, 1.0, 0.5, 0, 1),
@@ -38,10 +38,10 @@ def test_walks_their_times_and_the_split(tmp_path: Path) -> None:
 
 def test_a_line_without_a_place_is_told(tmp_path: Path) -> None:
     folder = written(tmp_path / "w", "train/train_4_1.csv", "-48.0,-100.0,1,0.0,,2,0.5,0")
-    with pytest.raises(DatasetError, match=r"train_4_1\.csv: a line has no x, y or floorID"):
-        read(folder, ImportContext(Folder.at(tmp_path)))
+    with pytest.raises(DatasetError, match=r"train_4_1\.csv: line 2 has no x; expected the columns"):
+        TABLES.read(folder, ImportContext(Folder.at(tmp_path)))
 
 
 def test_a_folder_of_something_else(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match=r"holds no train/train_\*"):
-        read(tmp_path, ImportContext(Folder.at(tmp_path)))
+        TABLES.read(tmp_path, ImportContext(Folder.at(tmp_path)))

@@ -25,7 +25,7 @@ def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_pat
     dataset = import_format(source, tmp_path / "set", progress=lambda part, total: parts.append((part, total)))
     assert {"official", "random", "device"} <= dataset.splits.keys()
     assert dataset.splits["official"].groups["group"].to_list().count("test") == 2
-    assert parts == [("test", 2), ("train", 2)]
+    assert parts == [("test", 2), ("training", 2)]
     assert {"README.md", "statistics.json", "SHA256SUMS"} <= {path.name for path in (tmp_path / "set").iterdir()}
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "set"]
 

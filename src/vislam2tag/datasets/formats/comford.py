@@ -12,19 +12,20 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import read_csv
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.datasets.fingerprint_tables import SetContent, SetDescription
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
-from vislam2tag.datasets.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
-from vislam2tag.datasets.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.datasets.model import TEST, TRAIN, Dataset
+from vislam2tag.datasets.point_fingerprints import PointFingerprints
 from vislam2tag.datasets.writing import (
     ONE_SPLIT,
     SET,
+    UNKNOWN_LEVELS,
     csv_file,
     labelled_by_session,
     labelled_fingerprints,
@@ -60,6 +61,7 @@ _OUR_ID = r"^(.+)/[a-z]+/\d{6}$"
 """Ids that this program writes begin with the walk."""
 _VALIDATION = "validation"
 """Read as a test set: the package gives it to data sets whose test set is called so."""
+_ORPHANS = "levels of samples that Samples.csv does not have are left out"
 
 
 def recognises(path: Path) -> bool:
@@ -77,23 +79,11 @@ def read(path: Path, context: ImportContext) -> Dataset:
     samples, rssi, aps = (_table(file, FILES[name]) for name, file in files.items())
     rows = _rows(files["Samples.csv"], samples, _technologies(rssi, aps))
     heard, odd = _heard(files["RSSI.csv"], rssi, rows)
-    info = DatasetInfo(
-        name=path.stem,
-        frame="as the files have it, metres",
-        clock="unix" if rows["time_ns"].count() else "none",
-        floors=floor_infos(rows),
-        groupings=tuple(Grouping(technology=name, by="scan") for name in rows["technology"].unique().sort()),
-        sources=(
-            DatasetSource(
-                kind="comford",
-                name=path.name,
-                version=__version__,
-                inputs={name: sha256_of(file) for name, file in files.items()},
-            ),
-        ),
-        findings=(*odd, *_orphans(rssi.filter(~pl.col("sample_id").is_in(rows["sample_id"].implode())).height)),
-    )
-    return point_dataset(info, PointFingerprints(rows.drop("sample_id"), heard))
+    unknown = rssi.filter(~pl.col("sample_id").is_in(rows["sample_id"].implode())).height
+    findings = (*odd, *finding_if(unknown, "unknown_samples", _ORPHANS, "RSSI.csv", Severity.WARNING))
+    inputs = {name: sha256_of(file) for name, file in files.items()}
+    content = SetContent(PointFingerprints(rows.drop("sample_id"), heard), inputs, findings)
+    return SetDescription("comford", frame="as the files have it, metres").dataset(path, content)
 
 
 def _file(path: Path, folder: Path, name: str) -> Path:
@@ -174,16 +164,6 @@ def _heard(file: Path, rssi: pl.DataFrame, rows: pl.DataFrame) -> tuple[pl.DataF
     ), odd
 
 
-def _orphans(count: int) -> tuple[Finding, ...]:
-    if not count:
-        return ()
-    message = "levels of samples that Samples.csv does not have are left out"
-    return (Finding(kind="unknown_samples", file="RSSI.csv", count=count, message=message),)
-
-
-READS = ImportFormat("comford", read, recognises)
-
-
 HOLDS = {
     SET: (ONE_SPLIT,),
     "fingerprints": (
@@ -226,7 +206,12 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
             samples.add(_sample_rows(tables.fingerprints, extra))
             rssi.add(_reading_rows(tables.readings))
             unknown_levels += tables.readings["rssi_dbm"].null_count()
-    return (*findings, *parts.findings, *parts.neither(fingerprints), *_unknown_levels(unknown_levels))
+    return (
+        *findings,
+        *parts.findings,
+        *parts.neither(fingerprints),
+        *finding_if(unknown_levels, "unknown_levels_left_out", UNKNOWN_LEVELS),
+    )
 
 
 def _sample_rows(fingerprints: pl.DataFrame, extra: pl.DataFrame) -> pl.DataFrame:
@@ -270,14 +255,4 @@ def _transmitter_rows(transmitters: pl.DataFrame) -> pl.DataFrame:
     )
 
 
-def _unknown_levels(count: int) -> tuple[Finding, ...]:
-    if not count:
-        return ()
-    message = "readings without a level are left out"
-    return (Finding(kind="unknown_levels_left_out", file="", count=count, message=message, severity=Severity.INFO),)
-
-
-WRITES = ExportFormat("comford", HOLDS, takes=("split",), write=write)
-
-
-register(READS, WRITES)
+register(ImportFormat("comford", read, recognises), ExportFormat("comford", HOLDS, takes=("split",), write=write))

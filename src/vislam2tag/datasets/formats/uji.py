@@ -6,27 +6,26 @@ ours tell by name. Written piece by piece.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
-from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import read_csv, write_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.spreadsheet_text import escaped, unescaped
-from vislam2tag.datasets.folder import sha256_of
+from vislam2tag.datasets.fingerprint_tables import WALK, FingerprintTables, SetDescription
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
-from vislam2tag.datasets.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
-from vislam2tag.datasets.point_fingerprints import PointFingerprints, floor_infos, point_dataset
-from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_wide
+from vislam2tag.datasets.model import TEST, TRAIN, Dataset
+from vislam2tag.datasets.point_fingerprints import PointFingerprints
 from vislam2tag.datasets.writing import (
     ONE_SPLIT,
     SET,
@@ -69,120 +68,76 @@ class Numbering:
 
     column: str
     file: str
-    name: str
     first: int
     """Number of the first name; where it is 1, 0 stands for not known."""
 
 
 NUMBERINGS = {
-    "building": Numbering("BUILDINGID", "buildings.csv", "building", 0),
-    "user": Numbering("USERID", "users.csv", "user", 1),
-    "device": Numbering("PHONEID", "phones.csv", "device", 1),
+    "building": Numbering("BUILDINGID", "buildings.csv", 0),
+    "user": Numbering("USERID", "users.csv", 1),
+    "device": Numbering("PHONEID", "phones.csv", 1),
 }
-"""By the column of the fingerprints."""
+"""By the column of the fingerprints and of the file."""
+_SECONDS = pl.when(pl.col("TIMESTAMP") > 0).then("TIMESTAMP")
+_DATE = pl.from_epoch(_SECONDS, time_unit="s").dt.date()
 
 
-def recognises(path: Path) -> bool:
-    """Whether there is one of the two files, with its columns where it can be looked into."""
-    if path.is_file() and path.suffix.lower() == ".csv":
-        return is_wide(path, frozenset(TAIL))
-    wanted = {name.lower() for name in FILES.values()}
-    return any(name.name.lower() in wanted for name in names_in(path))
+TABLES = FingerprintTables(
+    SetDescription("uji", frame="metres, as LONGITUDE and LATITUDE are"),
+    files=re.compile(r"trainingData\.csv|validationData\.csv", re.IGNORECASE),
+    none_found="holds neither trainingData.csv nor validationData.csv",
+    columns=TAIL,
+    access_points=re.compile(r"WAP\d+"),
+    needed=("LONGITUDE", "LATITUDE", "FLOOR"),
+    strength=STRENGTH,
+    by_header=True,
+    lone_part=False,
+    fields={
+        **{name: pl.col(name) for name in NUMBERINGS},
+        "floor": pl.col("FLOOR").cast(pl.Int32, strict=False),
+        "x": pl.col("LONGITUDE"),
+        "y": pl.col("LATITUDE"),
+        "time_ns": _SECONDS * 1_000_000_000,
+        "date": _DATE,
+        "part": pl.col(WALK).replace_strict(
+            {"trainingdata": TRAIN, "validationdata": TEST}, default=None, return_dtype=pl.String
+        ),
+        "session": pl.concat_str(
+            pl.when(pl.col("building") != "").then(pl.lit("building_") + pl.col("building")),
+            pl.lit("user_") + pl.col("user"),
+            pl.lit("phone_") + pl.col("device"),
+            _DATE.cast(pl.String),
+            separator=".",
+            ignore_nulls=True,
+        ),
+    },
+)
+"""Positions are metres; a session is what one user recorded with one phone in a building on a day."""
 
 
 def read(path: Path, context: ImportContext) -> Dataset:
-    """Read one or both files; ``LONGITUDE`` and ``LATITUDE`` are metres.
+    """Read one or both files, and what the files beside them say that numbers stand for.
 
-    A session is what one user recorded with one phone in a building on a day. Raises DatasetError where a file is no
-    such table.
+    Raises DatasetError if a file is no such table.
     """
     folder = folder_of(path, context.scratch, context.most_unpacked)
-    files = {TRAIN: path} if path.suffix.lower() == ".csv" and path.is_file() else _files(path, folder)
-    names = {name: _names(folder / numbering.file, numbering) for name, numbering in NUMBERINGS.items()}
-    rows, heard, first_row = [], [], 0
-    findings: list[Finding] = []
-    for part, file in files.items():
-        table = read_wide(file, TAIL, _is_access_point, LevelRules(NOT_HEARD, STRENGTH, context.not_heard))
-        _refuse_lacking(file, table)
-        rows.append(_rows(table, names, part if len(files) > 1 else None).with_columns(pl.col("row") + first_row))
-        heard.append(table.heard.with_columns(pl.col("row") + first_row))
-        findings += table.findings
-        first_row += table.rows.height
-        context.progress(part, len(files))
-    points = PointFingerprints(pl.concat(rows), pl.concat(heard))
+    found = TABLES.rows(path, context)
+    rows = found.points.rows.with_columns(_named(folder, name) for name in NUMBERINGS)
     transmitters = _transmitters(folder / ACCESS_POINTS_FILE)
-    points = PointFingerprints(points.rows, _with_addresses(points.heard, transmitters))
-    inputs = {file.name: sha256_of(file) for file in files.values()}
-    info = DatasetInfo(
-        name=path.stem,
-        frame="metres, as LONGITUDE and LATITUDE are",
-        clock="unix" if points.rows["time_ns"].count() else "none",
-        floors=floor_infos(points.rows),
-        groupings=(Grouping(technology=TECHNOLOGY, by="scan"),),
-        sources=(DatasetSource(kind="uji", name=path.name, version=__version__, inputs=inputs),),
-        findings=tuple(findings),
-    )
-    return point_dataset(info, points, _ssids(points.heard, transmitters))
+    heard = _with_addresses(found.points.heard, transmitters)
+    content = TABLES.content(replace(found, points=PointFingerprints(rows, heard)))
+    return TABLES.about.dataset(path, content, _ssids(heard, transmitters))
 
 
-def _files(path: Path, folder: Path) -> dict[str, Path]:
-    found = {file.name.lower(): file for file in sorted(folder.rglob("*.csv"))}
-    files = {part: found[name.lower()] for part, name in FILES.items() if name.lower() in found}
-    if not files:
-        raise DatasetError(f"{path}: holds neither {' nor '.join(FILES.values())}")
-    return files
-
-
-def _is_access_point(name: str) -> bool:
-    return name.startswith("WAP") and name.removeprefix("WAP").isdecimal()
-
-
-def _refuse_lacking(file: Path, table: WideTable) -> None:
-    needed = ("LONGITUDE", "LATITUDE", "FLOOR")
-    for name in needed:
-        if table.rows[name].null_count():
-            line = table.rows[name].is_null().arg_max()
-            raise DatasetError(f"{file}: line {(line or 0) + 2} has no {name}; expected the columns {', '.join(TAIL)}")
-
-
-def _rows(table: WideTable, names: Mapping[str, dict[int, str]], part: str | None) -> pl.DataFrame:
-    """Bring the columns after the access points' to those of :class:`PointFingerprints`."""
-
-    def named(name: str) -> pl.Expr:
-        number = pl.col(NUMBERINGS[name].column)
-        unknown = pl.when(number >= NUMBERINGS[name].first).then(number.cast(pl.String))
-        return number.replace_strict(names[name], default=unknown, return_dtype=pl.String).alias(name)
-
-    seconds = pl.when(pl.col("TIMESTAMP") > 0).then("TIMESTAMP")
-    rows = table.rows.select(
-        "row",
-        named("building"),
-        named("user"),
-        named("device"),
-        pl.col("FLOOR").cast(pl.Int32, strict=False).alias("floor"),
-        x="LONGITUDE",
-        y="LATITUDE",
-        time_ns=seconds * 1_000_000_000,
-        date=pl.from_epoch(seconds, time_unit="s").dt.date(),
-        part=pl.lit(part, dtype=pl.String),
-    )
-    session = pl.concat_str(
-        pl.when(pl.col("building") != "").then(pl.lit("building_") + pl.col("building")),
-        pl.lit("user_") + pl.col("user"),
-        pl.lit("phone_") + pl.col("device"),
-        pl.col("date").cast(pl.String),
-        separator=".",
-        ignore_nulls=True,
-    )
-    return rows.with_columns(session=session)
-
-
-def _names(file: Path, numbering: Numbering) -> dict[int, str]:
-    """Read what the numbers of one kind stand for; empty where no such file lies beside."""
-    if not file.is_file():
-        return {}
-    table = _beside(file, {numbering.column: pl.Int64(), numbering.name: pl.String()})
-    return dict(table.select(numbering.column, pl.col(numbering.name).fill_null("")).rows())
+def _named(folder: Path, name: str) -> pl.Expr:
+    """The names of buildings, users or phones by the file beside, else their numbers."""
+    numbering = NUMBERINGS[name]
+    file, number, names = folder / numbering.file, pl.col(numbering.column), dict[int, str]()
+    if file.is_file():
+        table = _beside(file, {numbering.column: pl.Int64(), name: pl.String()})
+        names = dict(table.select(numbering.column, pl.col(name).fill_null("")).rows())
+    unknown = pl.when(number >= numbering.first).then(number.cast(pl.String))
+    return number.replace_strict(names, default=unknown, return_dtype=pl.String).alias(name)
 
 
 def _transmitters(file: Path) -> pl.DataFrame:
@@ -217,9 +172,6 @@ def _ssids(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:
     return named.select("bssid", pl.lit(TECHNOLOGY).alias("technology"), "ssid", "count")
 
 
-READS = ImportFormat("uji", read, recognises, takes=("not_heard",))
-
-
 HOLDS = {
     SET: (ONE_SPLIT,),
     "fingerprints": ("technology", "building", "floor", "x", "y", "user", "device", "start_ns", "date"),
@@ -245,10 +197,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     columns = wap_columns(transmitters.height)
     numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
     write_csv(escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
-    numbers = {
-        name: _write_numbers(folder, numbering, fingerprints, context.escape_formulas)
-        for name, numbering in NUMBERINGS.items()
-    }
+    numbers = {name: _write_numbers(folder, name, fingerprints, context.escape_formulas) for name in NUMBERINGS}
     whole = _all_whole(dataset)
     extra = parts.part.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
     losses = MatrixLosses(NOT_HEARD)
@@ -274,12 +223,10 @@ def _all_whole(dataset: Dataset) -> bool:
     return bool(dataset.readings.select((level == level.round()).all()).collect(engine="streaming").item())
 
 
-def _write_numbers(
-    folder: Folder, numbering: Numbering, fingerprints: pl.LazyFrame, escape_formulas: bool
-) -> dict[str, int]:
-    source = pl.col(numbering.name)
-    names = fingerprints.select(source).drop_nulls().unique().collect(engine="streaming")[numbering.name].sort()
-    table = pl.DataFrame({numbering.name: names}).with_row_index(numbering.column, offset=numbering.first)
+def _write_numbers(folder: Folder, name: str, fingerprints: pl.LazyFrame, escape_formulas: bool) -> dict[str, int]:
+    numbering = NUMBERINGS[name]
+    names = fingerprints.select(name).drop_nulls().unique().collect(engine="streaming")[name].sort()
+    table = pl.DataFrame({name: names}).with_row_index(numbering.column, offset=numbering.first)
     write_csv(escaped(table, formulas=escape_formulas), folder, numbering.file)
     return dict(zip(names, table[numbering.column], strict=True))
 
@@ -315,7 +262,7 @@ def _add(files: Mapping[str, CsvFile], rows: pl.DataFrame, cells: pl.DataFrame) 
         file.add(table.filter(pl.col("part") == part).drop("part"))
 
 
-WRITES = ExportFormat("uji", HOLDS, takes=("split",), write=write)
-
-
-register(READS, WRITES)
+register(
+    ImportFormat("uji", read, TABLES.recognises, takes=("not_heard",)),
+    ExportFormat("uji", HOLDS, takes=("split",), write=write),
+)
