@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
 import polars as pl
 
@@ -18,135 +19,148 @@ MAGNETIC = "magnetic"
 IMU_WINDOWS = "imu_windows"
 RTT = "rtt"
 
-SCHEMAS: Mapping[str, Schema] = MappingProxyType(
+
+class Column(NamedTuple):
+    """One column: its type and what it says."""
+
+    kind: pl.DataType
+    meaning: str
+
+
+_USUAL: Mapping[str, Column] = MappingProxyType(
+    {
+        "building": Column(_TEXT, "building; empty where there is one only"),
+        "floor": Column(_I32, "number of the floor; null where there is no label"),
+        "x": Column(_F64, "position, to the right on the plan"),
+        "y": Column(_F64, "position, up on the plan"),
+        "z": Column(_F64, "height of the phone"),
+        "sigma": Column(_F64, "how sure the position is"),
+        "device": Column(_TEXT, "phone"),
+        "user": Column(_TEXT, "who carried it"),
+        "session": Column(_TEXT, "walk"),
+        "start_ns": Column(_I64, "first reading"),
+        "end_ns": Column(_I64, "last reading"),
+    }
+)
+
+
+def _usual(*names: str) -> dict[str, Column]:
+    """Columns that mean the same in several tables."""
+    return {name: _USUAL[name] for name in names}
+
+
+COLUMNS: Mapping[str, Mapping[str, Column]] = MappingProxyType(
     {
         FINGERPRINTS: {
-            "scan_id": _TEXT,
-            "technology": _TEXT,
-            "building": _TEXT,
-            "floor": _I32,
-            "x": _F64,
-            "y": _F64,
-            "z": _F64,
-            "sigma": _F64,
-            "x_median": _F64,
-            "y_median": _F64,
-            "spread": _F64,
-            "readings": _I32,
-            "labelled": _I32,
-            "labelled_share": _F64,
-            "status": _TEXT,
-            "heading_deg": _F64,
-            "speed_m_s": _F64,
-            "device": _TEXT,
-            "user": _TEXT,
-            "session": _TEXT,
-            "start_ns": _I64,
-            "end_ns": _I64,
-            "date": pl.Date(),
+            "scan_id": Column(_TEXT, "unique name of the scan or window"),
+            "technology": Column(_TEXT, "wifi or ble"),
+            **_usual("building", "floor"),
+            "x": Column(_F64, "mean of the labelled readings, weighted by certainty, to the right on the plan"),
+            "y": Column(_F64, "the same, up on the plan"),
+            **_usual("z", "sigma"),
+            "x_median": Column(_F64, "median of the labelled readings"),
+            "y_median": Column(_F64, "median of the labelled readings"),
+            "spread": Column(_F64, "how far the readings lie apart"),
+            "readings": Column(_I32, "rows in readings"),
+            "labelled": Column(_I32, "those that have a position of their own"),
+            "labelled_share": Column(_F64, "labelled / readings, 0 to 1"),
+            "status": Column(
+                _TEXT, "ok; uncertain where sigma is greater than the limit of the set; else why there is no position"
+            ),
+            "heading_deg": Column(_F64, "where the camera looked"),
+            "speed_m_s": Column(_F64, "walking speed"),
+            **_usual("device", "user", "session", "start_ns", "end_ns"),
+            "date": Column(pl.Date(), "day of the walk, local"),
         },
         READINGS: {
-            "scan_id": _TEXT,
-            "bssid": _TEXT,
-            "rssi_dbm": _F32,
-            "frequency_mhz": _F32,
-            "time_ns": _I64,
-            "floor": _I32,
-            "x": _F64,
-            "y": _F64,
-            "sigma": _F64,
+            "scan_id": Column(_TEXT, "fingerprint it belongs to"),
+            "bssid": Column(_TEXT, "transmitter; one that was not heard has no row"),
+            "rssi_dbm": Column(_F32, "received signal strength"),
+            "frequency_mhz": Column(_F32, "channel"),
+            "time_ns": Column(_I64, "when it was heard"),
+            **_usual("floor"),
+            "x": Column(_F64, "where the phone was at that time, to the right on the plan"),
+            "y": Column(_F64, "the same, up on the plan"),
+            **_usual("sigma"),
         },
         ACCESS_POINTS: {
-            "bssid": _TEXT,
-            "technology": _TEXT,
-            "ssid": _TEXT,
-            "radio": _TEXT,
-            "frequency_mhz": _F32,
-            "readings": _I32,
-            "fingerprints": _I32,
-            "sessions": _I32,
-            "floors": pl.List(_I32),
-            "strongest_dbm": _F32,
-            "randomised": _BOOL,
-            "mobile": _BOOL,
-            "nomap": _BOOL,
+            "bssid": Column(_TEXT, "transmitter"),
+            "technology": Column(_TEXT, "wifi or ble"),
+            "ssid": Column(_TEXT, "name of the network"),
+            "radio": Column(_TEXT, "transmitters of one radio share it"),
+            "frequency_mhz": Column(_F32, "channel heard most"),
+            "readings": Column(_I32, "rows in readings"),
+            "fingerprints": Column(_I32, "scans that heard it"),
+            "sessions": Column(_I32, "walks that heard it"),
+            "floors": Column(pl.List(_I32), "floors where it was heard"),
+            "strongest_dbm": Column(_F32, "loudest reading"),
+            "randomised": Column(_BOOL, "the address was given locally, not by a manufacturer"),
+            "mobile": Column(_BOOL, "a hotspot that may move"),
+            "nomap": Column(_BOOL, "its owner asks not to be mapped (SSID ends with _nomap)"),
         },
         SESSIONS: {
-            "session": _TEXT,
-            "building": _TEXT,
-            "floor": _I32,
-            "device": _TEXT,
-            "user": _TEXT,
-            "name": _TEXT,
-            "started": pl.Datetime("us"),
-            "duration_s": _F64,
-            "distance_m": _F64,
-            "labelled_s": _F64,
-            "labelled_m": _F64,
-            "fingerprints": _I32,
-            "source": _TEXT,
+            "session": Column(_TEXT, "unique name of the walk"),
+            **_usual("building"),
+            "floor": Column(_I32, "floor where the walk began"),
+            **_usual("device", "user"),
+            "name": Column(_TEXT, "folder or file of the walk"),
+            "started": Column(pl.Datetime("us"), "local time, or UTC where the walk has Unix times"),
+            "duration_s": Column(_F64, "from the first to the last frame"),
+            "distance_m": Column(_F64, "way walked"),
+            "labelled_s": Column(_F64, "time with a position"),
+            "labelled_m": Column(_F64, "way with a position"),
+            "fingerprints": Column(_I32, "scans of the walk"),
+            "source": Column(_TEXT, "key of what it was made of (SHA-256)"),
         },
         MAGNETIC: {
-            "window_id": _TEXT,
-            "building": _TEXT,
-            "floor": _I32,
-            "x": _F64,
-            "y": _F64,
-            "z": _F64,
-            "sigma": _F64,
-            "readings": _I32,
-            "norm_ut": _F64,
-            "norm_deviation_ut": _F64,
-            "vertical_ut": _F64,
-            "horizontal_ut": _F64,
-            "device": _TEXT,
-            "session": _TEXT,
-            "start_ns": _I64,
-            "end_ns": _I64,
+            "window_id": Column(_TEXT, "unique name of the window"),
+            **_usual("building", "floor", "x", "y", "z", "sigma"),
+            "readings": Column(_I32, "samples of the magnetometer"),
+            "norm_ut": Column(_F64, "mean strength of the field"),
+            "norm_deviation_ut": Column(_F64, "standard deviation of the strength"),
+            "vertical_ut": Column(_F64, "mean component along gravity"),
+            "horizontal_ut": Column(_F64, "mean component across gravity"),
+            **_usual("device", "session", "start_ns", "end_ns"),
         },
         IMU_WINDOWS: {
-            "window_id": _TEXT,
-            "building": _TEXT,
-            "floor": _I32,
-            "start_ns": _I64,
-            "rate_hz": _F64,
-            "x_start": _F64,
-            "y_start": _F64,
-            "x_end": _F64,
-            "y_end": _F64,
-            "sigma_start": _F64,
-            "sigma_end": _F64,
-            "displacement_x": _F64,
-            "displacement_y": _F64,
-            "heading_rad": _F64,
-            "heading_change_rad": _F64,
-            "accelerometer": pl.List(_F32),
-            "gyroscope": pl.List(_F32),
-            "device": _TEXT,
-            "session": _TEXT,
+            "window_id": Column(_TEXT, "unique name of the window"),
+            **_usual("building", "floor"),
+            "start_ns": Column(_I64, "first sample"),
+            "rate_hz": Column(_F64, "samples a second"),
+            "x_start": Column(_F64, "position at the start"),
+            "y_start": Column(_F64, "position at the start"),
+            "x_end": Column(_F64, "position at the end"),
+            "y_end": Column(_F64, "position at the end"),
+            "sigma_start": Column(_F64, "how sure the start is"),
+            "sigma_end": Column(_F64, "how sure the end is"),
+            "displacement_x": Column(_F64, "way from start to end"),
+            "displacement_y": Column(_F64, "way from start to end"),
+            "heading_rad": Column(_F64, "how the window's frame is turned"),
+            "heading_change_rad": Column(_F64, "turn from start to end"),
+            "accelerometer": Column(pl.List(_F32), "samples"),
+            "gyroscope": Column(pl.List(_F32), "samples"),
+            **_usual("device", "session"),
         },
         RTT: {
-            "range_id": _TEXT,
-            "bssid": _TEXT,
-            "responder": _BOOL,
-            "range_m": _F32,
-            "range_sigma_m": _F32,
-            "rssi_dbm": _F32,
-            "attempted": _I32,
-            "successful": _I32,
-            "building": _TEXT,
-            "floor": _I32,
-            "x": _F64,
-            "y": _F64,
-            "z": _F64,
-            "sigma": _F64,
-            "device": _TEXT,
-            "session": _TEXT,
-            "time_ns": _I64,
+            "range_id": Column(_TEXT, "unique name of the range"),
+            "bssid": Column(_TEXT, "access point that answered"),
+            "responder": Column(
+                _BOOL, "it answers ranging (IEEE 802.11mc); otherwise the time of an ordinary answer was taken"
+            ),
+            "range_m": Column(_F32, "distance by the round-trip time"),
+            "range_sigma_m": Column(_F32, "spread within the burst"),
+            "rssi_dbm": Column(_F32, "received signal strength"),
+            "attempted": Column(_I32, "frames of the burst"),
+            "successful": Column(_I32, "frames that were answered"),
+            **_usual("building", "floor", "x", "y", "z", "sigma", "device", "session"),
+            "time_ns": Column(_I64, "when it was measured"),
         },
     }
 )
 """Every table that a data set can have; the first four are always there."""
+SCHEMAS: Mapping[str, Schema] = MappingProxyType(
+    {table: {name: column.kind for name, column in columns.items()} for table, columns in COLUMNS.items()}
+)
 REQUIRED = (FINGERPRINTS, READINGS, ACCESS_POINTS, SESSIONS)
 KEYS: Mapping[str, str] = MappingProxyType(
     {
@@ -211,130 +225,15 @@ def in_schema(name: str, table: pl.DataFrame) -> pl.DataFrame:
     )
 
 
-_PLACE = {
-    "building": "building; empty where there is one only",
-    "floor": "number of the floor; null where there is no label",
-    "x": "position, to the right on the plan",
-    "y": "position, up on the plan",
-    "z": "height of the phone",
-    "sigma": "how sure the position is",
+_SPLIT = {
+    "id": Column(_TEXT, "scan_id or window_id"),
+    "group": Column(_TEXT, "group of the split; empty: in neither part"),
 }
-_WALK = {
-    "device": "phone",
-    "user": "who carried it",
-    "session": "walk",
-    "start_ns": "first reading",
-    "end_ns": "last reading",
-}
-_MEANINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
-    {
-        FINGERPRINTS: {
-            **_PLACE,
-            **_WALK,
-            "scan_id": "unique name of the scan or window",
-            "technology": "wifi or ble",
-            "x": "mean of the labelled readings, weighted by certainty, to the right on the plan",
-            "y": "the same, up on the plan",
-            "x_median": "median of the labelled readings",
-            "y_median": "median of the labelled readings",
-            "spread": "how far the readings lie apart",
-            "readings": "rows in readings",
-            "labelled": "those that have a position of their own",
-            "labelled_share": "labelled / readings, 0 to 1",
-            "status": "ok; uncertain where sigma is greater than the limit of the set; else why there is no position",
-            "heading_deg": "where the camera looked",
-            "speed_m_s": "walking speed",
-            "date": "day of the walk, local",
-        },
-        READINGS: {
-            **_PLACE,
-            "scan_id": "fingerprint it belongs to",
-            "bssid": "transmitter; one that was not heard has no row",
-            "rssi_dbm": "received signal strength",
-            "frequency_mhz": "channel",
-            "time_ns": "when it was heard",
-            "x": "where the phone was at that time, to the right on the plan",
-            "y": "the same, up on the plan",
-        },
-        ACCESS_POINTS: {
-            "bssid": "transmitter",
-            "technology": "wifi or ble",
-            "ssid": "name of the network",
-            "radio": "transmitters of one radio share it",
-            "frequency_mhz": "channel heard most",
-            "readings": "rows in readings",
-            "fingerprints": "scans that heard it",
-            "sessions": "walks that heard it",
-            "floors": "floors where it was heard",
-            "strongest_dbm": "loudest reading",
-            "randomised": "the address was given locally, not by a manufacturer",
-            "mobile": "a hotspot that may move",
-            "nomap": "its owner asks not to be mapped (SSID ends with _nomap)",
-        },
-        SESSIONS: {
-            **_PLACE,
-            **_WALK,
-            "session": "unique name of the walk",
-            "floor": "floor where the walk began",
-            "name": "folder or file of the walk",
-            "started": "local time, or UTC where the walk has Unix times",
-            "duration_s": "from the first to the last frame",
-            "distance_m": "way walked",
-            "labelled_s": "time with a position",
-            "labelled_m": "way with a position",
-            "fingerprints": "scans of the walk",
-            "source": "key of what it was made of (SHA-256)",
-        },
-        MAGNETIC: {
-            **_PLACE,
-            **_WALK,
-            "window_id": "unique name of the window",
-            "readings": "samples of the magnetometer",
-            "norm_ut": "mean strength of the field",
-            "norm_deviation_ut": "standard deviation of the strength",
-            "vertical_ut": "mean component along gravity",
-            "horizontal_ut": "mean component across gravity",
-        },
-        IMU_WINDOWS: {
-            **_PLACE,
-            **_WALK,
-            "window_id": "unique name of the window",
-            "start_ns": "first sample",
-            "rate_hz": "samples a second",
-            "x_start": "position at the start",
-            "y_start": "position at the start",
-            "x_end": "position at the end",
-            "y_end": "position at the end",
-            "sigma_start": "how sure the start is",
-            "sigma_end": "how sure the end is",
-            "displacement_x": "way from start to end",
-            "displacement_y": "way from start to end",
-            "heading_rad": "how the window's frame is turned",
-            "heading_change_rad": "turn from start to end",
-            "accelerometer": "samples",
-            "gyroscope": "samples",
-        },
-        RTT: {
-            **_PLACE,
-            **_WALK,
-            "range_id": "unique name of the range",
-            "bssid": "access point that answered",
-            "responder": "it answers ranging (IEEE 802.11mc); otherwise the time of an ordinary answer was taken",
-            "range_m": "distance by the round-trip time",
-            "range_sigma_m": "spread within the burst",
-            "rssi_dbm": "received signal strength",
-            "attempted": "frames of the burst",
-            "successful": "frames that were answered",
-            "time_ns": "when it was measured",
-        },
-    }
-)
-_SPLIT = MappingProxyType({"id": "scan_id or window_id", "group": "group of the split; empty: in neither part"})
 
 
 def meaning(table: str, column: str) -> str:
-    """Return what a column says, without its unit; nothing for a column that no text is about."""
-    return _MEANINGS.get(table, _SPLIT).get(column, "")
+    """Return what a column says, without its unit."""
+    return COLUMNS.get(table, _SPLIT)[column].meaning
 
 
 def column_text(table: str, column: str) -> str:
