@@ -21,9 +21,9 @@ import yaml
 from datacite import schema45
 
 from vislam2tag.datasets.card_metadata import REQUIRED, bibtex, citation_text, datacite_text
-from vislam2tag.datasets.description import DataCiteRelation
+from vislam2tag.datasets.description import DataCiteRelation, Person
 from vislam2tag.datasets.folder import open_dataset, sha256_of
-from vislam2tag.datasets.model import DatasetInfo, Person
+from vislam2tag.datasets.model import DatasetInfo
 from vislam2tag.datasets.schema import SCHEMAS
 
 ONE = DatasetInfo(name="one", floors=(), creators=(Person(name="The club", affiliation="none"),))

@@ -10,9 +10,10 @@ from polars.testing import assert_frame_equal
 
 from tests.datasets.factory import SESSION_KEYS, bssid, small_dataset
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.datasets.description import Related
 from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.joining import SAME_SESSIONS, SPLITS_LEFT_OUT, join_datasets
-from vislam2tag.datasets.model import Dataset, Fold, Related, Split, SplitInfo
+from vislam2tag.datasets.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.datasets.privacy import Privacy, with_privacy
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS, SESSIONS
 

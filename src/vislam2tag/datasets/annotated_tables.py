@@ -17,7 +17,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.datasets.access_points import NOMAP
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, hashed
@@ -211,13 +211,11 @@ class PrivateLabels:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """How much is left out."""
-        if not self.unwanted:
-            return ()
         message = (
             f"readings of {len(self.unwanted)} networks are left out: their names end in _nomap, by which owners ask "
             "to be in no map"
         )
-        return (Finding(kind=NOMAP_LEFT_OUT, file="", count=self.readings, message=message, severity=Severity.INFO),)
+        return finding_if(self.readings, NOMAP_LEFT_OUT, message)
 
     def hidden(self, rows: pl.DataFrame) -> pl.DataFrame:
         """Leave out and hide in a table with ``bssid`` and ``ssid``."""

@@ -17,7 +17,8 @@ from typing import Any
 import polars as pl
 import yaml
 
-from vislam2tag.datasets.model import DatasetInfo, Funding, Person, Related, TableAccount
+from vislam2tag.datasets.description import Funding, Person, Related
+from vislam2tag.datasets.model import DatasetInfo, TableAccount
 from vislam2tag.datasets.schema import KEYS, SCHEMAS, column_text
 
 _TEXTS = MappingProxyType(

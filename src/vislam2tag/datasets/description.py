@@ -10,7 +10,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 from pydantic import AfterValidator, Field, StringConstraints, ValidationError
@@ -19,8 +19,10 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
-from vislam2tag.datasets.model import DatasetInfo, FloorInfo, Funding, Person, Related
 from vislam2tag.survey.georeference import Georeference
+
+if TYPE_CHECKING:
+    from vislam2tag.datasets.model import DatasetInfo, FloorInfo
 
 DESCRIPTION_FILE = "dataset.toml"
 """Also the name of the file that each data set's folder holds, filled in as far as known."""
@@ -95,20 +97,30 @@ def _related(text: str) -> str:
 NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
-class _CreatorEntry(Record):
+class Person(Record):
+    """Who made the data set."""
+
     name: NonEmptyText
+    """``Family, Given``; without a comma it is an organisation."""
     affiliation: NonEmptyText | None = None
     orcid: Annotated[str, AfterValidator(_orcid)] | None = None
 
 
-class _FundingEntry(Record):
+class Funding(Record):
+    """Who paid for the data set."""
+
     funder: NonEmptyText
     award: NonEmptyText | None = None
+    """Number of the grant."""
 
 
-class _RelatedEntry(Record):
+class Related(Record):
+    """Something that a data set relates to: a paper, the raw data, an earlier version."""
+
     identifier: Annotated[NonEmptyText, AfterValidator(_related)]
+    """A DOI (``10...``), ``arXiv:...`` or a URL."""
     relation: DataCiteRelation
+    """DataCite's relation of the data set to it, such as ``IsDescribedBy``."""
 
 
 class _FloorEntry(Record):
@@ -133,10 +145,18 @@ class Description(Record):
     publisher: NonEmptyText | None = None
     doi: Annotated[NonEmptyText, AfterValidator(_doi)] | None = None
     contact: Annotated[NonEmptyText, AfterValidator(_address)] | None = None
-    creators: tuple[_CreatorEntry, ...] = ()
-    funding: tuple[_FundingEntry, ...] = ()
-    related: tuple[_RelatedEntry, ...] = ()
+    creators: tuple[Person, ...] = ()
+    funding: tuple[Funding, ...] = ()
+    related: tuple[Related, ...] = ()
     floors: tuple[_FloorEntry, ...] = ()
+
+
+_PARTS: Mapping[str, type[Record]] = {
+    "creators": Person,
+    "funding": Funding,
+    "related": Related,
+    "floors": _FloorEntry,
+}
 
 
 def read_description(path: Path) -> Description:
@@ -163,14 +183,9 @@ def with_description(info: DatasetInfo, description: Description) -> DatasetInfo
 
     Raises DatasetError where it describes a floor that the set does not have.
     """
-    stated = description.model_dump(exclude_unset=True, exclude={"creators", "funding", "related", "floors"})
-    lists = {
-        "creators": tuple(Person(**person.model_dump()) for person in description.creators),
-        "funding": tuple(Funding(**part.model_dump()) for part in description.funding),
-        "related": tuple(Related(**part.model_dump()) for part in description.related),
-        "floors": _georeferenced(info.floors, description.floors),
-    }
-    return info.model_copy(update=stated | {name: parts for name, parts in lists.items() if parts})
+    names = description.model_fields_set - {"floors"}
+    stated = {name: value for name in names if (value := getattr(description, name)) or name not in _PARTS}
+    return info.model_copy(update=stated | {"floors": _georeferenced(info.floors, description.floors)})
 
 
 def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]) -> tuple[FloorInfo, ...]:
@@ -262,12 +277,6 @@ def _wrong_field(error: ValidationError) -> str:
     wrong = error.errors()[0]
     place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
     if wrong["type"] == "extra_forbidden":
-        parts: dict[str, type[Record]] = {
-            "creators": _CreatorEntry,
-            "funding": _FundingEntry,
-            "related": _RelatedEntry,
-            "floors": _FloorEntry,
-        }
-        known = Description if len(wrong["loc"]) == 1 else parts[str(wrong["loc"][0])]
+        known = Description if len(wrong["loc"]) == 1 else _PARTS[str(wrong["loc"][0])]
         return f"{place}: is no field of a data set's description; there are: {', '.join(known.model_fields)}"
     return f"{place}: {wrong['msg'].removeprefix('Value error, ')}"

@@ -13,8 +13,7 @@ from datetime import UTC, datetime
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import FASTEST_M_PER_S, STEP_NS, step_frames, step_lengths, steps_without_jumps
 from vislam2tag.core.status import STATUS_LABELS
@@ -242,20 +241,16 @@ def fingerprints_of(
     )
 
 
-def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, list[Finding]]:
+def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
     """Leave out what is no reading of its own, and say how much that is."""
     repeated = rows["status"] == "duplicate"
     mute = ~repeated & rows["rssi_dbm"].is_null()
-    findings = []
-    odd: tuple[tuple[FindingKind, pl.Series, str], ...] = (
-        ("repeated_readings", repeated, "readings that an earlier row gave already (same transmitter and time)"),
-        ("readings_without_level", mute, "readings whose level is no measurement"),
+    again = f"{technology}: readings that an earlier row gave already (same transmitter and time) are left out"
+    none = f"{technology}: readings whose level is no measurement are left out"
+    findings = (
+        *finding_if(int(repeated.sum()), "repeated_readings", again),
+        *finding_if(int(mute.sum()), "readings_without_level", none),
     )
-    for kind, left_out, message in odd:
-        count = int(left_out.sum())
-        if count:
-            text = f"{technology}: {message} are left out"
-            findings.append(Finding(kind=kind, file="", count=count, message=text, severity=Severity.INFO))
     return rows.filter(~repeated & ~mute), findings
 
 
@@ -328,20 +323,14 @@ def _names(heard: pl.DataFrame, technology: str) -> pl.DataFrame:
     return counted.select("bssid", pl.lit(technology).alias("technology"), "ssid", "count")
 
 
-def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: float) -> list[Finding]:
+def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: float) -> tuple[Finding, ...]:
     """Count scans without label, by cause, and cached results."""
-    findings = []
-    old = int((~grouped["current"]).sum())
-    if old:
-        message = (
-            f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which "
-            "keep their own position and do not pull the scan's"
-        )
-        findings.append(Finding(kind="cached_readings", file="", count=old, message=message, severity=Severity.INFO))
-    unlabelled = int((~table["placed"]).sum())
-    if unlabelled:
-        message = "fingerprints have no position; their status is the cause"
-        findings.append(
-            Finding(kind="unlabelled_fingerprints", file="", count=unlabelled, message=message, severity=Severity.INFO)
-        )
-    return findings
+    cached = (
+        f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which "
+        "keep their own position and do not pull the scan's"
+    )
+    unlabelled = "fingerprints have no position; their status is the cause"
+    return (
+        *finding_if(int((~grouped["current"]).sum()), "cached_readings", cached),
+        *finding_if(int((~table["placed"]).sum()), "unlabelled_fingerprints", unlabelled),
+    )

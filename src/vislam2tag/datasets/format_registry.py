@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Protocol, TypeVar
+from typing import Literal, TypeVar
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
@@ -40,17 +40,6 @@ class ImportContext:
     """The level that the user says stands for "not heard", for formats with a column for each access point."""
 
 
-class Reader(Protocol):
-    """Reads files of one format."""
-
-    def __call__(self, path: Path, context: ImportContext) -> Dataset:
-        """Read a file or folder into a data set with lazy tables; what is odd but usable becomes findings.
-
-        Raises DatasetError, naming file, line and what was expected, where the files are not of this format.
-        """
-        ...
-
-
 @dataclass(frozen=True)
 class ExportContext:
     """What a writer is given besides its source and its folder."""
@@ -73,31 +62,16 @@ class ExportContext:
     """Called with what is left out, by name."""
 
 
-class Writer(Protocol):
-    """Writes one format from a data set."""
-
-    def __call__(self, dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
-        """Write into an empty folder; return what could not be written, counted.
-
-        Raises DatasetError where the set has nothing that this format can hold.
-        """
-        ...
-
-
-class LabelsWriter(Protocol):
-    """Writes one format from the folder that ``process`` wrote."""
-
-    def __call__(self, labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
-        """Write into an empty folder; return what could not be written, counted."""
-        ...
-
-
 @dataclass(frozen=True)
 class ImportFormat:
     """A format that can be read."""
 
     name: str
-    read: Reader
+    read: Callable[[Path, ImportContext], Dataset]
+    """Reads a file or folder into a data set with lazy tables; what is odd but usable becomes findings.
+
+    Raises DatasetError, naming file, line and what was expected, if the files are not of this format.
+    """
     recognises: Callable[[Path], bool]
     """Whether a file or folder is of this format, from names and first lines alone; never raises DatasetError."""
     takes: Collection[str] = ()
@@ -113,8 +87,13 @@ class ExportFormat:
     """By table, the columns that survive; of labels the tables are those that ``process`` wrote."""
     takes: Collection[str] = ()
     """The options of :class:`ExportContext` that mean something here: ``split``, ``survey``."""
-    write: Writer | None = None
-    write_labels: LabelsWriter | None = None
+    write: Callable[[Dataset, Folder, ExportContext], tuple[Finding, ...]] | None = None
+    """Writes a data set into an empty folder and returns what could not be written, counted.
+
+    Raises DatasetError if the set has nothing that this format can hold.
+    """
+    write_labels: Callable[[Path, Folder, ExportContext], tuple[Finding, ...]] | None = None
+    """The same of the folder that ``process`` wrote."""
 
     @property
     def source(self) -> Literal["dataset", "labels"]:

@@ -9,15 +9,15 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.description import Related
 from vislam2tag.datasets.model import (
     Dataset,
     DatasetInfo,
     FloorInfo,
     Grouping,
-    Related,
     Split,
     one_session,
     session_readings,
@@ -36,6 +36,7 @@ from vislam2tag.datasets.settings import SplitKind
 
 SAME_SESSIONS: FindingKind = "sessions_in_both"
 SPLITS_LEFT_OUT: FindingKind = "splits_left_out"
+_SAME = "sessions that base and later survey both hold, with the same rows; taken once"
 _AGREE_M = 0.01
 _FLOOR_FIELDS = ("width_m", "height_m", "elevation_m")
 _CORNER = ("x of the plan's lower left corner", "y of the plan's lower left corner")
@@ -80,7 +81,7 @@ def join_datasets(base: Dataset, later: Dataset) -> JoinedDataset:
             "findings": (
                 *base.info.findings,
                 *later.info.findings,
-                *_same_session_findings(same),
+                *finding_if(len(same), SAME_SESSIONS, f"{_SAME}: {', '.join(same)}"),
                 *_lost_split_findings(base, later),
             ),
         }
@@ -156,13 +157,6 @@ def _sessions(dataset: Dataset) -> pl.DataFrame:
     return pl.concat(tables).unique().collect(engine="streaming").sort("session")
 
 
-def _same_session_findings(same: Sequence[str]) -> tuple[Finding, ...]:
-    if not same:
-        return ()
-    message = f"sessions that base and later survey both hold, with the same rows; taken once: {', '.join(same)}"
-    return (Finding(kind=SAME_SESSIONS, file="", count=len(same), message=message, severity=Severity.INFO),)
-
-
 def _made_by_us(split: Split) -> bool:
     return split.info.kind in set(SplitKind)
 
@@ -178,10 +172,8 @@ def _lost_split_findings(base: Dataset, later: Dataset) -> tuple[Finding, ...]:
     """Tell the splits that do not come along, but the standard ones, which are made again by their names."""
     lost = {name for name, split in base.splits.items() if _made_by_us(split)} | later.splits.keys()
     lost -= set(SplitKind) | {name for name, split in base.splits.items() if not _made_by_us(split)}
-    if not lost:
-        return ()
     message = f"splits that do not hold for all walks: {', '.join(sorted(lost))}; make them again by `vislam2tag split`"
-    return (Finding(kind=SPLITS_LEFT_OUT, file="", count=len(lost), message=message),)
+    return finding_if(len(lost), SPLITS_LEFT_OUT, message, severity=Severity.WARNING)
 
 
 def _without_sessions(dataset: Dataset, same: Sequence[str]) -> Dataset:

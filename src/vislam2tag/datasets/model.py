@@ -18,6 +18,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.notebook import Drawable
+from vislam2tag.datasets.description import Funding, Person, Related
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MEASURED, READINGS, SESSIONS
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import ControlPoints, Floor
@@ -30,32 +31,6 @@ class Storey(NamedTuple):
 
     building: str
     floor: int
-
-
-class Person(Record):
-    """Who made the data set."""
-
-    name: str
-    """``Family, Given``; without a comma it is an organisation."""
-    affiliation: str | None = None
-    orcid: str | None = None
-
-
-class Funding(Record):
-    """Who paid for the data set."""
-
-    funder: str
-    award: str | None = None
-    """Number of the grant."""
-
-
-class Related(Record):
-    """Something that a data set relates to: a paper, the raw data, an earlier version."""
-
-    identifier: str
-    """A DOI (``10...``), ``arXiv:...`` or a URL."""
-    relation: str
-    """DataCite's relation of the data set to it, such as ``IsDescribedBy``."""
 
 
 class FloorInfo(Record):

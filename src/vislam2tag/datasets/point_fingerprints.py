@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import polars as pl
 
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.model import TEST, Dataset, DatasetInfo, FloorInfo, Fold, Split, SplitInfo
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
@@ -53,16 +53,6 @@ class PointFingerprints:
     heard: pl.DataFrame
 
 
-def numbered_on(parts: Iterable[PointFingerprints]) -> PointFingerprints:
-    """One table of several, the rows of each numbered from 0."""
-    rows, heard, first = [], [], 0
-    for part in parts:
-        rows.append(part.rows.with_columns(pl.col("row") + first))
-        heard.append(part.heard.with_columns(pl.col("row") + first))
-        first += part.rows.height
-    return PointFingerprints(pl.concat(rows), pl.concat(heard))
-
-
 def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFrame = NO_NAMES) -> Dataset:
     """Make a data set of fingerprints at points: ordered by session, then time, then row.
 
@@ -83,10 +73,10 @@ def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFr
     return Dataset(whole, {name: table.lazy() for name, table in tables.items()}, _splits(rows))
 
 
-def _unlabelled(rows: pl.DataFrame) -> list[Finding]:
+def _unlabelled(rows: pl.DataFrame) -> tuple[Finding, ...]:
     count = rows["x"].null_count()
     message = "fingerprints have no position or no floor; their status is invalid"
-    return [Finding(kind="unlabelled_fingerprints", file="", count=count, message=message)] if count else []
+    return finding_if(count, "unlabelled_fingerprints", message, severity=Severity.WARNING)
 
 
 def floor_infos(rows: pl.DataFrame, elevation_m: Mapping[int, float] | None = None) -> tuple[FloorInfo, ...]:
@@ -113,7 +103,8 @@ def _identified(rows: pl.DataFrame) -> pl.DataFrame:
     # A position that lacks a part is none: its readings get none, either.
     near = pl.all_horizontal(pl.col(name).is_between(-GREATEST_M, GREATEST_M) for name in ("x", "y"))
     whole = (pl.col("floor").is_not_null() & near).fill_null(value=False)
-    slugs = _slugs(filled["session"].unique().sort().to_list())
+    names = filled["session"].unique().sort().to_list()
+    slugs = dict(zip(names, unique_slugs(names), strict=True))
     named = filled.with_columns(pl.when(whole).then(pl.col(name)).alias(name) for name in _LABEL).select(
         pl.exclude("session"),
         pl.col("session").alias("name"),
@@ -125,10 +116,6 @@ def _identified(rows: pl.DataFrame) -> pl.DataFrame:
         scan_id=pl.format("{}/{}/{}", "session", "technology", number.cast(pl.String).str.zfill(6)),
         order=pl.int_range(pl.len()),
     )
-
-
-def _slugs(names: Sequence[str]) -> dict[str, str]:
-    return dict(zip(names, unique_slugs(names), strict=True))
 
 
 def _fingerprints(rows: pl.DataFrame, readings: pl.DataFrame) -> pl.DataFrame:

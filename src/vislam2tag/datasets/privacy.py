@@ -127,14 +127,11 @@ def counted_without(fingerprints: pl.LazyFrame, out: pl.LazyFrame) -> pl.LazyFra
 
 def _with_finding(info: DatasetInfo, unwanted: pl.DataFrame) -> DatasetInfo:
     readings = int(unwanted["readings"].sum())
-    finding = Finding(
-        kind=NOMAP_LEFT_OUT,
-        file="",
-        count=readings,
-        message=f"{readings} readings of {unwanted.height} networks are left out: their names end in _nomap, by which "
-        "owners ask to be in no map",
-        severity=Severity.INFO,
+    message = (
+        f"{readings} readings of {unwanted.height} networks are left out: their names end in _nomap, by which "
+        "owners ask to be in no map"
     )
+    finding = Finding(kind=NOMAP_LEFT_OUT, file="", count=readings, message=message, severity=Severity.INFO)
     return info.model_copy(update={"findings": (*info.findings, finding)})
 
 

@@ -141,8 +141,8 @@ _GREATEST_COMPONENT = 2.0
 """A unit quaternion has none beyond 1; what is clearly more is no rotation."""
 
 
-class LevelOrientation(RotationSeries):
-    """``level_R_body`` at any time between its readings."""
+LevelOrientation = RotationSeries
+"""``level_R_body`` at any time between its readings."""
 
 
 def logged_orientation(game_rotation: SensorSeries) -> LevelOrientation:

@@ -189,6 +189,7 @@ _CELLS_AT_ONCE = 4_000_000
 """Cells of a matrix in memory at once: 16 MB."""
 _NS = 1_000_000_000
 UNKNOWN_LEVELS = "readings without a level are left out"
+UNMAPPED = "sessions without a position are left out"
 
 
 def labelled_fingerprints(

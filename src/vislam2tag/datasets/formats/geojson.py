@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.model import Dataset, SessionTables
 from vislam2tag.datasets.schema import FINGERPRINTS, SCHEMAS
@@ -89,14 +89,12 @@ def _coordinates(points: pl.DataFrame, known: Mapping[_Floor, Georeference]) -> 
 
 
 def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
-    if not floors:
-        return ()
     named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(floors))
     message = (
         f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; one "
         "that site.toml has got since reaches a data set that is made anew with dataset --survey"
     )
-    return (Finding(kind="no_georeference", file=FILE, count=len(floors), message=message, severity=Severity.INFO),)
+    return finding_if(len(floors), "no_georeference", message, FILE)
 
 
 register(writes=ExportFormat("geojson", HOLDS, write=write))

@@ -6,8 +6,8 @@ Annotated tables by floor, phone and session, the raw files beside: written from
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import polars as pl
@@ -19,7 +19,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import scan_parquet, write_csv, write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.common.findings import Finding, finding_if, pooled
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.annotated_tables import (
     SENSORS_FILE,
@@ -217,21 +217,6 @@ HOLDS = {
 }
 
 
-@dataclass
-class _LossCounts:
-    """Rows that lose something, over all sessions."""
-
-    counts: dict[tuple[FindingKind, str], int] = field(default_factory=dict)
-
-    def add(self, kind: FindingKind, message: str, count: int) -> None:
-        if count:
-            self.counts[kind, message] = self.counts.get((kind, message), 0) + count
-
-    def findings(self) -> Iterator[Finding]:
-        for (kind, message), count in self.counts.items():
-            yield Finding(kind=kind, file="", count=count, message=message, severity=Severity.INFO)
-
-
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the annotated tables of every session that has a label.
 
@@ -241,32 +226,32 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
     opened, left_out = shared_labels(labels, context)
     private = PrivateLabels.of(opened.sessions, context.privacy)
     raw = {ref.key: ref for ref in open_survey(context.survey).sessions} if context.survey else {}
-    count = _LossCounts()
+    lost: list[Finding] = []
     written = 0
     for session in opened.sessions:
         result = session.result()
         own = folder.folder(f"floor_{result.floor}/{result.device}/{result.session}")
-        if _write_session(session, result, own, private, count):
+        if _write_session(session, result, own, private, lost):
             written += 1
             if context.survey:
                 with at_hand(_raw_session(raw, result, context.survey), whole=True) as here:
                     _refuse_other_files(here, result, context.survey)
-                    _copy_session(here.folder, own, session, private, count)
+                    _copy_session(here.folder, own, session, private, lost)
         context.progress(result.session, len(opened.sessions))
     if not written:
         raise DatasetError(f"{labels}: no reading of it has a position; its report.html says why")
     if context.survey:
         left_out = (*left_out, *_copy_site(context.survey, folder, context))
-    return (*left_out, *private.findings, *count.findings())
+    return (*left_out, *private.findings, *pooled(lost))
 
 
 def _write_session(
-    session: LabelledSession, result: SessionResult, folder: Folder, private: PrivateLabels, count: _LossCounts
+    session: LabelledSession, result: SessionResult, folder: Folder, private: PrivateLabels, lost: list[Finding]
 ) -> bool:
-    wifi = _placed(session.table("wifi", LABELLED["wifi"]), result.floor, count)
-    sensors = _placed(session.table("sensors", LABELLED["sensors"]), result.floor, count)
+    wifi = _placed(session.table("wifi", LABELLED["wifi"]), result.floor, lost)
+    sensors = _placed(session.table("sensors", LABELLED["sensors"]), result.floor, lost)
     if not wifi["x"].count() and not sensors["x"].count():
-        count.add("unmapped_sessions", "sessions without a labelled reading are left out", 1)
+        lost += finding_if(1, "unmapped_sessions", "sessions without a labelled reading are left out")
         return False
     place = (pl.col("x").alias("x_coord"), pl.col("y").alias("y_coord"))
     annotated = private.hidden(wifi).select(
@@ -287,7 +272,7 @@ def _write_session(
     return True
 
 
-def _placed(rows: pl.DataFrame, floor: int, count: _LossCounts) -> pl.DataFrame:
+def _placed(rows: pl.DataFrame, floor: int, lost: list[Finding]) -> pl.DataFrame:
     """Sort by time, leave out what lies outside the mapped part, and keep the positions that the layout can hold."""
     outside = pl.col("status").is_in(OUTSIDE)
     elsewhere = pl.col("x").is_not_null() & (pl.col("floor") != floor)
@@ -306,7 +291,7 @@ def _placed(rows: pl.DataFrame, floor: int, count: _LossCounts) -> pl.DataFrame:
         ),
     )
     for kind, mask, message in losses:
-        count.add(kind, message, int(rows.select(mask.sum()).item()))
+        lost += finding_if(int(rows.select(mask.sum()).item()), kind, message)
     kept = ~elsewhere & ~uncertain
     placed = rows.filter(~outside).sort("time_ns", "row")
     return placed.with_columns(pl.when(kept).then(name).alias(name) for name in ("x", "y"))
@@ -336,7 +321,7 @@ def _refuse_other_files(here: SessionRef, result: SessionResult, survey: Path) -
 
 
 def _copy_session(
-    source: Path, target: Folder, session: LabelledSession, private: PrivateLabels, count: _LossCounts
+    source: Path, target: Folder, session: LabelledSession, private: PrivateLabels, lost: list[Finding]
 ) -> None:
     """Copy a session's raw files; those that would tell what is hidden are rewritten or left out."""
     published = format_of(source) == "published"
@@ -350,7 +335,7 @@ def _copy_session(
             rows = session.table("wifi", ("row", "bssid", "ssid"))
             target.write(file.name, hidden_wifi_file(read_bytes(file), private.hidden(rows)))
         else:
-            count.add("raw_files_left_out", "raw files that may tell what is hidden are left out", 1)
+            lost += finding_if(1, "raw_files_left_out", "raw files that may tell what is hidden are left out")
 
 
 def _copy_site(survey: Path, folder: Folder, context: ExportContext) -> list[Finding]:

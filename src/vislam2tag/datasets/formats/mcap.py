@@ -20,14 +20,14 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.extras import import_extra
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes, read_json
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.annotated_tables import PrivateLabels
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
-from vislam2tag.datasets.writing import shared_labels
+from vislam2tag.datasets.writing import UNMAPPED, shared_labels
 from vislam2tag.labeling.results import FloorRecord
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
@@ -79,12 +79,8 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
         context.progress(session.slug, len(opened.sessions))
     if unmapped == len(opened.sessions):
         raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
-    findings = (*outside, *plans_left_out, *private.findings)
-    if not unmapped:
-        return findings
-    message = "sessions without a position are left out"
-    left_out = Finding(kind="unmapped_sessions", file="", count=unmapped, message=message, severity=Severity.INFO)
-    return (*findings, left_out)
+    left_out = finding_if(unmapped, "unmapped_sessions", UNMAPPED)
+    return (*outside, *plans_left_out, *private.findings, *left_out)
 
 
 def _write(folder: Folder, name: str, messages: list[Message]) -> None:

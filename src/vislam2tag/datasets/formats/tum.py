@@ -6,11 +6,11 @@ from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.core.status import has_position
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
-from vislam2tag.datasets.writing import shared_labels
+from vislam2tag.datasets.writing import UNMAPPED, shared_labels
 from vislam2tag.evaluation.trajectory_files import covariance_text, tum_text
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
@@ -36,7 +36,7 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
         context.progress(session.slug, len(sessions))
     if unmapped == len(sessions):
         raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
-    return (*left_out, *_findings(unmapped))
+    return (*left_out, *finding_if(unmapped, "unmapped_sessions", UNMAPPED))
 
 
 def _write(session: LabelledSession, folder: Folder) -> bool:
@@ -46,13 +46,6 @@ def _write(session: LabelledSession, folder: Folder) -> bool:
     folder.write(f"{session.slug}.tum", tum_text(trajectory))
     folder.write(f"{session.slug}_covariance.txt", covariance_text(trajectory))
     return True
-
-
-def _findings(unmapped: int) -> tuple[Finding, ...]:
-    if not unmapped:
-        return ()
-    message = "sessions without a position are left out"
-    return (Finding(kind="unmapped_sessions", file="", count=unmapped, message=message, severity=Severity.INFO),)
 
 
 register(writes=ExportFormat("tum", HOLDS, write_labels=write))

@@ -18,7 +18,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.common.findings import Finding, Severity, finding_if, pooled
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import (
     TECHNOLOGIES,
@@ -165,14 +165,9 @@ def _write_sensors(job: SessionJob, trajectory: pl.DataFrame) -> list[Finding]:
     if len(inertial.table):
         _write(job, IMU_WINDOWS, inertial.table.with_columns(building=pl.lit(job.building)))
     return [
-        Finding(
-            kind="imu_windows_dropped",
-            file="",
-            count=count,
-            message=f"windows of inertial readings are left out: {cause}",
-            severity=Severity.INFO,
-        )
+        finding
         for cause, count in inertial.dropped.items()
+        for finding in finding_if(count, "imu_windows_dropped", f"windows of inertial readings are left out: {cause}")
     ]
 
 
