@@ -16,7 +16,6 @@ from vislam2tag.datasets.access_points import (
     merged_radios,
     pair_differences,
     radios,
-    sum_of_differences,
 )
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, SCHEMAS, in_schema
@@ -122,14 +121,6 @@ def test_a_radio_is_named_by_its_least_address_over_links_of_pairs() -> None:
 
 def test_an_identifier_that_is_no_address_has_no_known_radio() -> None:
     assert grouped(readings(("WAP001", 0))) == {"WAP001": None}
-
-
-def test_sums_over_parts_are_the_sum_over_all() -> None:
-    pair = ("04:40:a9:a1:95:40", 0), ("04:40:a9:a1:95:41", 0)
-    parts = [readings(*pair, first=0), readings(*pair, first=SCANS)]
-    (whole,) = pair_differences(pl.concat(parts)).rows()
-    (summed,) = sum_of_differences([pair_differences(part) for part in parts]).rows()
-    assert summed == pytest.approx(whole)
 
 
 def test_generated_radios_are_found_again() -> None:

@@ -11,13 +11,12 @@ each has a beacon of its own, but none says more of the place.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import networkx as nx
 import polars as pl
 
-from vislam2tag.datasets.model import Dataset, SessionTables, each_session, readings_by_session
+from vislam2tag.datasets.model import Dataset, RunningTotal, SessionTables, each_session, readings_by_session
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, RTT, SCHEMAS, empty_table, in_schema
 
 LAST_OCTETS = 16
@@ -75,11 +74,6 @@ def _same_moment() -> pl.Expr:
     return ((pl.col("time_ns") - pl.col("time_ns_other")).abs() <= SAME_MOMENT_NS).fill_null(True)
 
 
-def sum_of_differences(parts: Iterable[pl.DataFrame]) -> pl.DataFrame:
-    """Add up what :func:`pair_differences` found in disjoint sets of scans."""
-    return pl.concat(parts).group_by(_PAIR).agg(pl.col("scans", "squares").sum())
-
-
 def radios(bssids: pl.Series, differences: pl.DataFrame) -> pl.DataFrame:
     """Name the radio of each address: columns bssid, radio (the least address that belongs to it).
 
@@ -109,8 +103,6 @@ FAR_APART_M = 50.0
 FLOORS_APART = 3
 """Three slabs cost 40 dB and more: a transmitter that stays put is not strong that many floors apart."""
 _CELL_M = 5.0
-_PARTS = 16
-"""Sessions whose counts are added up at once."""
 _STRONG_READINGS = 3
 """A cell counts as one where a transmitter is strong from this many readings on: one odd label moves nothing."""
 _LOCAL_BIT = 2
@@ -126,20 +118,27 @@ NOMAP = r"(?i)_nomap$"
 """The suffix by which owners ask that their network is in no map; in any case, to be sure."""
 
 
-@dataclass(frozen=True)
-class _TransmitterCounts:
-    """What is counted of each access point; its size follows the access points and their surroundings alone."""
+_COUNT = (pl.col("count").sum(),)
 
-    heard: pl.DataFrame
-    """bssid, technology, readings, fingerprints, sessions, strongest_dbm."""
-    floors: pl.DataFrame
-    """bssid, floor: each pair once."""
-    channels: pl.DataFrame
-    """bssid, frequency_mhz, count."""
-    strong: pl.DataFrame
-    """bssid, building, floor, column, row, count: cells of ``_CELL_M`` where it was heard strongly."""
-    differences: pl.DataFrame
-    """What :func:`.radios.pair_differences` finds."""
+
+def _running_totals() -> dict[str, RunningTotal]:
+    """What is counted of each access point; its size follows the access points and their surroundings alone.
+
+    ``strong`` are the cells of ``_CELL_M`` where it was heard strongly, ``differences`` what :func:`pair_differences`
+    finds.
+    """
+    heard = (
+        pl.col("technology").min(),
+        pl.col("readings", "fingerprints", "sessions").sum(),
+        pl.col("strongest_dbm").max(),
+    )
+    return {
+        "heard": RunningTotal(("bssid",), heard),
+        "floors": RunningTotal(("bssid", "floor")),
+        "channels": RunningTotal(("bssid", "frequency_mhz"), _COUNT),
+        "strong": RunningTotal(("bssid", "building", "floor", "column", "row"), _COUNT),
+        "differences": RunningTotal(_PAIR, (pl.col("scans", "squares").sum(),)),
+    }
 
 
 def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names: pl.DataFrame) -> pl.DataFrame:
@@ -160,70 +159,48 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
 
     ``nomap``: one of its names ends in ``_nomap``; null where no name is known.
     """
-    tallies: list[_TransmitterCounts] = []
+    totals = _running_totals()
     for tables in each_session(fingerprints, readings):
-        tallies.append(_tally(tables))
-        if len(tallies) == _PARTS:
-            tallies = [_sum(tallies)]
-    if not tallies:
+        for name, counts in _tally(tables).items():
+            totals[name].add(counts)
+    total = {name: each.table for name, each in totals.items()}
+    if total["heard"].is_empty():
         return empty_table(ACCESS_POINTS)
-    total = _sum(tallies)
     table = (
-        total.heard.join(_floors(total.floors), on="bssid", how="left")
-        .join(_median_frequency(total.channels), on="bssid", how="left")
+        total["heard"]
+        .join(total["floors"].group_by("bssid").agg(floors=pl.col("floor").sort()), on="bssid", how="left")
+        .join(_median_frequency(total["channels"]), on="bssid", how="left")
         .join(_names(names), on="bssid", how="left")
-        .join(_wandering(total.strong), on="bssid", how="left")
-        .join(radios(total.heard["bssid"], total.differences), on="bssid", how="left")
+        .join(_wandering(total["strong"]), on="bssid", how="left")
+        .join(radios(total["heard"]["bssid"], total["differences"]), on="bssid", how="left")
         .with_columns(pl.col("floors").fill_null([]))
     )
     return in_schema(ACCESS_POINTS, table.with_columns(**_flags()).drop("phone_name", "far").sort("bssid"))
 
 
-def _tally(tables: SessionTables) -> _TransmitterCounts:
+def _tally(tables: SessionTables) -> dict[str, pl.DataFrame]:
+    """Count in one session, by the names of :func:`_running_totals`."""
     scans = tables.fingerprints.select("scan_id", "technology", "building")
     readings = tables.readings.join(scans, on="scan_id", how="left").with_columns(
         column=(pl.col("x") // _CELL_M).cast(pl.Int32, strict=False),
         row=(pl.col("y") // _CELL_M).cast(pl.Int32, strict=False),
     )
     strong = readings.filter((pl.col("rssi_dbm") >= STRONG_DBM) & pl.col("column").is_not_null())
-    return _TransmitterCounts(
-        readings.group_by("bssid").agg(
+    return {
+        "heard": readings.group_by("bssid").agg(
             technology=pl.col("technology").min(),
             readings=pl.len().cast(pl.Int64),
             fingerprints=pl.col("scan_id").n_unique().cast(pl.Int64),
             sessions=pl.lit(1, pl.Int64),
             strongest_dbm=pl.col("rssi_dbm").max(),
         ),
-        readings.select("bssid", "floor").drop_nulls().unique(),
-        readings.drop_nulls("frequency_mhz").group_by("bssid", "frequency_mhz").agg(count=pl.len().cast(pl.Int64)),
-        strong.group_by("bssid", "building", "floor", "column", "row").agg(count=pl.len().cast(pl.Int64)),
-        pair_differences(tables.readings),
-    )
-
-
-def _sum(tallies: Sequence[_TransmitterCounts]) -> _TransmitterCounts:
-    def all_of(part: str) -> pl.DataFrame:
-        parts: list[pl.DataFrame] = [getattr(tally, part) for tally in tallies]
-        return pl.concat(parts)
-
-    counts = pl.col("count").sum()
-    return _TransmitterCounts(
-        all_of("heard")
-        .group_by("bssid")
-        .agg(
-            pl.col("technology").min(),
-            pl.col("readings", "fingerprints", "sessions").sum(),
-            pl.col("strongest_dbm").max(),
-        ),
-        all_of("floors").unique(),
-        all_of("channels").group_by("bssid", "frequency_mhz").agg(counts),
-        all_of("strong").group_by("bssid", "building", "floor", "column", "row").agg(counts),
-        sum_of_differences([tally.differences for tally in tallies]),
-    )
-
-
-def _floors(pairs: pl.DataFrame) -> pl.DataFrame:
-    return pairs.group_by("bssid").agg(floors=pl.col("floor").sort())
+        "floors": readings.select("bssid", "floor").drop_nulls().unique(),
+        "channels": readings.drop_nulls("frequency_mhz")
+        .group_by("bssid", "frequency_mhz")
+        .agg(count=pl.len().cast(pl.Int64)),
+        "strong": strong.group_by("bssid", "building", "floor", "column", "row").agg(count=pl.len().cast(pl.Int64)),
+        "differences": pair_differences(tables.readings),
+    }
 
 
 def _median_frequency(channels: pl.DataFrame) -> pl.DataFrame:

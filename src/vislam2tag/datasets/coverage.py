@@ -9,7 +9,7 @@ gap lies within a radius of one; ways between them are shortest paths over walka
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -23,7 +23,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea, around_most
 from vislam2tag.core.status import Status
-from vislam2tag.datasets.model import Dataset, Storey, each_session
+from vislam2tag.datasets.model import Dataset, RunningTotal, Storey, each_session
 from vislam2tag.datasets.schema import IMU_WINDOWS, MAGNETIC
 from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.datasets.statistics_record import UNKNOWN
@@ -39,7 +39,6 @@ _PATHS = (
     (IMU_WINDOWS, "x_end", "y_end", "sigma_end"),
 )
 """Further tables that say where a walk went, and how sure that is."""
-_PARTS = 16
 _EPSILON = 1e-9
 
 
@@ -92,7 +91,7 @@ def coverage(
     One walk at a time is in memory, and the cells.
     """
     settings, walkable = settings or CoverageSettings(), walkable or {}
-    cells = _CellCounts(_grid_table(walkable), settings.cell_m)
+    cells = _CellCounts.of(walkable, settings.cell_m)
     for tables in each_session(dataset.fingerprints, dataset.readings):
         scans = tables.fingerprints.with_columns(pl.col("building").fill_null(""), pl.col("device").fill_null(UNKNOWN))
         readings = tables.readings.join(scans.select("scan_id", "building"), on="scan_id", how="left")
@@ -105,7 +104,7 @@ def coverage(
         if name in dataset.tables:
             table = dataset.tables[name].with_columns(pl.col("building").fill_null(""))
             cells.mark(_known_within(table, sigma, settings.radius_m), x, y)
-    counts, touched = cells.counts, cells.touched
+    counts, touched = cells.counts.table, cells.touched.table
     storeys = sorted({*(Storey(*row) for row in touched.select(_FLOOR).unique().iter_rows()), *walkable})
     return tuple(
         _floor(storey, _at(counts, storey), _at(touched, storey), walkable.get(storey), settings) for storey in storeys
@@ -130,30 +129,28 @@ class _CellCounts:
 
     grids: pl.DataFrame
     cell_m: float
-    _counts: list[pl.DataFrame] = field(default_factory=list)
-    _touched: list[pl.DataFrame] = field(default_factory=list)
+    counts: RunningTotal
+    touched: RunningTotal
+
+    @classmethod
+    def of(cls, walkable: Mapping[Storey, WalkableArea], cell_m: float) -> _CellCounts:
+        """Begin without any; ``cell_m`` is the side of cells where no walkable area has its own."""
+        counts = {**_CELL, "device": pl.String(), "count": pl.Int64()}
+        return cls(
+            _grid_table(walkable),
+            cell_m,
+            RunningTotal((*_CELL, "device"), (pl.col("count").sum(),), counts),
+            RunningTotal(tuple(_CELL), schema=_CELL),
+        )
 
     def count(self, fingerprints: pl.LazyFrame) -> None:
         """Count labelled fingerprints by cell and device."""
         counts = self._located(fingerprints, "x", "y").group_by(*_CELL, "device").agg(count=pl.len().cast(pl.Int64))
-        self._counts.append(counts.collect(engine="streaming"))
-        if len(self._counts) == _PARTS:
-            self._counts = [self.counts]
+        self.counts.add(counts.collect(engine="streaming"))
 
     def mark(self, positions: pl.LazyFrame, x: str, y: str) -> None:
         """Note the cells in which positions lie."""
-        self._touched.append(self._located(positions, x, y).select(*_CELL).unique().collect(engine="streaming"))
-        if len(self._touched) == _PARTS:
-            self._touched = [self.touched]
-
-    @property
-    def counts(self) -> pl.DataFrame:
-        parts = _joined(self._counts, {**_CELL, "device": pl.String(), "count": pl.Int64()})
-        return parts.group_by(*_CELL, "device").agg(pl.col("count").sum())
-
-    @property
-    def touched(self) -> pl.DataFrame:
-        return _joined(self._touched, _CELL).unique()
+        self.touched.add(self._located(positions, x, y).select(*_CELL).unique().collect(engine="streaming"))
 
     def _located(self, positions: pl.LazyFrame, x: str, y: str) -> pl.LazyFrame:
         cell_m = pl.col("own_m").fill_null(self.cell_m)
@@ -166,10 +163,6 @@ class _CellCounts:
                 column=((pl.col(x) - left_m) / cell_m).floor().cast(pl.Int64),
             )
         )
-
-
-def _joined(parts: Sequence[pl.DataFrame], schema: Mapping[str, pl.DataType]) -> pl.DataFrame:
-    return pl.concat([pl.DataFrame(schema=dict(schema)), *parts])
 
 
 def _at(cells: pl.DataFrame, storey: Storey) -> pl.DataFrame:

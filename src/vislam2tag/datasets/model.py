@@ -6,12 +6,13 @@ Its tables are read one session after the other: what keeps memory flat however 
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
 import polars as pl
+from polars._typing import PolarsDataType
 from pydantic import Field
 
 from vislam2tag.common.findings import Finding
@@ -223,6 +224,35 @@ class Dataset(Drawable):
                 extent = floor.width_m, floor.height_m, floor.elevation_m, plan
                 return Floor(floor.number, name, *extent, points, floor.lower_left_m, georeference=floor.georeference)
         return Floor(storey.floor, f"floor {storey.floor}", None, None, None, None, points)
+
+
+_PARTS = 16
+"""Tables that are added up at once."""
+
+
+@dataclass
+class RunningTotal:
+    """A table summed by its keys as parts of it come: what is kept grows with the keys, not with the sessions."""
+
+    keys: Sequence[str]
+    totals: Sequence[pl.Expr] = ()
+    """How the other columns of rows with the same keys become one; none: there are no others."""
+    schema: Mapping[str, PolarsDataType] = field(default_factory=dict)
+    """Of the table that nothing was added to."""
+    _parts: list[pl.DataFrame] = field(default_factory=list)
+
+    def add(self, part: pl.DataFrame) -> None:
+        """Add the rows of one part."""
+        self._parts.append(part)
+        if len(self._parts) == _PARTS:
+            self._parts = [self.table]
+
+    @property
+    def table(self) -> pl.DataFrame:
+        """The sums so far, in no particular order."""
+        if not self._parts:
+            return pl.DataFrame(schema=dict(self.schema))
+        return pl.concat(self._parts).group_by(self.keys).agg(*self.totals)
 
 
 @dataclass(frozen=True)

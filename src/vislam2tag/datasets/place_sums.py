@@ -21,7 +21,7 @@ from scipy.sparse import csr_array
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.robust import iterate
-from vislam2tag.datasets.model import Dataset, each_session
+from vislam2tag.datasets.model import Dataset, RunningTotal, each_session
 
 CELL_M = 2.0
 """Side of a cell that counts as one place, metres: RSSI decorrelates over a few wavelengths, its mean over metres."""
@@ -31,11 +31,21 @@ _SINGULAR = 1e-9
 """Share of the greatest singular value below which one is zero: sums over many places leave it above rounding."""
 
 
+def _offset_sums() -> RunningTotal:
+    schema = {
+        **dict.fromkeys(("technology", "building", "bssid", "device"), pl.String()),
+        **dict.fromkeys(("floor", "column", "row"), pl.Int32()),
+        "sum": pl.Float64(),
+        "count": pl.Int64(),
+    }
+    return RunningTotal((*_OFFSET_PLACE, "device"), (pl.col("sum", "count").sum(),), schema)
+
+
 @dataclass
 class PlaceMeans:
-    """Sums of RSSI by place, access point and device; what is kept grows with the place, not with the walks."""
+    """Sums of RSSI by place, access point and device."""
 
-    _parts: list[pl.DataFrame] = field(default_factory=list)
+    _sums: RunningTotal = field(default_factory=_offset_sums)
 
     def add(self, readings: pl.DataFrame) -> None:
         """Add labelled readings: technology, building, floor, x, y, bssid, device, rssi_dbm."""
@@ -45,19 +55,12 @@ class PlaceMeans:
         sums = cells.group_by(*_OFFSET_PLACE, "device").agg(
             sum=pl.col("rssi_dbm").cast(pl.Float64).sum(), count=pl.len().cast(pl.Int64)
         )
-        self._parts.append(sums)
-        if len(self._parts) == _PARTS:
-            self._parts = [self._merged()]
+        self._sums.add(sums)
 
     def shared(self) -> pl.DataFrame:
         """Mean RSSI (``rssi_dbm``) of each device where at least two heard the same access point, in order."""
-        if not self._parts:
-            return pl.DataFrame(schema={"technology": pl.String, "device": pl.String, "rssi_dbm": pl.Float64})
-        merged = self._merged().filter(pl.len().over(_OFFSET_PLACE) > 1)
+        merged = self._sums.table.filter(pl.len().over(_OFFSET_PLACE) > 1)
         return merged.sort(*_OFFSET_PLACE, "device").with_columns(rssi_dbm=pl.col("sum") / pl.col("count"))
-
-    def _merged(self) -> pl.DataFrame:
-        return pl.concat(self._parts).group_by(*_OFFSET_PLACE, "device").agg(pl.col("sum", "count").sum())
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,15 @@ Counts are over its walks, one walk in memory at a time.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import polars as pl
 
 from vislam2tag.common import log_bins
 from vislam2tag.core.status import Status
-from vislam2tag.datasets.model import Dataset, SessionTables, each_session
+from vislam2tag.datasets.model import Dataset, RunningTotal, SessionTables, each_session
 from vislam2tag.datasets.place_sums import PlaceMeans, device_offsets
 from vislam2tag.datasets.statistics_record import (
     UNKNOWN,
@@ -45,25 +44,33 @@ _LABELS = {
 }
 
 
-@dataclass
+_LABEL_KEYS = list(_LABELS)[:-2]
+_COUNT = ("what", "technology", "device", "number")
+_COUNTS = {"what": pl.String, "technology": pl.String, "device": pl.String, "number": pl.Int64, "count": pl.Int64}
+
+
 class StatisticsTally:
     """Counts of the walks added so far."""
 
-    readings: Counter[tuple[str, bool]] = field(default_factory=Counter)
-    """Readings by technology, and whether they have a position."""
-    heard: Counter[tuple[str, int]] = field(default_factory=Counter)
-    """Fingerprints by technology and number of access points."""
-    rssi: Counter[tuple[str, str, int]] = field(default_factory=Counter)
-    """Readings by technology, device and RSSI, whole dBm."""
-    sigma: Counter[tuple[str, int]] = field(default_factory=Counter)
-    """Fingerprints by technology and bin of their sigma."""
-    places: PlaceMeans = field(default_factory=PlaceMeans)
-    _labels: list[pl.DataFrame] = field(default_factory=list)
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._labels = RunningTotal(_LABEL_KEYS, (pl.col("fingerprints", "labelled").sum(),), _LABELS)
+        self._counts = RunningTotal(_COUNT, (pl.col("count").sum(),), _COUNTS)
+        self.places = PlaceMeans()
 
     @property
     def labels(self) -> pl.DataFrame:
         """Fingerprints, and labelled ones, by technology, session, device, building, floor and status."""
-        return pl.concat([pl.DataFrame(schema=_LABELS), *self._labels])
+        return self._labels.table
+
+    @property
+    def counts(self) -> pl.DataFrame:
+        """How often (``count``) each ``number`` occurs, by ``what`` it is, technology and device.
+
+        ``readings``: 1 for those with a position, else 0. ``heard``: access points of a fingerprint. ``rssi``: whole
+        dBm of a reading. ``sigma``: bin of a fingerprint's sigma.
+        """
+        return self._counts.table
 
     def add(self, tables: SessionTables, floors: Mapping[str, int | None]) -> None:
         """Count one walk; ``floors`` says by session where its fingerprints without a label count."""
@@ -74,33 +81,27 @@ class StatisticsTally:
             pl.col("status").fill_null(UNKNOWN),
         )
         labelled = pl.col("status") == LABELLED
-        keys = list(_LABELS)[:-2]
         counts = {"fingerprints": pl.len().cast(pl.Int64), "labelled": labelled.sum().cast(pl.Int64)}
-        self._labels.append(scans.group_by(keys).agg(**counts).sort(keys))
-        for (technology,), sure in scans.drop_nulls(["x", "sigma"]).group_by("technology"):
-            for index, count in log_bins.counts_of(sure["sigma"].to_numpy()).items():
-                self.sigma[str(technology), index] += count
-        self._add_readings(scans.select("scan_id", "technology", "building", "device"), tables.readings)
+        self._labels.add(scans.group_by(_LABEL_KEYS).agg(**counts))
+        sure = scans.drop_nulls(["x", "sigma"])
+        heard = tables.readings.group_by("scan_id").agg(heard=pl.col("bssid").n_unique())
+        own = scans.select("scan_id", "technology", "building", "device")
+        readings = tables.readings.join(own, on="scan_id", how="left")
+        levels = readings.drop_nulls("rssi_dbm")
+        self._count("sigma", sure, pl.Series(log_bins.bins_of(sure["sigma"].to_numpy())))
+        self._count("heard", own.join(heard, on="scan_id", how="left"), pl.col("heard").fill_null(0))
+        self._count("readings", readings, pl.col("x").is_not_null())
+        self._count("rssi", levels, pl.col("rssi_dbm").round())
+        self.places.add(levels.drop_nulls("x"))
 
-    def _add_readings(self, scans: pl.DataFrame, readings: pl.DataFrame) -> None:
-        heard = readings.group_by("scan_id").agg(heard=pl.col("bssid").n_unique())
-        counted = scans.join(heard, on="scan_id", how="left").with_columns(pl.col("heard").fill_null(0))
-        self.heard.update(_counts(counted, "technology", "heard"))
-        known = readings.join(scans, on="scan_id", how="left").with_columns(labelled=pl.col("x").is_not_null())
-        self.readings.update(_counts(known, "technology", "labelled"))
-        whole = known.drop_nulls("rssi_dbm").with_columns(pl.col("rssi_dbm").round().cast(pl.Int32))
-        self.rssi.update(_counts(whole, "technology", "device", "rssi_dbm"))
-        self.places.add(known.drop_nulls(["x", "rssi_dbm"]))
-
-
-def of_technology(counts: Mapping[tuple[str, int], int], technology: str) -> dict[int, int]:
-    """The counts of one technology."""
-    return {number: count for (own, number), count in counts.items() if own == technology}
+    def _count(self, what: str, rows: pl.DataFrame, number: pl.Expr | pl.Series) -> None:
+        numbered = rows.with_columns(what=pl.lit(what), number=number).cast({"number": pl.Int64})
+        self._counts.add(numbered.group_by(_COUNT).agg(count=pl.len().cast(pl.Int64)))
 
 
-def _counts(table: pl.DataFrame, *columns: str) -> dict[tuple[Any, ...], int]:
-    """How often each combination of values occurs."""
-    return {row[:-1]: row[-1] for row in table.group_by(columns).len().iter_rows()}
+def _numbers(counts: pl.DataFrame, what: str) -> dict[int, int]:
+    """How often each number occurs, of all devices."""
+    return dict(counts.filter(what=what).group_by("number").agg(pl.col("count").sum()).sort("number").iter_rows())
 
 
 def rows_of(table: pl.DataFrame, *columns: str) -> Iterator[tuple[Any, ...]]:
@@ -137,7 +138,16 @@ def dataset_statistics(dataset: Dataset, field_work: FieldWork | None = None) ->
             for device in sorted({walk.device for walk in sessions})
         },
         effort=cost.effort if cost else None,
-        technologies={name: _technology(name, tally, shared, transmitters.get(name, 0), cost) for name in names},
+        technologies={
+            name: _technology(
+                tally.labels.filter(technology=name),
+                tally.counts.filter(technology=name),
+                shared.filter(technology=name),
+                transmitters.get(name, 0),
+                cost,
+            )
+            for name in names
+        },
         sessions=sessions,
     )
 
@@ -193,22 +203,21 @@ class _Cost:
 
 
 def _technology(
-    name: str, tally: StatisticsTally, shared: pl.DataFrame, transmitters: int, cost: _Cost | None
+    labels: pl.DataFrame, counts: pl.DataFrame, shared: pl.DataFrame, transmitters: int, cost: _Cost | None
 ) -> TechnologyStatistics:
-    labels = tally.labels.filter(pl.col("technology") == name)
     timed = _total(labels.filter(pl.col("session").is_in(cost.timed))) if cost else None
-    readings = {labelled: tally.readings[name, labelled] for labelled in (False, True)}
+    readings = _numbers(counts, "readings")
     return TechnologyStatistics(
         labels=_total(labels),
         readings=sum(readings.values()),
-        labelled_readings=readings[True],
+        labelled_readings=readings.get(1, 0),
         transmitters=transmitters,
         by_device={device: LabelCounts.of(*counts) for device, *counts in rows_of(labels, "device")},
         by_floor=_floors(labels),
         statuses={status: count for status, count, _ in rows_of(labels, "status")},
-        heard=Distribution.of(of_technology(tally.heard, name)),
-        rssi=_rssi(name, tally, shared.filter(pl.col("technology") == name)),
-        sigma=_sigma(of_technology(tally.sigma, name)),
+        heard=Distribution.of(_numbers(counts, "heard")),
+        rssi=_rssi(counts.filter(what="rssi"), shared),
+        sigma=_sigma(_numbers(counts, "sigma")),
         labelled_per_minute=_ratio(timed.labelled, cost.minutes) if cost and timed else None,
         labelled_per_person_hour=_ratio(timed.labelled, cost.effort.person_hours) if cost and timed else None,
     )
@@ -228,17 +237,13 @@ def _floors(labels: pl.DataFrame) -> tuple[FloorLabels, ...]:
     )
 
 
-def _rssi(technology: str, tally: StatisticsTally, shared: pl.DataFrame) -> dict[str, DeviceRssi]:
+def _rssi(levels: pl.DataFrame, shared: pl.DataFrame) -> dict[str, DeviceRssi]:
     """The RSSI of each device that heard anything, and its offset."""
-    by_device: dict[str, dict[int, int]] = {}
-    for (own, device, rssi_dbm), count in tally.rssi.items():
-        if own == technology:
-            by_device.setdefault(device, {})[rssi_dbm] = count
-    devices = sorted(by_device)
+    devices = levels["device"].unique().sort().to_list()
     offsets = device_offsets(shared, devices)
     return {
         device: DeviceRssi(
-            rssi_dbm=Distribution.of(by_device[device]),
+            rssi_dbm=Distribution.of(dict(levels.filter(device=device).select("number", "count").iter_rows())),
             offset_db=offsets[device].offset_db,
             shared=offsets[device].shared,
         )
