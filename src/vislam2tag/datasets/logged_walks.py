@@ -21,20 +21,20 @@ from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.fingerprints import TECHNOLOGIES, PhoneMotion, SessionWalk, fingerprints_of
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Storey
+from vislam2tag.datasets.point_fingerprints import NO_NAMES
 from vislam2tag.datasets.schema import (
     ACCESS_POINTS,
     FINGERPRINTS,
     MAGNETIC,
     READINGS,
-    SCHEMAS,
     SESSIONS,
     empty_table,
     in_schema,
 )
 from vislam2tag.datasets.sensor_windows import magnetic_windows
+from vislam2tag.datasets.session_parts import NAMES, access_points_of, tables_of, write_part
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.settings import LabelSettings
@@ -127,7 +127,6 @@ def _frame_times(taps: Waypoints) -> IntArray:
 
 _LABELS = LabelSettings(max_sigma_m=math.inf)
 """No place between taps is too unsure to be one: its sigma is stated."""
-_NAMES = "names"
 _ROWS_A_GROUP = 20_000
 """Of the joined files: small enough to read one walk without its neighbours."""
 
@@ -182,11 +181,15 @@ class WalkTables:
         fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
         readings = pl.concat([empty_table(READINGS), *(each.readings for each in made)])
         readings = fingerprints.select("scan_id").join(readings, on="scan_id", maintain_order="left_right")
-        self._write(FINGERPRINTS, self._placed(fingerprints).with_columns(_date(walk), device=pl.lit(walk.device)))
-        self._write(READINGS, self._placed(readings))
-        self._write(SESSIONS, self._session(walk, motion, fingerprints.height))
-        self._write(_NAMES, pl.concat([each.names for each in made]) if made else _no_names())
-        self._write(MAGNETIC, self._placed(self._magnetic(walk, labelled.get("sensors"))))
+        tables = {
+            FINGERPRINTS: self._placed(fingerprints).with_columns(_date(walk), device=pl.lit(walk.device)),
+            READINGS: self._placed(readings),
+            SESSIONS: self._session(walk, motion, fingerprints.height),
+            MAGNETIC: self._placed(self._magnetic(walk, labelled.get("sensors"))),
+        }
+        names = pl.concat([NO_NAMES, *(each.names for each in made)])
+        parts = {name: in_schema(name, rows) for name, rows in tables.items()}
+        write_part(self._scratch, self._walks, {**parts, NAMES: names})
         self._walks += 1
 
     def _magnetic(self, walk: LoggedWalk, sensors: pl.DataFrame | None) -> pl.DataFrame:
@@ -197,21 +200,15 @@ class WalkTables:
 
     def dataset(self, info: DatasetInfo, files: Mapping[str, Path]) -> Dataset:
         """Make the data set of all walks added; findings are added to those of ``info``."""
-        tables = {name: self._joined(name) for name in (FINGERPRINTS, READINGS, SESSIONS, MAGNETIC)}
-        names = self._joined(_NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
-        counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
-        transmitters = access_point_table(tables[FINGERPRINTS], tables[READINGS], counted)
+        tables = {name: self._joined(name, rows) for name, rows in tables_of(self._scratch.path).items()}
+        transmitters = access_points_of(self._scratch.path, tables[FINGERPRINTS], tables[READINGS])
         whole = info.model_copy(update={"findings": (*info.findings, *summed_findings(self._findings))})
         return Dataset(whole, {**tables, ACCESS_POINTS: transmitters.lazy()}, {}, files)
 
-    def _write(self, table: str, rows: pl.DataFrame) -> None:
-        rows = in_schema(table, rows) if table in SCHEMAS else rows
-        write_parquet(rows, self._scratch, f"{table}/{self._walks:06d}.parquet", compression="lz4")
-
-    def _joined(self, table: str) -> pl.LazyFrame:
+    def _joined(self, table: str, rows: pl.LazyFrame) -> pl.LazyFrame:
         """Stream the walks' files of a table into one, which is read many times."""
-        parts, whole = sorted((self._scratch / table).glob("*.parquet")), f"{table}.parquet"
-        write_parquet(scan_parquet(parts), self._scratch, whole, row_group_size=_ROWS_A_GROUP)
+        whole = f"{table}.parquet"
+        write_parquet(rows, self._scratch, whole, row_group_size=_ROWS_A_GROUP)
         self._scratch.remove_tree(table)
         return scan_parquet(self._scratch / whole)
 
@@ -297,7 +294,3 @@ def _frames(trajectory: Trajectory) -> pl.DataFrame:
             "status": status_text(trajectory.status),
         }
     ).with_columns(qx=unknown, qy=unknown, qz=unknown, qw=unknown)
-
-
-def _no_names() -> pl.DataFrame:
-    return pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})

@@ -17,10 +17,9 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.table_files import scan_parquet, write_csv, write_parquet
+from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, finding_if, pooled
-from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.annotated_tables import (
     SENSORS_FILE,
     WIFI_FILE,
@@ -34,8 +33,9 @@ from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping
-from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import magnetic_windows
+from vislam2tag.datasets.session_parts import NAMES, access_points_of, tables_of, write_part
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.datasets.writing import shared_labels
 from vislam2tag.intake.readings import admitted
@@ -52,7 +52,6 @@ from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.plans.load import plan_file
 
 TECHNOLOGY = "wifi"
-_NAMES = "names"
 _SITE_KINDS = ("missing_file", "missing_plan")
 """The published data need no landmarks, and a plan only for pictures."""
 
@@ -83,12 +82,10 @@ def read(path: Path, context: ImportContext) -> Dataset:
     for number, session in enumerate(sessions):
         parts, odd = _parts(session, settings)
         findings += odd
-        for name, table in parts.items():
-            write_parquet(table, context.scratch, f"{name}/{number:06d}.parquet")
+        write_part(context.scratch, number, parts)
         context.progress(session.slug, len(sessions))
-    tables = {name: _scanned(context.scratch / name) for name in SCHEMAS if (context.scratch / name).is_dir()}
-    names = _scanned(context.scratch / _NAMES).collect(engine="streaming")
-    heard = access_point_table(tables[FINGERPRINTS], tables[READINGS], names)
+    tables = tables_of(context.scratch.path)
+    heard = access_points_of(context.scratch.path, tables[FINGERPRINTS], tables[READINGS])
     floors, plans, about_site = _site(root, context.scratch.folder("plans"))
     info = DatasetInfo(
         name=path.stem,
@@ -146,7 +143,7 @@ def _parts(
     tables = {
         FINGERPRINTS: made.fingerprints,
         READINGS: made.readings,
-        _NAMES: made.names,
+        NAMES: made.names,
         SESSIONS: _session_row(session, made.fingerprints),
     }
     if session.sensors.is_file():
@@ -170,11 +167,6 @@ def _session_row(session: _AnnotatedSession, fingerprints: pl.DataFrame) -> pl.D
         "source": sha256_of(session.wifi),
     }
     return in_schema(SESSIONS, pl.DataFrame([row]))
-
-
-def _scanned(folder: Path) -> pl.LazyFrame:
-    table = scan_parquet(sorted(folder.glob("*.parquet")))
-    return table.select(*SCHEMAS[folder.name]) if folder.name in SCHEMAS else table
 
 
 def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Finding, ...]]:

@@ -16,7 +16,6 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, finding_if, pooled
 from vislam2tag.core.status import Status
@@ -32,6 +31,7 @@ from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_l
 from vislam2tag.datasets.model import DatasetSource, FloorInfo
 from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
+from vislam2tag.datasets.session_parts import NAMES, write_part
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord, SessionResult
@@ -44,8 +44,6 @@ from vislam2tag.survey.names import unique_slugs
 from vislam2tag.survey.plans.load import plan_file
 from vislam2tag.walkable.walked.walked_space import RADIUS_M
 
-NAMES = "names"
-"""Parts that say how often each transmitter was heard by each name; no table of the data set."""
 FAILED: FindingKind = "session_without_label"
 """Kind of the finding that counts sessions which could not be mapped."""
 
@@ -206,7 +204,7 @@ def _session_row(job: SessionJob, result: SessionResult, walk: SessionWalk, fing
 
 
 def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
-    write_parquet(rows, job.parts_folder, f"{table}/{job.number:06d}.parquet", compression="lz4")
+    write_part(job.parts_folder, job.number, {table: rows})
 
 
 def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:
