@@ -1,5 +1,7 @@
 """Fingerprints of one session: its labelled radio readings, grouped by scan or by windows of time.
 
+Rows of one session after the other are written to files, which are joined at the end.
+
 The labelled radio tables, each a technology, come in one form. Published practice is one position a scan, the mean over
 its readings (paper, section VII); here readings weigh by their certainty, and a cached result of an earlier scan does
 not pull. Beside: how the phone moved, heading and speed within spans of time, and the way that a walk is labelled for.
@@ -7,16 +9,21 @@ not pull. Beside: how the phone moved, heading and speed within spans of time, a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import FASTEST_M_PER_S, STEP_NS, step_frames, step_lengths, steps_without_jumps
 from vislam2tag.core.status import STATUS_LABELS
+from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
@@ -334,3 +341,29 @@ def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: f
         *finding_if(int((~grouped["current"]).sum()), "cached_readings", cached),
         *finding_if(int((~table["placed"]).sum()), "unlabelled_fingerprints", unlabelled),
     )
+
+
+NAMES = "names"
+"""Parts that say how often each transmitter was heard by each name; no table of the data set."""
+
+
+def write_part(folder: Folder, number: int, tables: Mapping[str, pl.DataFrame]) -> None:
+    """Write one session's rows of some tables, and its NAMES; ``number`` is its place in the order of all."""
+    for name, rows in tables.items():
+        write_parquet(rows, folder, f"{name}/{number:06d}.parquet", compression="lz4")
+
+
+def tables_of(folder: Path) -> dict[str, pl.LazyFrame]:
+    """Scan the rows of all sessions, table by table."""
+    return {name: _rows_of_all(folder, name) for name in SCHEMAS if (folder / name).is_dir()}
+
+
+def access_points_of(folder: Path, fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> pl.DataFrame:
+    """Make the table of access points of what all sessions heard, and of their NAMES in ``folder``."""
+    names = _rows_of_all(folder, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
+    counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
+    return access_point_table(fingerprints, readings, counted)
+
+
+def _rows_of_all(folder: Path, name: str) -> pl.LazyFrame:
+    return scan_parquet(sorted((folder / name).glob("*.parquet")))

@@ -21,7 +21,16 @@ from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.datasets.fingerprints import TECHNOLOGIES, PhoneMotion, SessionWalk, fingerprints_of
+from vislam2tag.datasets.fingerprints import (
+    NAMES,
+    TECHNOLOGIES,
+    PhoneMotion,
+    SessionWalk,
+    access_points_of,
+    fingerprints_of,
+    tables_of,
+    write_part,
+)
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Storey
 from vislam2tag.datasets.point_fingerprints import NO_NAMES
 from vislam2tag.datasets.schema import (
@@ -34,7 +43,6 @@ from vislam2tag.datasets.schema import (
     in_schema,
 )
 from vislam2tag.datasets.sensor_windows import magnetic_windows
-from vislam2tag.datasets.session_parts import NAMES, access_points_of, tables_of, write_part
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.settings import LabelSettings

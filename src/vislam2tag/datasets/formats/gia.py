@@ -28,14 +28,21 @@ from vislam2tag.datasets.annotated_tables import (
     sensor_rows,
     wifi_rows,
 )
-from vislam2tag.datasets.fingerprints import PhoneMotion, SessionWalk, fingerprints_of
+from vislam2tag.datasets.fingerprints import (
+    NAMES,
+    PhoneMotion,
+    SessionWalk,
+    access_points_of,
+    fingerprints_of,
+    tables_of,
+    write_part,
+)
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import magnetic_windows
-from vislam2tag.datasets.session_parts import NAMES, access_points_of, tables_of, write_part
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.datasets.writing import shared_labels
 from vislam2tag.intake.readings import admitted

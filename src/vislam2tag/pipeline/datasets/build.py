@@ -15,12 +15,12 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.datasets.access_points import merged_radios
 from vislam2tag.datasets.description import Description, with_description
+from vislam2tag.datasets.fingerprints import access_points_of, tables_of
 from vislam2tag.datasets.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
 from vislam2tag.datasets.labelled import is_labelled
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Grouping, Storey
 from vislam2tag.datasets.privacy import Privacy, with_privacy
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
-from vislam2tag.datasets.session_parts import access_points_of, tables_of
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.datasets.statistics_record import FieldWork
 from vislam2tag.labeling.settings import ProcessSettings

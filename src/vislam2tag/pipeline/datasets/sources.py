@@ -20,18 +20,19 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, finding_if, pooled
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import (
+    NAMES,
     TECHNOLOGIES,
     WIFI,
     SessionFingerprints,
     SessionWalk,
     fingerprints_of,
     radio_rows,
+    write_part,
 )
 from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.datasets.model import DatasetSource, FloorInfo
 from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
-from vislam2tag.datasets.session_parts import NAMES, write_part
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord, SessionResult
