@@ -46,6 +46,11 @@ def quartet(part: str = "Training", **changed: str) -> Files:
     return {f"{part}_{role}_21Aug17.csv": text for role, text in (QUARTET | changed).items()}
 
 
+def quartet_in(folder: Path, part: str = "Training", **changed: str) -> Path:
+    """Write a part of the Tampere quartet into a folder; return that."""
+    return written(folder, quartet(part, **changed))
+
+
 def long_term(month: str, walk: str, **changed: str) -> Files:
     return {f"{month}/{walk}{role}.csv": text for role, text in (WALK | changed).items()}
 

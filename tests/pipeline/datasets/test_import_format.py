@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.datasets.formats.test_tampere import quartet
+from tests.datasets.formats.test_fingerprint_tables import quartet_in
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.datasets.description import read_description
 from vislam2tag.datasets.folder import open_dataset
@@ -17,7 +17,7 @@ from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_for
 
 @pytest.fixture
 def source(tmp_path: Path) -> Path:
-    return quartet(quartet(tmp_path / "in"), "Test")
+    return quartet_in(quartet_in(tmp_path / "in"), "Test")
 
 
 def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_path: Path) -> None:
