@@ -22,8 +22,8 @@ from measure import seconds, vislam2tag, watched
 
 from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.format_registry import ImportContext, import_format_of
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.format_registry import ImportContext, import_format_of
 
 ROWS, ACCESS_POINTS, HEARD = 20_000, 520, 18
 REPEATS = 7

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from changed_building import Changes, two_surveys
 
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.model_update import updated

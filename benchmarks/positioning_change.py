@@ -25,8 +25,8 @@ import numpy as np
 
 from vislam2tag.common.bootstrap import mean_interval
 from vislam2tag.core.arrays import AnyArray, BoolArray
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.model import Dataset
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import plane_error_m
 from vislam2tag.positioning.places import folds

@@ -21,7 +21,7 @@ import numpy as np
 from dead_reckoning import step_path
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.places import Positions

@@ -13,8 +13,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from vislam2tag.api import regular_survey, simulate
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.schema import IMU_WINDOWS
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.schema import IMU_WINDOWS
 from vislam2tag.pipeline.datasets.build import build_dataset
 
 Array = npt.NDArray[np.float64]

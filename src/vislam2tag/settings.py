@@ -15,7 +15,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
+from vislam2tag.datasets.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.registration.record import RegistrationSettings

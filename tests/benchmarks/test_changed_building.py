@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 from changed_building import Changes, two_surveys
 
-from vislam2tag.dataset.schema import READINGS
+from vislam2tag.datasets.schema import READINGS
 
 
 def heard(readings: pl.LazyFrame) -> set[str]:

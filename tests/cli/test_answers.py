@@ -14,7 +14,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.locks import lock
 from tests.surveys import make_survey
 from vislam2tag.cli.app import app
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 
 EXCLUDED = '[[exclude_session]]\nfloor = 0\nreason = "test"\n'
 

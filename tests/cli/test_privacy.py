@@ -6,7 +6,7 @@ import pytest
 
 from vislam2tag.cli.options import privacy_of
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.datasets.privacy import Privacy
 
 
 def test_without_options_only_networks_that_opted_out_go() -> None:

@@ -5,9 +5,9 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
-from tests.dataset.changing import Survey, surveyed, usual_places
-from vislam2tag.dataset.changes import CHANGED, Changes, survey_changes
-from vislam2tag.dataset.model import Storey
+from tests.datasets.changing import Survey, surveyed, usual_places
+from vislam2tag.datasets.changes import CHANGED, Changes, survey_changes
+from vislam2tag.datasets.model import Storey
 from vislam2tag.figures.change_figures import PLACES, ChangedFloor, change_map
 from vislam2tag.figures.style import rendered
 

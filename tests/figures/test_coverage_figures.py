@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.dataset.coverage import FloorCoverage, gap_walks
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.coverage import FloorCoverage, gap_walks
+from vislam2tag.datasets.model import Storey
 from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
 from vislam2tag.site.model import ControlPoints, Floor
 

@@ -5,7 +5,7 @@ import datetime as dt
 import pytest
 from matplotlib.patches import Rectangle
 
-from vislam2tag.dataset.statistics_record import (
+from vislam2tag.datasets.statistics_record import (
     DeviceRssi,
     Distribution,
     FloorLabels,

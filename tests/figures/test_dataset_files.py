@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.model import Storey
-from vislam2tag.dataset.schema import REQUIRED, empty_table
-from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics import dataset_statistics
+from tests.datasets.factory import small_dataset
+from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.schema import REQUIRED, empty_table
+from vislam2tag.datasets.settings import CoverageSettings
+from vislam2tag.datasets.statistics import dataset_statistics
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 
 

@@ -16,8 +16,8 @@ from tests.walks import landmarks_at
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.dataset.radio_maps import radio_maps
-from vislam2tag.dataset.settings import RadioMapSettings
+from vislam2tag.datasets.radio_maps import radio_maps
+from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk

@@ -9,10 +9,10 @@ import pytest
 from matplotlib.image import AxesImage
 from PIL import Image
 
-from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.model import Storey
-from vislam2tag.dataset.radio_maps import FloorMaps, radio_maps
-from vislam2tag.dataset.settings import RadioMapSettings
+from tests.datasets.factory import small_dataset
+from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.radio_maps import FloorMaps, radio_maps
+from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.figures.radio_map_figures import (
     SCALES,
     SHEET,

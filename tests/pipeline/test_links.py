@@ -13,7 +13,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.linked import annex, link_plan, move_out, private_pictures, survey_beside_private
 from vislam2tag.common.errors import DatasetError, SurveyError
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.export import ExportOptions, export

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.splits import standard_splits
+from vislam2tag.datasets.folder import open_dataset, write_dataset
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.splits import standard_splits
 from vislam2tag.positioning import registry as base
 from vislam2tag.positioning.places import Positions, ScanPlaces
 from vislam2tag.positioning.radio_scans import RadioScans

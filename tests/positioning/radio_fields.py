@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.positioning.places import ScanPlaces
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 

@@ -12,7 +12,7 @@ import pytest
 
 from tests.positioning.benchmarked import benchmark_dataset, known_models
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.dataset.model import Dataset, Storey
+from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.positioning.benchmark_protocol import (
     PREDICTIONS,
     BenchmarkRun,

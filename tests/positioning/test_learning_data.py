@@ -6,10 +6,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.dataset.factory import ACCESS_POINTS_A_FLOOR, FLOORS, SCANS, SESSION_KEYS, small_dataset
+from tests.datasets.factory import ACCESS_POINTS_A_FLOOR, FLOORS, SCANS, SESSION_KEYS, small_dataset
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
-from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.datasets.model import Dataset, Fold, Split, SplitInfo
+from vislam2tag.datasets.schema import FINGERPRINTS
 from vislam2tag.positioning.learning_data import learning_data
 
 

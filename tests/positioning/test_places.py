@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from tests.positioning.radio_world import radio_world
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.positioning.places import (
     CALIBRATED_WITH,
     DensityCells,

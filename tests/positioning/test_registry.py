@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sklearn.base import clone
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.positioning.learning_data import learning_data

@@ -34,7 +34,7 @@ def _survey_to_correct(folder: Path) -> AbstractContextManager[Path]:
 
 
 def _labels_or_survey(folder: Path) -> AbstractContextManager[Path]:
-    from vislam2tag.dataset.labelled import labels_at_hand
+    from vislam2tag.datasets.labelled import labels_at_hand
     from vislam2tag.labeling.results import RUN_FILE
 
     store = store_at(folder)

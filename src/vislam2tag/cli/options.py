@@ -14,7 +14,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import DATASET_FORMATS
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.privacy import Privacy
+    from vislam2tag.datasets.privacy import Privacy
     from vislam2tag.pipeline.run.selection import Selection
 
 INTERRUPTED = 130
@@ -76,7 +76,7 @@ NoSsid: TypeAlias = Annotated[bool, typer.Option("--no-ssid", help="Leave the na
 
 def privacy_of(include_nomap: bool, hash_bssid: Path | None, no_ssid: bool) -> Privacy:
     """Make the wish of these options' values; raises UsageError for a key that cannot be used."""
-    from vislam2tag.dataset.privacy import Privacy, read_key
+    from vislam2tag.datasets.privacy import Privacy, read_key
 
     key = None if hash_bssid is None else read_key(hash_bssid)
     return Privacy(include_nomap=include_nomap, hash_key=key, keep_ssids=not no_ssid)

@@ -55,6 +55,13 @@ class Finding(Record):
         )
 
 
+def finding_if(
+    count: int, kind: FindingKind, message: str, file: str = "", severity: Severity = Severity.INFO
+) -> tuple[Finding, ...]:
+    """Report what was counted, if anything was."""
+    return (Finding(kind=kind, file=file, count=count, message=message, severity=severity),) if count else ()
+
+
 def count_of(severity: Severity, findings: Iterable[Finding]) -> int:
     """How many findings are of a severity."""
     return sum(finding.severity is severity for finding in findings)

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.changes import (
+from vislam2tag.datasets.changes import (
     APPEARED,
     CHANGED,
     MOVED,

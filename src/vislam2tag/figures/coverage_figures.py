@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.dataset.coverage import FloorCoverage, GapWalk
+from vislam2tag.datasets.coverage import FloorCoverage, GapWalk
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
 from vislam2tag.site.model import Floor

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from vislam2tag.common import log_bins
-from vislam2tag.dataset.statistics_record import (
+from vislam2tag.datasets.statistics_record import (
     DeviceRssi,
     Distribution,
     FloorLabels,

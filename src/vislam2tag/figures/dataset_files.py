@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from matplotlib.figure import Figure
 
-from vislam2tag.dataset.coverage import coverage, gap_walks
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics_record import DatasetStatistics
+from vislam2tag.datasets.coverage import coverage, gap_walks
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.settings import CoverageSettings
+from vislam2tag.datasets.statistics_record import DatasetStatistics
 from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
 from vislam2tag.figures.dataset_figures import (
     access_points_heard,

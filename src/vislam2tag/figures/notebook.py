@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.radio_maps import FloorMaps
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.radio_maps import FloorMaps
 from vislam2tag.figures.panels import draw_plan, in_metres
 from vislam2tag.figures.style import LANDMARK
 from vislam2tag.labeling.mapped_walk import MappedWalk

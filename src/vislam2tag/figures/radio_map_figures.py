@@ -16,7 +16,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 from PIL import Image
 
-from vislam2tag.dataset.radio_maps import FloorMaps
+from vislam2tag.datasets.radio_maps import FloorMaps
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
 from vislam2tag.site.model import Floor

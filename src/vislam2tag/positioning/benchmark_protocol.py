@@ -21,8 +21,8 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.dataset.model import Dataset, Split, Storey
-from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
+from vislam2tag.datasets.model import Dataset, Split, Storey
+from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
 from vislam2tag.positioning.benchmark_record import RunRecord, RunTime, versions
 from vislam2tag.positioning.learning_data import LearningData
 from vislam2tag.positioning.metrics import score

@@ -11,7 +11,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.model import Dataset, Fold, Split, Storey
+from vislam2tag.datasets.model import Dataset, Fold, Split, Storey
 from vislam2tag.positioning.places import ScanPlaces
 from vislam2tag.positioning.radio_scans import RadioScans, Rows, TextArray, scans_from_readings
 

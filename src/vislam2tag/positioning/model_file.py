@@ -52,7 +52,7 @@ class ModelOrigin(Record):
     technology: str = "wifi"
     frame: str = "BCS of each floor, metres"
     bssid_key: str | None = None
-    """Name of the key that access points' identifiers were hashed with (dataset/privacy.py); None: they are plain."""
+    """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: they are plain."""
 
 
 class ModelHeader(Record):

@@ -1,6 +1,6 @@
 """What a model learned and a later survey, joined: of the former without what the building no longer has.
 
-What changed is told by the test that ``vislam2tag join`` makes (:mod:`vislam2tag.dataset.changes`): readings
+What changed is told by the test that ``vislam2tag join`` makes (:mod:`vislam2tag.datasets.changes`): readings
 of access points that are gone or were moved are left out of what was learned, so that no scan is judged by them. Scans
 of places that were walked again stay: without them errors were greater (docs/results/positioning-change.md).
 """
@@ -15,9 +15,9 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.changes import APPEARED, MOVED, VANISHED, survey_changes
-from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, in_schema
+from vislam2tag.datasets.changes import APPEARED, MOVED, VANISHED, survey_changes
+from vislam2tag.datasets.model import Dataset, DatasetInfo
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, in_schema
 from vislam2tag.positioning.places import LabelledScans, joined_places
 from vislam2tag.positioning.radio_scans import joined_scans
 

@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Rows
 
 SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95

@@ -19,7 +19,7 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.positioning.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.radio_scans import RadioScans
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.dataset.label_comparison import Labelled, Positions, compare_labels
+from vislam2tag.datasets.label_comparison import Labelled, Positions, compare_labels
 from vislam2tag.studio.survey_view import output_view
 from vislam2tag.studio.work_messages import ComparisonView
 from vislam2tag.studio.workspace import Workspace

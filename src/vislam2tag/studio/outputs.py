@@ -13,8 +13,8 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.label_comparison import settings_of_output
-from vislam2tag.dataset.labelled import LabelledSession
+from vislam2tag.datasets.label_comparison import settings_of_output
+from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.pipeline.run.store import OutputFolder

@@ -9,7 +9,7 @@ import numpy as np
 
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import Status, has_position, labelled_share
-from vislam2tag.dataset.label_comparison import mean_error_m
+from vislam2tag.datasets.label_comparison import mean_error_m
 from vislam2tag.labeling.results import Drawing, SessionResult
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session

@@ -13,7 +13,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.cli.datasets.command_dataset import register, seconds_of
 from vislam2tag.common.errors import UsageError, Vislam2tagError
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.pipeline.labels.process import process
 
 

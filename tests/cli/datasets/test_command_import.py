@@ -9,18 +9,18 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.formats.test_getsensordata import walk
-from tests.dataset.formats.test_ilc20 import trace
-from tests.dataset.formats.test_tampere import quartet
+from tests.datasets.formats.test_fingerprint_tables import quartet_in
+from tests.datasets.formats.test_getsensordata import walk
+from tests.datasets.formats.test_ilc20 import trace
 from vislam2tag.cli.datasets.command_import import degrees_of, floor_words
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.format_registry import import_formats
-from vislam2tag.dataset.model import FloorInfo
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.format_registry import import_formats
+from vislam2tag.datasets.model import FloorInfo
 
 
 def test_a_summary(tmp_path: Path) -> None:
-    source = quartet(tmp_path / "in", coordinates="1,2,5\n3,4,0\n")
+    source = quartet_in(tmp_path / "in", coordinates="1,2,5\n3,4,0\n")
     done = vislam2tag("import", source, "--out", tmp_path / "set")
     assert done.returncode == 0, done.stderr
     for line in (
@@ -71,7 +71,7 @@ def test_wrong_usage_is_exit_code_two(tmp_path: Path) -> None:
 
 
 def test_an_archive_unpacks_to_as_much_as_is_said(tmp_path: Path) -> None:
-    archive = shutil.make_archive(str(tmp_path / "t"), "zip", quartet(tmp_path / "in"))
+    archive = shutil.make_archive(str(tmp_path / "t"), "zip", quartet_in(tmp_path / "in"))
     done = vislam2tag("import", archive, "--out", tmp_path / "set", "--max-unpacked-gb", "1e-8")
     assert done.returncode == 2
     assert "unpacks to more than 1e-08 GB" in the_error(done)

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.changing import Survey, bssid, surveyed, usual_places
-from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.folder import write_dataset
+from tests.datasets.changing import Survey, bssid, surveyed, usual_places
+from tests.datasets.factory import small_dataset
+from vislam2tag.datasets.folder import write_dataset
 
 pytestmark = pytest.mark.usefixtures("undrawn_figures")
 

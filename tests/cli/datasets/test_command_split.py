@@ -11,12 +11,12 @@ import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.cli.datasets.command_split import register
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.splits import split_findings, standard_splits
+from vislam2tag.datasets.folder import open_dataset, write_dataset
+from vislam2tag.datasets.splits import split_findings, standard_splits
 
 
 @pytest.fixture

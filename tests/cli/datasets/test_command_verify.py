@@ -10,10 +10,10 @@ import polars as pl
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.surveys import make_survey
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.schema import READINGS
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.schema import READINGS
 
 
 @pytest.fixture

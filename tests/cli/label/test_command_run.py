@@ -11,7 +11,7 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 
 
 def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.factory import bssid, small_dataset
-from vislam2tag.dataset.folder import write_dataset
+from tests.datasets.factory import bssid, small_dataset
+from vislam2tag.datasets.folder import write_dataset
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 
 HEADER = "scan_id,status,building,floor,x,y,z,radius_68_m,radius_95_m,floor_probability"

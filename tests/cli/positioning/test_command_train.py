@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from vislam2tag.cli.options import parameters_of
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.privacy import Privacy, key_name, with_privacy
-from vislam2tag.dataset.splits import standard_splits
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.privacy import Privacy, key_name, with_privacy
+from vislam2tag.datasets.splits import standard_splits
 
 KEY = b"0123456789abcdef"
 

@@ -16,7 +16,7 @@ import pytest
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.dataset.format_registry import import_format_of
+from vislam2tag.datasets.format_registry import import_format_of
 
 
 def tar(path: Path, *names: str) -> Path:

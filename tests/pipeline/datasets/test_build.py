@@ -14,10 +14,10 @@ import pytest
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.schema import REQUIRED, RTT, SCHEMAS
-from vislam2tag.dataset.settings import DatasetSettings
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.schema import REQUIRED, RTT, SCHEMAS
+from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings

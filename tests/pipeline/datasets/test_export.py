@@ -11,8 +11,8 @@ import polars as pl
 import pytest
 
 from tests.conftest import shared_folder
-from tests.dataset.factory import small_dataset
-from tests.dataset.formats.round_trip import (
+from tests.datasets.factory import small_dataset
+from tests.datasets.formats.round_trip import (
     imported,
     odd_dataset,
     signatures,
@@ -23,11 +23,11 @@ from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.own_files import OWN_FILES
-from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.format_registry import ImportContext, export_formats, import_named
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy, hashed
-from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
+from vislam2tag.datasets.folder import open_dataset, write_dataset
+from vislam2tag.datasets.format_registry import ImportContext, export_formats, import_named
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.privacy import Privacy, hashed
+from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.datasets.export import RECORD_FILE, ExportOptions, export, is_export
 from vislam2tag.pipeline.labels.process import process

@@ -7,13 +7,13 @@ import polars as pl
 import pytest
 from matplotlib.figure import Figure
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.model import Storey
-from vislam2tag.dataset.schema import READINGS
-from vislam2tag.dataset.settings import CoverageSettings
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.schema import READINGS
+from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.pipeline.datasets import figures as dataset_figures
 from vislam2tag.pipeline.datasets.figures import make_dataset_figures
 

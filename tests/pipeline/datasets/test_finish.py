@@ -11,15 +11,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.whole_folder import exclusive_writer
-from vislam2tag.dataset.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
-from vislam2tag.dataset.model import Split
-from vislam2tag.dataset.settings import SplitKind, SplitSettings
-from vislam2tag.dataset.splits import make_split, standard_splits
+from vislam2tag.datasets.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
+from vislam2tag.datasets.model import Split
+from vislam2tag.datasets.settings import SplitKind, SplitSettings
+from vislam2tag.datasets.splits import make_split, standard_splits
 from vislam2tag.pipeline.datasets import finish as added_split
 from vislam2tag.pipeline.datasets.finish import STATISTICS_FILE, add_split, finish_dataset
 

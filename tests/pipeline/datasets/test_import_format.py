@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.formats.test_tampere import quartet
+from tests.datasets.formats.test_fingerprint_tables import quartet_in
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.dataset.description import read_description
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.datasets.description import read_description
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 
 
 @pytest.fixture
 def source(tmp_path: Path) -> Path:
-    return quartet(quartet(tmp_path / "in"), "Test")
+    return quartet_in(quartet_in(tmp_path / "in"), "Test")
 
 
 def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_path: Path) -> None:
@@ -25,7 +25,7 @@ def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_pat
     dataset = import_format(source, tmp_path / "set", progress=lambda part, total: parts.append((part, total)))
     assert {"official", "random", "device"} <= dataset.splits.keys()
     assert dataset.splits["official"].groups["group"].to_list().count("test") == 2
-    assert parts == [("test", 2), ("train", 2)]
+    assert parts == [("test", 2), ("training", 2)]
     assert {"README.md", "statistics.json", "SHA256SUMS"} <= {path.name for path in (tmp_path / "set").iterdir()}
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "set"]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from tests.dataset.changing import Survey, bssid, surveyed, usual_places
+from tests.datasets.changing import Survey, bssid, surveyed, usual_places
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.folder import open_dataset, write_dataset
+from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.pipeline.datasets.join import CHANGES, join
 
 

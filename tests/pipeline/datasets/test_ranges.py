@@ -8,11 +8,11 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.dataset.access_points import merged_radios
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy, hashed, with_privacy
-from vislam2tag.dataset.schema import RTT
-from vislam2tag.dataset.schema import SCHEMAS as OF_DATASETS
+from vislam2tag.datasets.access_points import merged_radios
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.privacy import Privacy, hashed, with_privacy
+from vislam2tag.datasets.schema import RTT
+from vislam2tag.datasets.schema import SCHEMAS as OF_DATASETS
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.process import process

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dataset.test_labelled import RUN, write_out
+from tests.datasets.test_labelled import RUN, write_out
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.dataset.model import FloorInfo
+from vislam2tag.datasets.model import FloorInfo
 from vislam2tag.pipeline.datasets.sources import (
     LabelledSource,
     SessionOutcome,

@@ -12,14 +12,14 @@ import polars as pl
 import pytest
 
 from tests.cli.command import vislam2tag
-from tests.dataset.formats.test_tampere import quartet
+from tests.datasets.formats.test_fingerprint_tables import quartet_in
 from tests.positioning.benchmarked import MODELS, benchmark_dataset, known_models
 from tests.struck import Strike, struck
 from tests.surveys import bytes_of
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.progress import Stage
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.datasets.model import Dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, benchmark_figures, public_dataset
 from vislam2tag.positioning.benchmark_protocol import ModelChoice
 from vislam2tag.positioning.benchmark_record import Benchmark
@@ -197,14 +197,14 @@ def test_public_sets_say_what_lacks(tmp_path: Path) -> None:
 def test_a_public_set_is_run_with_its_own_split(tmp_path: Path) -> None:
     (tmp_path / "files").mkdir()
     for part in ("Training", "Test"):
-        quartet(tmp_path / "files", part)
+        quartet_in(tmp_path / "files", part)
     with public_dataset("tampere", tmp_path / "files") as opened:
         found = benchmark(opened, tmp_path / "out", plan_of("test-loudest", splits=()))
     assert [(run.split, run.fold) for run in found.runs] == [("official", "official")]
 
 
 def test_half_a_public_set_is_told(tmp_path: Path) -> None:
-    quartet(tmp_path)
+    quartet_in(tmp_path)
     with pytest.raises(DatasetError, match="holds only a part of tampere; put its training and test files together"):
         public_dataset("tampere", tmp_path).__enter__()
 

@@ -11,12 +11,12 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.dataset.factory import bssid, small_dataset
+from tests.datasets.factory import bssid, small_dataset
 from tests.positioning.radio_world import STOREYS
 from vislam2tag.common.errors import DatasetError, ModelError, UsageError
-from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.privacy import Privacy, hashed, key_name, with_privacy
-from vislam2tag.dataset.splits import standard_splits
+from vislam2tag.datasets.folder import open_dataset, write_dataset
+from vislam2tag.datasets.privacy import Privacy, hashed, key_name, with_privacy
+from vislam2tag.datasets.splits import standard_splits
 from vislam2tag.pipeline.positioning import locate as module
 from vislam2tag.pipeline.positioning.locate import LOCATED, LocatedScans, WalkPlan, locate, located_table
 from vislam2tag.pipeline.positioning.train import TrainPlan, train

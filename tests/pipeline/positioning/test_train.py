@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.splits import standard_splits
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.splits import standard_splits
 from vislam2tag.pipeline.positioning.train import TrainedModel, TrainPlan, train
 from vislam2tag.positioning import model_choice
 from vislam2tag.positioning.model_file import load_model

@@ -13,8 +13,8 @@ from polars.testing import assert_frame_equal
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, SurveyError, UsageError
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.schema import FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.rebase import rebase

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.positioning.radio_fields import surveyed
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.positioning.cell_density import level_field as module
 from vislam2tag.positioning.cell_density.level_field import LevelField, fitted_path_loss, learned_fields, unheard_dbm
 from vislam2tag.positioning.places import ScanPlaces

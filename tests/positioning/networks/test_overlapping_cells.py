@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.positioning.networks.overlapping_cells import NO_CELL, CellLattice, decoded, lattice_over
 from vislam2tag.positioning.places import ScanPlaces
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
+from vislam2tag.datasets.model import Dataset
 
 COLUMNS = ("building", "floor", "x", "y")
 

@@ -29,9 +29,9 @@ from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.model import Dataset
-    from vislam2tag.dataset.settings import DatasetSettings
-    from vislam2tag.dataset.statistics_record import FieldWork
+    from vislam2tag.datasets.model import Dataset
+    from vislam2tag.datasets.settings import DatasetSettings
+    from vislam2tag.datasets.statistics_record import FieldWork
     from vislam2tag.pipeline.datasets.build import BuildOptions, SessionStep
 
 HELP = """
@@ -136,7 +136,7 @@ def _dataset(
     follow_links: FollowLinks = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
-    from vislam2tag.dataset.description import read_description
+    from vislam2tag.datasets.description import read_description
     from vislam2tag.pipeline.datasets.build import BuildOptions
     from vislam2tag.pipeline.datasets.sources import FAILED
 
@@ -181,7 +181,7 @@ def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
     """What the survey took; raises UsageError for people without hours, and for numbers that cannot be."""
     from pydantic import ValidationError
 
-    from vislam2tag.dataset.statistics_record import FieldWork
+    from vislam2tag.datasets.statistics_record import FieldWork
 
     if hours is None and people is not None:
         raise UsageError(f"--people {people}: give --hours, too, for what the survey cost")

@@ -16,8 +16,8 @@ from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.coverage import CoverageRecord
-    from vislam2tag.dataset.model import Storey
+    from vislam2tag.datasets.coverage import CoverageRecord
+    from vislam2tag.datasets.model import Storey
 
 HELP = """
 Figures of a data set for print, the paper's Table III, and the shortest further walk that fills its gaps.
@@ -45,7 +45,7 @@ def register(app: typer.Typer) -> None:
 
 def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
     """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
-    from vislam2tag.dataset.model import Storey
+    from vislam2tag.datasets.model import Storey
 
     match = _START.fullmatch(text)
     if match is None:
@@ -99,7 +99,7 @@ def _figures(
 def _print(made: CoverageRecord, out: Path) -> None:
     from rich.markup import escape
 
-    from vislam2tag.dataset.model import Storey
+    from vislam2tag.datasets.model import Storey
     from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, storey_text
 
     shown = table("Coverage", ("floor",), ("fingerprints", "walkable", "covered", "walk that fills the gaps", "takes"))

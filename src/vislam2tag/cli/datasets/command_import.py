@@ -26,7 +26,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.model import Dataset, FloorInfo
+    from vislam2tag.datasets.model import Dataset, FloorInfo
 
 _NAMES_SHOWN = 12
 HELP = """
@@ -117,7 +117,7 @@ def _import(
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
-    from vislam2tag.dataset.description import read_description
+    from vislam2tag.datasets.description import read_description
     from vislam2tag.pipeline.datasets.finish import PAGE_FILE
     from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 

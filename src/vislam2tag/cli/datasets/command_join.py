@@ -12,12 +12,12 @@ from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, FollowLinks, Replace
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
-from vislam2tag.dataset.settings import CHANGE_CELL_M
+from vislam2tag.datasets.settings import CHANGE_CELL_M
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.dataset.changes import SurveyChanges, TechnologyChanges
+    from vislam2tag.datasets.changes import SurveyChanges, TechnologyChanges
 
 HELP = """
 Join a later survey to a data set, and tell what changed in the building between the two.
@@ -64,7 +64,7 @@ def _join(
 
 
 def _print(record: SurveyChanges) -> None:
-    from vislam2tag.dataset.changes import CHANGED, OUTDATED
+    from vislam2tag.datasets.changes import CHANGED, OUTDATED
 
     console = table_console()
     for one in record.technologies:

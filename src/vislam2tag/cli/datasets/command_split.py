@@ -15,11 +15,11 @@ from vislam2tag.cli.settings_options import ConfigFile, option_of, setting, sett
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.settings import SplitKind, SplitSettings
+from vislam2tag.datasets.settings import SplitKind, SplitSettings
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.leakage import FoldLeakage, QuantileSummary, SplitLeakage
-    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.datasets.leakage import FoldLeakage, QuantileSummary, SplitLeakage
+    from vislam2tag.datasets.model import Dataset
 
 HELP = """
 Splits of a data set into what trains and what tests, and how far each leaks.
@@ -64,9 +64,9 @@ def _split(
     config: ConfigFile = None,
     json: AsJson = False,
 ) -> None:
-    from vislam2tag.dataset.folder import open_dataset
-    from vislam2tag.dataset.leakage import leakage
-    from vislam2tag.dataset.splits import make_split
+    from vislam2tag.datasets.folder import open_dataset
+    from vislam2tag.datasets.leakage import leakage
+    from vislam2tag.datasets.splits import make_split
     from vislam2tag.pipeline.datasets.finish import add_split
 
     given = {"seed": seed, "share": share, "folds": folds, "block_m": block_m, "guard_m": guard_m}

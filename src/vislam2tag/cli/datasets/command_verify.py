@@ -15,8 +15,8 @@ from vislam2tag.cli.terminal import say_json, visible_console
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.dataset.comparison import Comparison, TableDifferences
-    from vislam2tag.dataset.label_comparison import LabelComparison
+    from vislam2tag.datasets.comparison import Comparison, TableDifferences
+    from vislam2tag.datasets.label_comparison import LabelComparison
 
 SHOWN = 20
 """Tables that differ and are shown; --json has all."""
@@ -71,7 +71,7 @@ def _verify(
 def _compare_with_progress(a: Path, b: Path, tolerance: float) -> Comparison:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from vislam2tag.dataset.comparison import compare
+    from vislam2tag.datasets.comparison import compare
 
     console = visible_console(stderr=True)
     columns = (TextColumn("tables"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -101,7 +101,7 @@ def _print(found: Comparison) -> None:
 def _tables(differences: tuple[TableDifferences, ...]) -> Table:
     from rich.markup import escape
 
-    from vislam2tag.dataset.comparison import WHOLE_SET
+    from vislam2tag.datasets.comparison import WHOLE_SET
 
     rows = table("Differences", ("session", "table", "what differs"), ("rows in both", "only in A", "only in B"))
     for one in differences:

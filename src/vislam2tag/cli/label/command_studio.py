@@ -160,7 +160,7 @@ def _export(workspace: Workspace, out: Path, key: Path | None, follow_links: boo
 
 
 def _key(file: Path | None) -> bytes | None:
-    from vislam2tag.dataset.privacy import read_key
+    from vislam2tag.datasets.privacy import read_key
 
     return None if file is None else read_key(file)
 

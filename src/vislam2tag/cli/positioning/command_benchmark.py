@@ -20,7 +20,7 @@ from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
-    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.datasets.model import Dataset
     from vislam2tag.positioning.benchmark_protocol import ModelChoice
     from vislam2tag.positioning.benchmark_record import Benchmark, BestModel
 
@@ -144,7 +144,7 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
 @contextmanager
 def _opened(folder: Path | None, dataset: str | None, data: Path | None) -> Iterator[Dataset]:
     """Open DS, or the public data set from its files."""
-    from vislam2tag.dataset.folder import open_dataset
+    from vislam2tag.datasets.folder import open_dataset
     from vislam2tag.pipeline.positioning.benchmark import public_dataset
 
     if folder is not None and dataset is None and data is None:

@@ -101,7 +101,7 @@ def _locate(
         return
     if scans is None or plans is not None:
         raise UsageError("give SCANS, or --serve (with --plans)")
-    from vislam2tag.dataset.privacy import read_key
+    from vislam2tag.datasets.privacy import read_key
     from vislam2tag.pipeline.positioning.locate import WalkPlan, locate
     from vislam2tag.positioning.scan_file import JSON_SUFFIXES, Tracks
 

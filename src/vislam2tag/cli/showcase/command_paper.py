@@ -94,7 +94,7 @@ def _print(made: ReproducedPaper, out: Path) -> None:
 def _print_collection(part: CollectionPart) -> None:
     from rich.markup import escape
 
-    from vislam2tag.dataset.statistics_record import TABLE_3_TITLE
+    from vislam2tag.datasets.statistics_record import TABLE_3_TITLE
 
     console = table_console()
     if part.table is None:

@@ -7,27 +7,25 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-import polars as pl
-
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
-from vislam2tag.dataset.access_points import access_point_table, merged_radios
-from vislam2tag.dataset.description import Description, with_description
-from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
-from vislam2tag.dataset.labelled import is_labelled
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Storey
-from vislam2tag.dataset.privacy import Privacy, with_privacy
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
-from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.datasets.access_points import merged_radios
+from vislam2tag.datasets.description import Description, with_description
+from vislam2tag.datasets.fingerprints import access_points_of, tables_of
+from vislam2tag.datasets.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
+from vislam2tag.datasets.labelled import is_labelled
+from vislam2tag.datasets.model import Dataset, DatasetInfo, Grouping, Storey
+from vislam2tag.datasets.privacy import Privacy, with_privacy
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.statistics_record import FieldWork
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.pipeline.datasets.sources import (
-    NAMES,
     LabelledSource,
     SessionJob,
     SessionOutcome,
@@ -241,17 +239,9 @@ def _build_sessions(todo: list[SessionJob], jobs: int, progress: Progress[Sessio
 
 def _join_parts(folder: FolderWriter) -> None:
     """Stream the sessions' parts into the tables beside them, then count the access points."""
-    parts = folder.root
-    tables = [name for name in SCHEMAS if (parts / name).is_dir()]
-    folder.add_tables({name: _parts_of(parts, name) for name in tables})
-    names = _parts_of(parts, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
+    folder.add_tables(tables_of(folder.root))
     fingerprints, readings = (scan_parquet(folder.root / f"{name}.parquet") for name in (FINGERPRINTS, READINGS))
-    counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
-    folder.add_tables({ACCESS_POINTS: access_point_table(fingerprints, readings, counted).lazy()})
-
-
-def _parts_of(parts: Path, name: str) -> pl.LazyFrame:
-    return scan_parquet(sorted((parts / name).glob("*.parquet")))
+    folder.add_tables({ACCESS_POINTS: access_points_of(folder.root, fingerprints, readings).lazy()})
 
 
 def _groupings(outcomes: Sequence[SessionOutcome], settings: DatasetSettings) -> tuple[Grouping, ...]:

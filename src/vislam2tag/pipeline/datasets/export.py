@@ -20,12 +20,12 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.dataset.folder import is_dataset, listed_files, open_dataset_to_share, sha256_of
-from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, export_named
-from vislam2tag.dataset.labelled import is_labelled
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
-from vislam2tag.dataset.writing import left_out, left_out_of_dataset
+from vislam2tag.datasets.folder import is_dataset, listed_files, open_dataset_to_share, sha256_of
+from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, export_named
+from vislam2tag.datasets.labelled import is_labelled
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
+from vislam2tag.datasets.writing import left_out, left_out_of_dataset
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.sessions.registry import open_survey

@@ -14,12 +14,12 @@ from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.coverage import CoverageRecord, floor_record
-from vislam2tag.dataset.folder import open_dataset_to_share
-from vislam2tag.dataset.model import Storey
-from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import Table3, table_3_csv, table_3_latex, table_3_markdown
+from vislam2tag.datasets.coverage import CoverageRecord, floor_record
+from vislam2tag.datasets.folder import open_dataset_to_share
+from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.settings import CoverageSettings
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import Table3, table_3_csv, table_3_latex, table_3_markdown
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.run.store import claim

@@ -19,12 +19,12 @@ from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import exclusive_writer
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.card import SUMS, write_card
-from vislam2tag.dataset.folder import FolderWriter, open_dataset, split_files
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, Storey
-from vislam2tag.dataset.splits import split_findings, standard_splits
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import DatasetStatistics, FieldWork
+from vislam2tag.datasets.card import SUMS, write_card
+from vislam2tag.datasets.folder import FolderWriter, open_dataset, split_files
+from vislam2tag.datasets.model import Dataset, DatasetInfo, Split, Storey
+from vislam2tag.datasets.splits import split_findings, standard_splits
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import DatasetStatistics, FieldWork
 from vislam2tag.report.pages.dataset_page import dataset_page
 from vislam2tag.site.walkable.walked import WalkedFloor
 

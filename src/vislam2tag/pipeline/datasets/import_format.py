@@ -15,11 +15,11 @@ from vislam2tag.common.files.archives import MOST_UNPACKED
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.description import Description, with_description
-from vislam2tag.dataset.folder import dataset_folder, open_dataset
-from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy, with_privacy
+from vislam2tag.datasets.description import Description, with_description
+from vislam2tag.datasets.folder import dataset_folder, open_dataset
+from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, import_format_of, import_named
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.privacy import Privacy, with_privacy
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.site.links import CURE, is_from_outside
 

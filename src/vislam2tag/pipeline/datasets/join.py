@@ -11,7 +11,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.spreadsheet_text import escaped
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.changes import (
+from vislam2tag.datasets.changes import (
     CHANGED,
     CHANGED_POINTS,
     OUTDATED,
@@ -21,10 +21,10 @@ from vislam2tag.dataset.changes import (
     survey_changes,
     survey_record,
 )
-from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share
-from vislam2tag.dataset.joining import join_datasets
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Storey
-from vislam2tag.dataset.settings import CHANGE_CELL_M
+from vislam2tag.datasets.folder import dataset_folder, open_dataset_to_share
+from vislam2tag.datasets.joining import join_datasets
+from vislam2tag.datasets.model import Dataset, DatasetInfo, Storey
+from vislam2tag.datasets.settings import CHANGE_CELL_M
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.finish import finish_dataset

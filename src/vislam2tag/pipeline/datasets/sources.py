@@ -16,23 +16,24 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.common.findings import Finding, Severity, finding_if, pooled
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.fingerprints import (
+from vislam2tag.datasets.fingerprints import (
+    NAMES,
     TECHNOLOGIES,
     WIFI,
     SessionFingerprints,
     SessionWalk,
     fingerprints_of,
     radio_rows,
+    write_part,
 )
-from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
-from vislam2tag.dataset.model import DatasetSource, FloorInfo
-from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
-from vislam2tag.dataset.sensor_windows import imu_windows, magnetic_windows
-from vislam2tag.dataset.settings import DatasetSettings
+from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
+from vislam2tag.datasets.model import DatasetSource, FloorInfo
+from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
+from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
+from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
@@ -44,8 +45,6 @@ from vislam2tag.site.names import unique_slugs
 from vislam2tag.site.plans.load import plan_file
 from vislam2tag.site.walkable.walked import RADIUS_M
 
-NAMES = "names"
-"""Parts that say how often each transmitter was heard by each name; no table of the data set."""
 FAILED: FindingKind = "session_without_label"
 """Kind of the finding that counts sessions which could not be mapped."""
 
@@ -165,14 +164,9 @@ def _write_sensors(job: SessionJob, trajectory: pl.DataFrame) -> list[Finding]:
     if len(inertial.table):
         _write(job, IMU_WINDOWS, inertial.table.with_columns(building=pl.lit(job.building)))
     return [
-        Finding(
-            kind="imu_windows_dropped",
-            file="",
-            count=count,
-            message=f"windows of inertial readings are left out: {cause}",
-            severity=Severity.INFO,
-        )
+        finding
         for cause, count in inertial.dropped.items()
+        for finding in finding_if(count, "imu_windows_dropped", f"windows of inertial readings are left out: {cause}")
     ]
 
 
@@ -211,7 +205,7 @@ def _session_row(job: SessionJob, result: SessionResult, walk: SessionWalk, fing
 
 
 def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
-    write_parquet(rows, job.parts_folder, f"{table}/{job.number:06d}.parquet", compression="lz4")
+    write_part(job.parts_folder, job.number, {table: rows})
 
 
 def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:

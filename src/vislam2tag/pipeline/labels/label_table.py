@@ -17,7 +17,7 @@ from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.dataset.labelled import LabelledSession, open_labelled
+from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.labeling.readings import walked_within_sigma
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import LabelSettings

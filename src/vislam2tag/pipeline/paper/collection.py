@@ -7,19 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled
-from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
-from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.dataset.splits import standard_splits
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import DatasetStatistics
+from vislam2tag.datasets.fingerprints import access_points_of, tables_of
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.datasets.model import Dataset, DatasetInfo
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.splits import standard_splits
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import DatasetStatistics
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_session
+from vislam2tag.pipeline.datasets.sources import SessionJob, build_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.paper.data import PaperData
 from vislam2tag.pipeline.run.selection import Selection
@@ -100,10 +99,6 @@ def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Folder) -> D
     """Make fingerprints of the sessions; the tables lie below ``folder``."""
     for number, (session, max_sigma_m) in enumerate(sessions):
         build_session(SessionJob(session, f"{number:06d}", "", number, folder, DatasetSettings(), max_sigma_m))
-    tables = {
-        name: scan_parquet(sorted((folder / name).glob("*.parquet")))
-        for name in (FINGERPRINTS, READINGS, SESSIONS, NAMES)
-    }
-    names = tables.pop(NAMES).collect()
-    access_points = access_point_table(tables[FINGERPRINTS], tables[READINGS], names).lazy()
+    tables = {name: rows for name, rows in tables_of(folder.path).items() if name in (FINGERPRINTS, READINGS, SESSIONS)}
+    access_points = access_points_of(folder.path, tables[FINGERPRINTS], tables[READINGS]).lazy()
     return Dataset(DatasetInfo(name="giaIndoorLoc", floors=()), tables | {ACCESS_POINTS: access_points})

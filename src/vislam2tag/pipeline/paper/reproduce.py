@@ -13,8 +13,8 @@ from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.folder import is_dataset, open_dataset
-from vislam2tag.dataset.statistics_record import (
+from vislam2tag.datasets.folder import is_dataset, open_dataset
+from vislam2tag.datasets.statistics_record import (
     PAPER_FINGERPRINTS,
     DatasetStatistics,
     Table3,

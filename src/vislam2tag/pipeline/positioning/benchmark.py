@@ -26,8 +26,8 @@ from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.model import Dataset, Split, Storey
-from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
+from vislam2tag.datasets.model import Dataset, Split, Storey
+from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
 from vislam2tag.figures.positioning_figures import (
     ErrorFloor,
     calibration,
@@ -197,7 +197,7 @@ def public_dataset(name: str, data: AnyPath) -> Iterator[Dataset]:
 def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Progress[Stage] = silent) -> Benchmark:
     """Make every run that ``out`` does not hold yet, and write tables, figures, page and ``benchmark.json``.
 
-    ``dataset`` lies in a folder (:func:`~vislam2tag.dataset.folder.open_dataset`). Raises UsageError for a model,
+    ``dataset`` lies in a folder (:func:`~vislam2tag.datasets.folder.open_dataset`). Raises UsageError for a model,
     parameter or split that there is not, DatasetError where nothing is labelled, OutputError where ``out`` cannot be
     written; a run that fails stands in ``Benchmark.failed``.
     """

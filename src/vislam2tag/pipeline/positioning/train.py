@@ -13,9 +13,9 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.dataset.folder import FILE as READINGS_FILE
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.model import Dataset, Fold, Split
+from vislam2tag.datasets.folder import FILE as READINGS_FILE
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.model import Dataset, Fold, Split
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.model_choice import BUDGET_S, ModelTrial, tried_models

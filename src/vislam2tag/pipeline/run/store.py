@@ -19,7 +19,7 @@ from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files, without_record
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import files_below
-from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
+from vislam2tag.datasets.folder import MANIFEST, refuse_unless_replaced, written_by
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,

@@ -8,7 +8,7 @@ from itertools import accumulate
 import plotly.graph_objects as go
 
 from vislam2tag.common import log_bins
-from vislam2tag.dataset.statistics_record import DeviceRssi, SessionStatistics, TechnologyStatistics
+from vislam2tag.datasets.statistics_record import DeviceRssi, SessionStatistics, TechnologyStatistics
 from vislam2tag.figures.dataset_figures import BINS, floor_name
 from vislam2tag.report.floor_map.figures import axis, figure_json, page_layout
 from vislam2tag.report.floor_map.layers import plotly_text

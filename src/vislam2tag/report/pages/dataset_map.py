@@ -10,9 +10,9 @@ import plotly.graph_objects as go
 import polars as pl
 
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.coverage import FloorCoverage, GapWalk, gap_walks
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.statistics_record import UNKNOWN
+from vislam2tag.datasets.coverage import FloorCoverage, GapWalk, gap_walks
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.statistics_record import UNKNOWN
 from vislam2tag.report.floor_map.figures import axis, colour_bar, figure_json, page_layout, placed_plan
 from vislam2tag.report.floor_map.layers import Trace, plotly_text, walk_to_fill
 from vislam2tag.report.floor_map.plan import drawn_plan

@@ -12,11 +12,11 @@ import polars as pl
 from plotly.colors import qualitative
 
 from vislam2tag import __version__
-from vislam2tag.dataset.coverage import coverage
-from vislam2tag.dataset.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics_record import DatasetStatistics, Table3
+from vislam2tag.datasets.coverage import coverage
+from vislam2tag.datasets.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.settings import CoverageSettings
+from vislam2tag.datasets.statistics_record import DatasetStatistics, Table3
 from vislam2tag.figures.dataset_figures import PALETTE, colours_of
 from vislam2tag.report.page import page_text
 from vislam2tag.report.pages.dataset_charts import charts

@@ -10,8 +10,8 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 
 from vislam2tag import __version__
-from vislam2tag.dataset.map_process import MapKernel
-from vislam2tag.dataset.radio_maps import FloorMaps, RadioMap
+from vislam2tag.datasets.map_process import MapKernel
+from vislam2tag.datasets.radio_maps import FloorMaps, RadioMap
 from vislam2tag.figures.radio_map_figures import (
     SCALES,
     THRESHOLDS_DBM,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.changes import ChangedPoint
+from vislam2tag.datasets.changes import ChangedPoint
 from vislam2tag.studio.messages import Box, Point
 
 RadioLayer: TypeAlias = Literal["strongest", "number", "mean_dbm", "deviation_db", "sigma_db", "heard"]

@@ -8,7 +8,7 @@ import secrets
 
 from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.studio.messages import OutputView, SurveyView
 from vislam2tag.studio.work_messages import ComparisonView, CorrectionsView
 from vislam2tag.studio.workspace import Workspace

@@ -1,0 +1,284 @@
+"""What only people know of a data set: title, licence, creators ... from a ``dataset.toml``.
+
+docs/how-to/publish.md tells more.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from vislam2tag.dataset.model import DatasetInfo
+from vislam2tag.dataset.model import FloorInfo
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
+
+from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
+from pydantic import AfterValidator, Field, StringConstraints, ValidationError
+
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.plain_files import read_toml_values
+from vislam2tag.common.files.toml_file import toml_value
+from vislam2tag.common.records import Record
+from vislam2tag.survey.georeference import Georeference
+
+if TYPE_CHECKING:
+    from vislam2tag.datasets.model import DatasetInfo, FloorInfo
+
+DESCRIPTION_FILE = "dataset.toml"
+"""Also the name of the file that each data set's folder holds, filled in as far as known."""
+DataCiteRelation = Literal[
+    "IsDescribedBy",
+    "IsDocumentedBy",
+    "IsSupplementTo",
+    "IsDerivedFrom",
+    "IsNewVersionOf",
+    "IsPreviousVersionOf",
+    "IsPartOf",
+    "HasPart",
+    "IsReferencedBy",
+    "References",
+    "Cites",
+    "IsCitedBy",
+    "IsCompiledBy",
+    "IsIdenticalTo",
+    "IsVariantFormOf",
+    "Requires",
+]
+"""Relations of DataCite 4.5 that a set of data can have."""
+_DOI = re.compile(r"10\.\d{4,9}(\.\d+)?/[A-Za-z0-9:/_;\-.()\[\]\\]+")
+_ORCID = re.compile(r"(\d{4}-){3}\d{3}[\dX]")
+_ADDRESS = re.compile(r"[^@\s]+@[^@\s]+\.[^@\s]+|https?://\S+")
+_RELATED = re.compile(r"arXiv:\S+|https?://\S+")
+
+
+def _licence(text: str) -> str:
+    try:
+        return str(canonicalize_license_expression(text))
+    except InvalidLicenseExpression as error:
+        raise ValueError(
+            f"'{text}' is no SPDX licence identifier such as CC-BY-4.0, CC0-1.0, ODbL-1.0 or LicenseRef-ours"
+        ) from error
+
+
+def _doi(text: str) -> str:
+    bare = re.sub(r"^(https?://(dx\.)?doi\.org/|doi:)", "", text, flags=re.IGNORECASE)
+    if not _DOI.fullmatch(bare):
+        raise ValueError(f"'{text}' is no DOI such as 10.5281/zenodo.1234567")
+    return bare
+
+
+def _orcid(text: str) -> str:
+    """Check an ORCID and its last digit (ISO 7064, MOD 11-2)."""
+    bare = re.sub(r"^https?://orcid\.org/", "", text)
+    total = 0
+    for digit in bare.replace("-", "")[:-1]:
+        total = (total + (int(digit) if digit.isdigit() else 0)) * 2
+    last = "0123456789X"[(12 - total % 11) % 11]
+    if not _ORCID.fullmatch(bare) or bare[-1] != last:
+        raise ValueError(f"'{text}' is no ORCID such as 0000-0002-1825-0097 (or a digit is wrong)")
+    return bare
+
+
+def _address(text: str) -> str:
+    if not _ADDRESS.fullmatch(text):
+        raise ValueError(f"'{text}' is neither an e-mail address nor a URL")
+    return text
+
+
+def _related(text: str) -> str:
+    if _RELATED.fullmatch(text) and "doi.org/" not in text:
+        return text
+    try:
+        return _doi(text)
+    except ValueError:
+        raise ValueError(f"'{text}' is no DOI, arXiv:number or URL") from None
+
+
+NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+
+class Person(Record):
+    """Who made the data set."""
+
+    name: NonEmptyText
+    """``Family, Given``; without a comma it is an organisation."""
+    affiliation: NonEmptyText | None = None
+    orcid: Annotated[str, AfterValidator(_orcid)] | None = None
+
+
+class Funding(Record):
+    """Who paid for the data set."""
+
+    funder: NonEmptyText
+    award: NonEmptyText | None = None
+    """Number of the grant."""
+
+
+class Related(Record):
+    """Something that a data set relates to: a paper, the raw data, an earlier version."""
+
+    identifier: Annotated[NonEmptyText, AfterValidator(_related)]
+    """A DOI (``10...``), ``arXiv:...`` or a URL."""
+    relation: DataCiteRelation
+    """DataCite's relation of the data set to it, such as ``IsDescribedBy``."""
+
+
+class _FloorEntry(Record):
+    """Where a floor lies on the earth."""
+
+    number: int
+    building: str = ""
+    latitude_deg: Annotated[float, Field(ge=-90, le=90)]
+    longitude_deg: Annotated[float, Field(ge=-180, le=180)]
+    bearing_deg: float = 0.0
+
+
+class Description(Record):
+    """A ``dataset.toml``: every field may be left out, and what is left out stays unknown."""
+
+    title: NonEmptyText | None = None
+    description: NonEmptyText | None = None
+    licence: Annotated[NonEmptyText, AfterValidator(_licence)] | None = None
+    keywords: tuple[NonEmptyText, ...] = ()
+    version: NonEmptyText | None = None
+    published: dt.date | None = None
+    publisher: NonEmptyText | None = None
+    doi: Annotated[NonEmptyText, AfterValidator(_doi)] | None = None
+    contact: Annotated[NonEmptyText, AfterValidator(_address)] | None = None
+    creators: tuple[Person, ...] = ()
+    funding: tuple[Funding, ...] = ()
+    related: tuple[Related, ...] = ()
+    floors: tuple[_FloorEntry, ...] = ()
+
+
+_PARTS: Mapping[str, type[Record]] = {
+    "creators": Person,
+    "funding": Funding,
+    "related": Related,
+    "floors": _FloorEntry,
+}
+
+
+def read_description(path: Path) -> Description:
+    """Read a ``dataset.toml``.
+
+    Raises DatasetError, naming file and field, where it cannot be read or says what a description cannot be.
+    """
+    try:
+        values = read_toml_values(path)
+    except OSError as error:
+        raise DatasetError(
+            f"{path}: cannot be read ({error.strerror}); each data set's folder holds a {DESCRIPTION_FILE} to fill in"
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DatasetError(f"{path}: is no TOML file ({error}); correct it") from error
+    try:
+        return Description.model_validate(values)
+    except ValidationError as error:
+        raise DatasetError(f"{path}: {_wrong_field(error)}") from error
+
+
+def with_description(info: DatasetInfo, description: Description) -> DatasetInfo:
+    """Put a description into a manifest; what it does not say stays as it is.
+
+    Raises DatasetError where it describes a floor that the set does not have.
+    """
+    names = description.model_fields_set - {"floors"}
+    stated = {name: value for name in names if (value := getattr(description, name)) or name not in _PARTS}
+    return info.model_copy(update=stated | {"floors": _georeferenced(info.floors, description.floors)})
+
+
+def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]) -> tuple[FloorInfo, ...]:
+    """Give each described floor its georeference."""
+    found = {(floor.building, floor.number): floor for floor in floors}
+    for part in parts:
+        key = (part.building, part.number)
+        if key not in found:
+            there = ", ".join(f"{building} {number}".strip() for building, number in found)
+            raise DatasetError(f"{DESCRIPTION_FILE}: floors: the set has no floor {part.number}; there are: {there}")
+        place = Georeference(**part.model_dump(exclude={"number", "building"}))
+        found[key] = found[key].model_copy(update={"georeference": place})
+    return tuple(found.values())
+
+
+def missing_fields(info: DatasetInfo) -> tuple[str, ...]:
+    """Return the fields that whoever publishes a set should state and nobody has, in the template's order."""
+    wanted = ("title", "description", "licence", "creators", "keywords", "version", "published", "publisher", "contact")
+    return tuple(name for name in wanted if not getattr(info, name))
+
+
+_TEMPLATE = (
+    ("title", "", "A data set of Wi-Fi fingerprints of our building"),
+    ("description", "what it is, where and how it was recorded, what it is good for", "Recorded by ..."),
+    ("licence", "SPDX identifier", "CC-BY-4.0"),
+    ("keywords", "", ("indoor positioning", "Wi-Fi fingerprints")),
+    ("version", "", "1.0.0"),
+    ("published", "a date without quotation marks", dt.date(2026, 3, 1)),
+    ("publisher", "the repository, such as Zenodo", "Zenodo"),
+    ("doi", "where the repository has reserved one", "10.5281/zenodo.1234567"),
+    ("contact", "e-mail address or URL", "maps@example.org"),
+)
+_TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
+    (
+        "creators",
+        "one block a person, Family, Given; or an organisation, without comma",
+        {"name": "Carberry, Josiah", "affiliation": "Brown University", "orcid": "0000-0002-1825-0097"},
+    ),
+    ("funding", "one block a grant", {"funder": "A foundation", "award": "12345"}),
+    (
+        "related",
+        f"DOI, arXiv:number or URL; relation: {', '.join(get_args(DataCiteRelation))}",
+        {"identifier": "10.5555/12345678", "relation": "IsDescribedBy"},
+    ),
+    (
+        "floors",
+        "one block a floor: where its plan's lower left corner lies (WGS84), where up on the plan points, clockwise "
+        "from true north; building where there are several",
+        {"number": 1, "latitude_deg": 50.7796, "longitude_deg": 6.0685, "bearing_deg": 0.0},
+    ),
+)
+
+
+def description_text(info: DatasetInfo) -> str:
+    """Write a ``dataset.toml`` of what the manifest knows; what it does not know is a comment to fill in."""
+    lines = [
+        "# What only people know of this data set. Fill in, then: vislam2tag dataset ... --describe dataset.toml",
+        "# Everything may be left out; a line that begins with # says nothing.",
+        "",
+    ]
+    for name, comment, example in _TEMPLATE:
+        value = getattr(info, name)
+        about = f"  # {comment}" if comment and not value else ""
+        lines.append(f"{'' if value else '# '}{name} = {toml_value(value or example)}{about}")
+    for name, comment, table in _TABLES:
+        parts = _known_parts(info, name)
+        lines += ["", f"# {comment}"]
+        for part in parts or [table]:
+            lines += [f"{'' if parts else '# '}{line}" for line in (f"[[{name}]]", *map(_line, part.items()))]
+    return "\n".join(lines) + "\n"
+
+
+def _known_parts(info: DatasetInfo, name: str) -> list[Mapping[str, object]]:
+    if name != "floors":
+        return [part.model_dump(exclude_none=True) for part in getattr(info, name)]
+    return [
+        {"number": floor.number, "building": floor.building, **floor.georeference.model_dump()}
+        for floor in info.floors
+        if floor.georeference
+    ]
+
+
+def _line(item: tuple[str, object]) -> str:
+    return f"{item[0]} = {toml_value(item[1])}"
+
+
+def _wrong_field(error: ValidationError) -> str:
+    """Say the first wrong field as it stands in the file, and why it is wrong."""
+    wrong = error.errors()[0]
+    place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
+    if wrong["type"] == "extra_forbidden":
+        known = Description if len(wrong["loc"]) == 1 else _PARTS[str(wrong["loc"][0])]
+        return f"{place}: is no field of a data set's description; there are: {', '.join(known.model_fields)}"
+    return f"{place}: {wrong['msg'].removeprefix('Value error, ')}"

@@ -1,0 +1,270 @@
+"""Tables of fingerprints at known points: one reader, and a description of each published set or table of your own.
+
+A set is files of levels, a row a fingerprint and a column an access point, whose further columns or companion files say
+where and when each was taken. :class:`FingerprintTables` names them; the modules of :mod:`.formats` have one each.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import polars as pl
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.datasets.description import Person
+from vislam2tag.datasets.folder import sha256_of
+from vislam2tag.datasets.format_registry import ExportFormat, ImportContext, ImportFormat, register
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Grouping
+from vislam2tag.datasets.point_fingerprints import NO_NAMES, PointFingerprints, floor_infos, point_dataset
+from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
+from vislam2tag.intake.quantity import Quantity
+from vislam2tag.intake.signal_strength import NOT_HEARD, SIGNAL_STRENGTH
+
+LEVELS = "rss"
+"""Role of the file of levels; the only one where a name has no group ``role``."""
+FILE, FOLDER, WALK = "file", "folder", "walk"
+"""Columns that every table gets: the file's name without suffix, its folder's, and the walk's (see ``files``)."""
+_MOST_FILES_NAMED = 2
+"""Findings of more files than these are summed over the files."""
+
+
+@dataclass(frozen=True)
+class SetDescription:
+    """Whose a set is and what its numbers count from."""
+
+    format: str
+    name: str = ""
+    """Name of the data set; empty: that of the file or folder."""
+    title: str = ""
+    description: str = ""
+    licence: str | None = None
+    """SPDX identifier."""
+    creators: tuple[str, ...] = ()
+    frame: str = "local, metres"
+    clock: Literal["boot", "unix", "none"] = "unix"
+    """What times count from, if there are any."""
+    storey_m: float | None = None
+    """Height of each storey, metres, for sets that state floors by it."""
+
+    def dataset(self, path: Path, found: SetContent, names: pl.DataFrame = NO_NAMES) -> Dataset:
+        """Make the data set of what was read at ``path``; ``names`` as :func:`point_dataset` takes them."""
+        rows = found.points.rows
+        floors = rows["floor"].drop_nulls().unique()
+        elevations_m = {floor: round(self.storey_m * floor, 3) for floor in floors} if self.storey_m else None
+        times = "time_ns" in rows.columns and rows["time_ns"].count()
+        technologies = rows["technology"].unique().sort() if "technology" in rows.columns else ("wifi",)
+        info = DatasetInfo(
+            name=self.name or path.stem,
+            title=self.title,
+            description=self.description,
+            licence=self.licence,
+            creators=tuple(Person(name=name) for name in self.creators),
+            frame=self.frame,
+            clock=self.clock if times else "none",
+            floors=floor_infos(rows, elevations_m),
+            groupings=tuple(Grouping(technology=name, by="scan") for name in technologies),
+            sources=(DatasetSource(kind=self.format, name=path.name, version=__version__, inputs=found.inputs),),
+            findings=tuple(found.findings),
+        )
+        return point_dataset(info, found.points, names)
+
+
+@dataclass(frozen=True)
+class SetContent:
+    """What the files of a set contain."""
+
+    points: PointFingerprints
+    inputs: dict[str, str]
+    """SHA-256 of each file."""
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True)
+class RowCheck:
+    """Rows that are odd but usable."""
+
+    kind: FindingKind
+    role: str
+    """Of the file that the finding names."""
+    odd: pl.Expr
+    message: str
+
+
+@dataclass(frozen=True)
+class WalkFiles:
+    """The files of what was recorded together, by role."""
+
+    folder: str
+    walk: str
+    files: Mapping[str, Path]
+
+
+@dataclass(frozen=True)
+class FingerprintTables:
+    """How a set's files are named, what their columns mean and how a level that was not heard is written."""
+
+    about: SetDescription
+    files: re.Pattern[str]
+    """Of a whole file name. Files with the same group ``walk`` belong together; ``role`` says what each is for."""
+    none_found: str
+    """The message for a folder without such files."""
+    fields: Mapping[str, pl.Expr]
+    """Columns of :class:`PointFingerprints` by those of the files and by FILE, FOLDER and WALK."""
+    columns: Mapping[str, pl.DataType] = field(default_factory=dict)
+    """Columns of the file of levels besides those of the access points."""
+    access_points: re.Pattern[str] | None = None
+    """Names of their columns; None: files have no header and nothing but levels."""
+    access_point_name: str = "{}"
+    """What an access point is called after its column."""
+    needed: tuple[str, ...] = ()
+    """Columns that say where a fingerprint is."""
+    gaps_allowed: bool = False
+    """Whether some rows may leave the needed columns empty: such fingerprints have no position."""
+    companions: Mapping[str, Mapping[str, pl.DataType]] = field(default_factory=dict)
+    """Columns of further files without a header, by role; a single text column is read line by line."""
+    optional: tuple[str, ...] = ()
+    """Roles that may be missing."""
+    missing: str = ""
+    """The message for a walk without a needed file, with ``{folder}``, ``{walk}`` and ``{role}``."""
+    by_folder: bool = False
+    """Whether walks of one name in different folders are different walks."""
+    not_heard: float = NOT_HEARD
+    strength: Quantity = SIGNAL_STRENGTH
+    lone_part: bool = True
+    """Whether a training or test set alone makes a split."""
+    recognised_by: re.Pattern[str] | None = None
+    """Of ``FOLDER/NAME`` of a file of the set; None: its name is enough."""
+    by_header: bool = False
+    """Whether one CSV file of any name is recognised by its columns."""
+    checks: tuple[RowCheck, ...] = ()
+
+    def register(self, writes: ExportFormat | None = None) -> None:
+        """Make the format known, to be read by this description alone."""
+        register(ImportFormat(self.about.format, self.read, self.recognises, takes=("not_heard",)), writes)
+
+    def recognises(self, path: Path) -> bool:
+        """Whether the names of the files are those of the set."""
+        if self.by_header and path.is_file() and path.suffix.lower() == ".csv":
+            return is_wide(path, frozenset(self.columns))
+        roles = set()
+        for name in names_in(path):
+            known = self.recognised_by is None or self.recognised_by.fullmatch(f"{name.parent.name}/{name.name}")
+            if known and (found := self.files.fullmatch(name.name)):
+                roles.add(_group(found, "role", LEVELS))
+        return {LEVELS, *list(self.companions)[:1]} <= roles
+
+    def read(self, path: Path, context: ImportContext) -> Dataset:
+        """Read all files at a path; raises DatasetError where a file is no such table or one is missing."""
+        return self.about.dataset(path, self.content(self.rows(path, context)))
+
+    def rows(self, path: Path, context: ImportContext) -> SetContent:
+        """Read the files with their own columns: ``points.rows`` has those, and FILE, FOLDER and WALK."""
+        walks = list(self._walks(path, folder_of(path, context.scratch, context.most_unpacked)))
+        rows, heard, first_row = [], [], 0
+        findings: list[Finding] = []
+        for each in walks:
+            table = self._levels(each.files[LEVELS], context)
+            own = self._described(each, table.rows)
+            rows.append(own.with_columns(pl.col("row") + first_row))
+            heard.append(table.heard.with_columns(pl.col("row") + first_row))
+            findings += [*table.findings, *self._odd_rows(each, own)]
+            first_row += own.height
+            context.progress(each.walk, len(walks))
+        names = pl.format(self.access_point_name, "bssid").alias("bssid")
+        points = PointFingerprints(pl.concat(rows), pl.concat(heard).with_columns(names))
+        inputs = {self._input(each, file): sha256_of(file) for each in walks for file in each.files.values()}
+        return SetContent(points, inputs, tuple(pooled(findings) if len(walks) > _MOST_FILES_NAMED else findings))
+
+    def content(self, found: SetContent) -> SetContent:
+        """Bring the files' own columns to those of :class:`PointFingerprints`."""
+        rows = found.points.rows.select("row", **self.fields)
+        if not self.lone_part and rows["part"].n_unique() < 2:
+            rows = rows.with_columns(part=pl.lit(None, pl.String))
+        return SetContent(PointFingerprints(rows, found.points.heard), found.inputs, found.findings)
+
+    def _walks(self, path: Path, folder: Path) -> Iterator[WalkFiles]:
+        """The files by walk; raises DatasetError if there is none, or one is missing or there twice."""
+        alone = path.is_file() and path.suffix.lower() == ".csv" and not self.companions
+        if alone and (self.by_header or self.files.fullmatch(path.name)):
+            yield WalkFiles(path.parent.name, path.stem.lower(), {LEVELS: path})
+            return
+        walks: dict[tuple[str, str], dict[str, Path]] = {}
+        for file in sorted(folder.rglob("*.csv")):
+            if match := self.files.fullmatch(file.name):
+                name = _group(match, WALK, file.stem)
+                files = walks.setdefault((file.parent.name if self.by_folder else "", name), {})
+                role = _group(match, "role", LEVELS)
+                if role in files:
+                    raise DatasetError(
+                        f"{path}: holds both {files[role].name} and {file.name}; expected one of each"
+                        if files[role].name != file.name
+                        else f"{path}: holds {file.name} twice; give the folder of one set"
+                    )
+                files[role] = file
+        if not walks:
+            raise DatasetError(f"{path}: {self.none_found}")
+        needed = [role for role in (LEVELS, *self.companions) if role not in self.optional]
+        for (parent, name), files in walks.items():
+            if lacking := [role for role in needed if role not in files]:
+                raise DatasetError(f"{path}: {self.missing.format(folder=parent, walk=name, role=lacking[0])}")
+            yield WalkFiles(parent, name, files)
+
+    def _levels(self, file: Path, context: ImportContext) -> WideTable:
+        rules = LevelRules(self.not_heard, self.strength, context.not_heard)
+        names = self.access_points
+        if names is None:
+            return read_matrix(file, rules)
+        table = read_wide(file, self.columns, lambda name: names.fullmatch(name) is not None, rules)
+        for name in self.needed:
+            empty = table.rows[name].is_null()
+            if empty.all() and self.gaps_allowed:
+                raise DatasetError(f"{file}: has no column {name} with numbers; expected {', '.join(self.needed)}")
+            if empty.any() and not self.gaps_allowed:
+                line = (empty.arg_max() or 0) + 2
+                raise DatasetError(f"{file}: line {line} has no {name}; expected the columns {', '.join(self.columns)}")
+        return table
+
+    def _described(self, each: WalkFiles, rows: pl.DataFrame) -> pl.DataFrame:
+        """Add the columns of the companion files, and where the files are."""
+        parts = [rows]
+        for role, columns in self.companions.items():
+            file = each.files.get(role)
+            part = _lines_or_columns(file, columns) if file else pl.DataFrame(schema=dict(columns)).clear(rows.height)
+            if part.height != rows.height:
+                raise DatasetError(
+                    f"{file}: has {part.height} lines, expected {rows.height}, one for each line of levels"
+                )
+            parts.append(part)
+        place = {FILE: each.files[LEVELS].stem, FOLDER: each.folder, WALK: each.walk}
+        return pl.concat(parts, how="horizontal").with_columns(**{name: pl.lit(text) for name, text in place.items()})
+
+    def _odd_rows(self, each: WalkFiles, rows: pl.DataFrame) -> Iterator[Finding]:
+        for check in self.checks:
+            lines = (rows.select(check.odd.fill_null(value=False)).to_series().arg_true() + 1).to_list()
+            if lines:
+                yield Finding.at_lines(check.kind, each.files[check.role].name, lines, check.message, Severity.INFO)
+
+    def _input(self, each: WalkFiles, file: Path) -> str:
+        return f"{each.folder}/{file.name}" if self.by_folder else file.name
+
+
+def _group(match: re.Match[str], name: str, otherwise: str) -> str:
+    return (match.groupdict().get(name) or otherwise).lower()
+
+
+def _lines_or_columns(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
+    """Read a companion file; nulls where a line has no text."""
+    if list(columns.values()) != [pl.String()]:
+        return read_columns(file, columns)
+    (name,) = columns
+    lines = pl.Series(name, read_bytes(file).decode("utf-8", errors="replace").splitlines(), dtype=pl.String)
+    return lines.str.strip_chars().replace("", None).to_frame()

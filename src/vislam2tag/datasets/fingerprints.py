@@ -1,0 +1,369 @@
+"""Fingerprints of one session: its labelled radio readings, grouped by scan or by windows of time.
+
+Rows of one session after the other are written to files, which are joined at the end.
+
+The labelled radio tables, each a technology, come in one form. Published practice is one position a scan, the mean over
+its readings (paper, section VII); here readings weigh by their certainty, and a cached result of an earlier scan does
+not pull. Beside: how the phone moved, heading and speed within spans of time, and the way that a walk is labelled for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.table_files import scan_parquet, write_parquet
+from vislam2tag.common.findings import Finding, finding_if
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.path_length import FASTEST_M_PER_S, STEP_NS, step_frames, step_lengths, steps_without_jumps
+from vislam2tag.core.status import STATUS_LABELS
+from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.labeling.results import SessionResult
+from vislam2tag.labeling.status_column import STATUS_TYPE
+from vislam2tag.sessions.foreign_tables import FIRST_UNIX_S
+from vislam2tag.site.corrections.file import session_start
+
+WIFI = "wifi"
+"""The technology whose table ``process`` always writes."""
+TECHNOLOGIES = ("ble", WIFI)
+"""Tables of an output folder of ``process`` that become fingerprints."""
+LEAST_SIGMA_M = 1e-3
+"""No position is surer than this; keeps weights finite."""
+
+
+def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
+    """Give a labelled table the columns of ``wifi``, whatever its technology.
+
+    A BLE beacon is identified by ``UUID-MAJOR-MINOR`` where it tells them, as its address may change at any time, and
+    by its address where it does not. BLE has no scans (null) and does not tell its frequency.
+    """
+    if technology == WIFI:
+        return table
+    beacon = pl.format("{}-{}-{}", "uuid", "major", "minor")
+    return table.with_columns(
+        bssid=pl.when(pl.col("uuid").is_not_null()).then(beacon).otherwise("address"),
+        ssid="name",
+        frequency_mhz=pl.lit(None, dtype=pl.Float32),
+        scan=pl.lit(None, dtype=pl.Int32),
+    ).drop("address", "name", "uuid", "major", "minor")
+
+
+def mean_position(placed: pl.Expr) -> dict[str, pl.Expr]:
+    """Aggregate ``x``, ``y``, ``z``, ``sigma`` and ``floor`` over the readings of a group where ``placed`` holds.
+
+    Positions weigh by 1 / sigma^2; an unknown sigma counts as the greatest of the group, and where none is known all
+    weigh the same. The sigma of the mean is the weighted mean of theirs: readings of one moment share the error of the
+    trajectory, which no number of them averages out. It is null where none is known; ``z`` is null unless all have
+    one. The floor is that of most readings, of equally many the lowest. All are null where nothing is placed.
+    """
+    sigma = pl.col("sigma").filter(placed).clip(lower_bound=LEAST_SIGMA_M)
+    known = sigma.fill_null(sigma.max()).fill_null(1.0)
+    weight = known**-2
+    z = pl.col("z").filter(placed)
+
+    def mean(values: pl.Expr) -> pl.Expr:
+        return pl.when(placed.any()).then((weight * values).sum() / weight.sum())
+
+    return {
+        "x": mean(pl.col("x").filter(placed)),
+        "y": mean(pl.col("y").filter(placed)),
+        "z": pl.when(z.null_count() == 0).then(mean(z)),
+        "sigma": pl.when(sigma.count() > 0).then(mean(known)),
+        "floor": pl.col("floor").filter(placed).mode().min(),
+    }
+
+
+LEAST_SPAN_NS = 1_000_000_000
+"""Shorter spans are widened to this about their middle."""
+LEAST_LOOK = 0.5
+"""A camera that looks up or down by more than 60 degrees (horizontal part below 0.5) shows no heading."""
+UNUSABLE = ("duplicate", "invalid")
+
+
+@dataclass(frozen=True)
+class PhoneMotion:
+    """The usable frames of a trajectory (n,), times strictly increasing, with what is summed along them."""
+
+    time_ns: IntArray
+    positioned: BoolArray
+    """Frames with a position."""
+    unpositioned_before: IntArray
+    """(n + 1,) frames without a position before each one."""
+    look_before: FloatArray
+    """(n + 1, 2) sum of the camera's horizontal viewing directions (unit length) before each frame, BCS."""
+    knot_ns: IntArray
+    """(k,) times between which path length is summed."""
+    path_length_m: FloatArray
+    """(k,) labelled path length up to each of them, metres."""
+
+    @classmethod
+    def of(cls, trajectory: pl.DataFrame) -> PhoneMotion:
+        """Make it of a session's trajectory as ``process`` wrote it."""
+        frames = trajectory.filter(~pl.col("status").is_in(UNUSABLE))
+        time_ns = frames["time_ns"].to_numpy()
+        values = frames.select("x", "y", "qx", "qy", "qz", "qw").cast(pl.Float64).fill_null(float("nan")).to_numpy()
+        positioned = np.isfinite(values[:, 0])
+        knots = step_frames(time_ns)
+        return cls(
+            time_ns,
+            positioned,
+            np.concatenate(([0], np.cumsum(~positioned))),
+            np.concatenate((np.zeros((1, 2)), np.cumsum(_look(values[:, 2:]), axis=0))),
+            time_ns[knots],
+            _labelled_length_m(time_ns[knots], values[knots, :2]),
+        )
+
+    @property
+    def labelled_m(self) -> float:
+        """Length of the labelled path, metres."""
+        return float(self.path_length_m[-1]) if len(self.path_length_m) else 0.0
+
+    def heading_and_speed(self, start_ns: IntArray, end_ns: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Heading (degrees from the BCS x axis, counter-clockwise, 0 to 360) and speed (m/s) within spans (s,).
+
+        Heading is where the camera looks, on average; NaN where the span has a frame without position, where none
+        lies in it, and where the camera looks up, down or all around. Speed is path length over time; NaN in the same
+        spans and where it is faster than anybody walks.
+        """
+        start_ns, end_ns = _widened(start_ns, end_ns)
+        first = np.searchsorted(self.time_ns, start_ns)
+        stop = np.searchsorted(self.time_ns, end_ns, side="right")
+        frames = stop - first
+        whole = (frames > 0) & (self.unpositioned_before[stop] == self.unpositioned_before[first])
+        look = (self.look_before[stop] - self.look_before[first]) / np.maximum(frames, 1)[:, None]
+        clear = whole & (np.linalg.norm(look, axis=1) >= LEAST_LOOK)
+        heading = np.where(clear, np.degrees(np.arctan2(look[:, 1], look[:, 0])) % 360.0, np.nan)
+        return heading, np.where(whole, self._speed(start_ns, end_ns), np.nan)
+
+    def _speed(self, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
+        """Way over time (s,) within spans (s,), m/s; NaN where a span is too short or faster than anybody walks."""
+        if len(self.knot_ns) < 2:
+            return np.full(len(start_ns), np.nan)
+        start_ns = np.maximum(start_ns, self.knot_ns[0])
+        end_ns = np.minimum(end_ns, self.knot_ns[-1])
+        length_m = np.diff([np.interp(ends, self.knot_ns, self.path_length_m) for ends in (start_ns, end_ns)], axis=0)[
+            0
+        ]
+        speed = length_m / (np.maximum(end_ns - start_ns, 1) * 1e-9)
+        believable: FloatArray = np.where((end_ns - start_ns >= STEP_NS) & (speed <= FASTEST_M_PER_S), speed, np.nan)
+        return believable
+
+
+def _look(orientation: FloatArray) -> FloatArray:
+    """Horizontal viewing direction (n, 2) of a camera (it looks along its negative z axis) by quaternions (n, 4).
+
+    Zero where the orientation is not known or the camera looks steeply up or down.
+    """
+    x, y, z, w = orientation.T
+    look = -2.0 * np.stack((x * z + w * y, y * z - w * x), axis=1)
+    length = np.linalg.norm(look, axis=1)
+    level = np.isfinite(length) & (length >= LEAST_LOOK)
+    direction: FloatArray = np.where(level[:, None], look / np.where(level, length, 1.0)[:, None], 0.0)
+    return direction
+
+
+def _labelled_length_m(time_ns: IntArray, position: FloatArray) -> FloatArray:
+    """Sum the way (k,) over positions (k, 2); steps with an unknown end, and jumps, are no way."""
+    if not len(time_ns):
+        return np.empty(0)
+    return np.concatenate(([0.0], np.cumsum(steps_without_jumps(step_lengths(position), time_ns))))
+
+
+def _widened(start_ns: IntArray, end_ns: IntArray) -> tuple[IntArray, IntArray]:
+    """Widen spans (s,) that are too short about their middle."""
+    missing = np.maximum(LEAST_SPAN_NS - (end_ns - start_ns), 0)
+    return start_ns - missing // 2, end_ns + (missing - missing // 2)
+
+
+@dataclass(frozen=True)
+class SessionWalk:
+    """Who a session is in the data set, and how its phone moved."""
+
+    session: str
+    """Its slug, unique in the data set."""
+    building: str
+    device: str
+    name: str
+    """The session folder's own name."""
+    motion: PhoneMotion
+
+    @classmethod
+    def of(cls, result: SessionResult, trajectory: pl.DataFrame, session: str, building: str) -> SessionWalk:
+        """Make it of what ``process`` wrote of a session: its result and its trajectory."""
+        return cls(session, building, result.device, result.session, PhoneMotion.of(trajectory))
+
+    @property
+    def started(self) -> datetime | None:
+        """When it started: local time by its folder's name, else UTC where its frames have Unix times, else None."""
+        named, time_ns = session_start(self.name), self.motion.time_ns
+        if named is not None or not len(time_ns) or time_ns[0] < FIRST_UNIX_S * 1e9:
+            return named
+        return datetime.fromtimestamp(int(time_ns[0]) // 1_000_000 / 1e3, UTC).replace(tzinfo=None)
+
+
+@dataclass(frozen=True)
+class SessionFingerprints:
+    """Rows of the tables ``fingerprints`` and ``readings`` of one session and technology, in order of time."""
+
+    fingerprints: pl.DataFrame
+    readings: pl.DataFrame
+    names: pl.DataFrame
+    """How often each transmitter was heard by each name: columns bssid, technology, ssid, count."""
+    findings: tuple[Finding, ...]
+
+
+def fingerprints_of(
+    rows: pl.DataFrame, technology: str, walk: SessionWalk, settings: DatasetSettings, max_sigma_m: float
+) -> SessionFingerprints:
+    """Make the fingerprints of a session's labelled readings (:func:`.radio_tables.radio_rows`).
+
+    Readings that an earlier row gave already (``duplicate``) and those without a level are left out and counted.
+    A fingerprint's position is the mean of its readings' by certainty (:func:`.radio_tables.mean_position`). With
+    scans, readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay, with
+    their own position, and the scan's position, spread and times are those of the others.
+    """
+    window_s = settings.window_of(technology)
+    heard, findings = _heard(rows, technology)
+    grouped = _by_scan(heard, settings.scan_length_s) if window_s is None else _by_window(heard, window_s)
+    grouped = grouped.sort("number", "time_ns", "row", maintain_order=True)
+    table = _summarised(grouped)
+    table = table.sort("start_ns", "number").with_columns(scan_id=_scan_id(walk.session, technology))
+    grouped = table.select("number", "scan_id", pl.int_range(pl.len()).alias("place")).join(grouped, on="number")
+    floor = pl.when(pl.col("x").is_not_null()).then("floor").alias("floor")
+    columns = (floor if name == "floor" else name for name in SCHEMAS[READINGS])
+    readings = grouped.sort("place", "time_ns", "row").select(columns)
+    return SessionFingerprints(
+        in_schema(FINGERPRINTS, _finished(table, technology, walk, max_sigma_m)),
+        in_schema(READINGS, readings),
+        _names(heard, technology),
+        (*findings, *_group_findings(table, grouped, settings.scan_length_s)),
+    )
+
+
+def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
+    """Leave out what is no reading of its own, and say how much that is."""
+    repeated = rows["status"] == "duplicate"
+    mute = ~repeated & rows["rssi_dbm"].is_null()
+    again = f"{technology}: readings that an earlier row gave already (same transmitter and time) are left out"
+    none = f"{technology}: readings whose level is no measurement are left out"
+    findings = (
+        *finding_if(int(repeated.sum()), "repeated_readings", again),
+        *finding_if(int(mute.sum()), "readings_without_level", none),
+    )
+    return rows.filter(~repeated & ~mute), findings
+
+
+def _by_scan(heard: pl.DataFrame, scan_length_s: float) -> pl.DataFrame:
+    """Number by the raw file's scan; ``current``: not a cached result of long before."""
+    newest = pl.col("time_ns").max().over("scan")
+    return heard.with_columns(
+        number=pl.col("scan").cast(pl.Int64), current=pl.col("time_ns") >= newest - round(scan_length_s * 1e9)
+    )
+
+
+def _by_window(heard: pl.DataFrame, window_s: float) -> pl.DataFrame:
+    """Number by windows of the clock, counted from the one that holds the session's first reading."""
+    window = pl.col("time_ns") // round(window_s * 1e9)
+    return heard.with_columns(number=window - window.min(), current=pl.lit(value=True))
+
+
+def _summarised(grouped: pl.DataFrame) -> pl.DataFrame:
+    """One row for each scan or window, by ``number``; position and sigma null where nothing current is labelled."""
+    placed = pl.col("current") & pl.col("x").is_not_null()
+    position = mean_position(placed)
+    x, y = (pl.col(name).filter(placed) for name in ("x", "y"))
+    return grouped.group_by("number", maintain_order=True).agg(
+        **position,
+        readings=pl.len(),
+        labelled=pl.col("x").count(),
+        placed=placed.any(),
+        start_ns=pl.col("time_ns").filter("current").min(),
+        end_ns=pl.col("time_ns").filter("current").max(),
+        x_median=x.median(),
+        y_median=y.median(),
+        spread=((x - position["x"]) ** 2 + (y - position["y"]) ** 2).mean().sqrt(),
+        cause=_most_frequent(pl.col("status").filter(pl.col("current") & pl.col("x").is_null())),
+    )
+
+
+def _most_frequent(cause: pl.Expr) -> pl.Expr:
+    """The most frequent of the causes; of equally frequent ones the first in order of the status codes."""
+    code = cause.cast(STATUS_TYPE).to_physical()
+    return code.mode().min()
+
+
+def _finished(table: pl.DataFrame, technology: str, walk: SessionWalk, max_sigma_m: float) -> pl.DataFrame:
+    heading, speed = walk.motion.heading_and_speed(table["start_ns"].to_numpy(), table["end_ns"].to_numpy())
+    start = walk.started
+    return table.with_columns(
+        pl.Series("heading_deg", heading, nan_to_null=True),
+        pl.Series("speed_m_s", speed, nan_to_null=True),
+        technology=pl.lit(technology),
+        building=pl.lit(walk.building),
+        labelled_share=pl.col("labelled") / pl.col("readings"),
+        status=pl.when(~pl.col("placed"))
+        .then(pl.col("cause").replace_strict(dict(enumerate(STATUS_LABELS)), default=None, return_dtype=pl.String))
+        .when(pl.col("sigma").fill_null(0.0) > max_sigma_m)
+        .then(pl.lit("uncertain"))
+        .otherwise(pl.lit("ok")),
+        device=pl.lit(walk.device),
+        session=pl.lit(walk.session),
+        date=pl.lit(None if start is None else start.date(), dtype=pl.Date),
+    ).drop("number", "placed", "cause")
+
+
+def _scan_id(session: str, technology: str) -> pl.Expr:
+    """Session, technology and the scan's or window's own number, which leads back to the raw file."""
+    return pl.concat_str(pl.lit(f"{session}/{technology}/"), pl.col("number").cast(pl.String).str.zfill(6))
+
+
+def _names(heard: pl.DataFrame, technology: str) -> pl.DataFrame:
+    counted = heard.group_by("bssid", "ssid").agg(count=pl.len().cast(pl.Int64)).sort("bssid", "ssid")
+    return counted.select("bssid", pl.lit(technology).alias("technology"), "ssid", "count")
+
+
+def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: float) -> tuple[Finding, ...]:
+    """Count scans without label, by cause, and cached results."""
+    cached = (
+        f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which "
+        "keep their own position and do not pull the scan's"
+    )
+    unlabelled = "fingerprints have no position; their status is the cause"
+    return (
+        *finding_if(int((~grouped["current"]).sum()), "cached_readings", cached),
+        *finding_if(int((~table["placed"]).sum()), "unlabelled_fingerprints", unlabelled),
+    )
+
+
+NAMES = "names"
+"""Parts that say how often each transmitter was heard by each name; no table of the data set."""
+
+
+def write_part(folder: Folder, number: int, tables: Mapping[str, pl.DataFrame]) -> None:
+    """Write one session's rows of some tables, and its NAMES; ``number`` is its place in the order of all."""
+    for name, rows in tables.items():
+        write_parquet(rows, folder, f"{name}/{number:06d}.parquet", compression="lz4")
+
+
+def tables_of(folder: Path) -> dict[str, pl.LazyFrame]:
+    """Scan the rows of all sessions, table by table."""
+    return {name: _rows_of_all(folder, name) for name in SCHEMAS if (folder / name).is_dir()}
+
+
+def access_points_of(folder: Path, fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> pl.DataFrame:
+    """Make the table of access points of what all sessions heard, and of their NAMES in ``folder``."""
+    names = _rows_of_all(folder, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
+    counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
+    return access_point_table(fingerprints, readings, counted)
+
+
+def _rows_of_all(folder: Path, name: str) -> pl.LazyFrame:
+    return scan_parquet(sorted((folder / name).glob("*.parquet")))

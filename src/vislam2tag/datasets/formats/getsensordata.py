@@ -1,0 +1,171 @@
+"""Logs of GetSensorData (CSIC), as the IPIN competitions publish them: log file -> taps and tables -> walks.
+
+One text file a walk, places in degrees.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import first_bytes_of_files, folder_of
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.findings import Finding
+from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, register
+from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.sessions.tables.getsensordata_lines import looks_like_a_log
+from vislam2tag.sessions.tables.getsensordata_log import LoggedTaps, parse_log, parse_taps
+from vislam2tag.survey.georeference import Georeference, from_wgs84
+from vislam2tag.survey.names import unique_slugs
+
+ORIGIN_STEP_DEG = 1e-4
+"""Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""
+_HEAD_BYTES = 65_536
+_FILES_LOOKED_AT = 3
+
+
+def recognises(path: Path) -> bool:
+    """Whether one of the first text files has rows of the format."""
+    if path.is_file() and path.suffix not in (".txt", ".log", ".zip", ".xz", ".gz", ".tgz", ".tar", ".bz2"):
+        return False
+    heads = itertools.islice(first_bytes_of_files(path, ".txt", _HEAD_BYTES), _FILES_LOOKED_AT)
+    return any(looks_like_a_log(head) for head in heads)
+
+
+def read(path: Path, context: ImportContext) -> Dataset:
+    """Read all logs below a folder or in an archive, one at a time, in metres on the plane at the origin."""
+    logs = _logs(path, folder_of(path, context.scratch, context.most_unpacked))
+    taps = [parse_taps(_bytes(file)) for _, file in logs]
+    centre = _centre(path, taps)
+    near = [_near(each, centre) for each in taps]
+    origin = _origin(near, context.origin)
+    places = sorted({place for each in near for place in _places(each)})
+    tables = WalkTables(context.scratch, places)
+    inputs: dict[str, str] = {}
+    for slug, file in logs:
+        walk, findings = _walk(slug, file, places, centre, origin)
+        tables.add(walk, findings)
+        inputs[slug] = walk.source
+        context.progress(slug, len(logs))
+    settings = DatasetSettings()
+    info = DatasetInfo(
+        name=path.resolve().name.split(".")[0] or "getsensordata",
+        title="GetSensorData logs",
+        description="Walks between marked places; positions between them are interpolated at each reading's time.",
+        frame="metres east (x) and north (y) of the origin",
+        clock="boot",
+        floors=tuple(FloorInfo(building=place.building, number=place.floor, georeference=origin) for place in places),
+        groupings=(
+            Grouping(technology="ble", by="window", window_s=settings.ble_window_s),
+            Grouping(technology="wifi", by="scan"),
+        ),
+        sources=(
+            DatasetSource(
+                kind="getsensordata",
+                name=path.name,
+                version=__version__,
+                settings={
+                    "origin": [origin.latitude_deg, origin.longitude_deg],
+                    "tap_sigma_m": TAP_SIGMA_M,
+                    "pace_m2_s": PACE_M2_S,
+                },
+                inputs=inputs,
+            ),
+        ),
+    )
+    return tables.dataset(info, {})
+
+
+def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
+    """Slugs and files of the logs, in order; other text files are passed over."""
+    if path.is_file() and folder == path.parent:
+        files = [path]
+    else:
+        files = [
+            file
+            for file in sorted(folder.rglob("*.txt"))
+            if any(map(looks_like_a_log, first_bytes_of_files(file, "", _HEAD_BYTES)))
+        ]
+    if not files or not looks_like_a_log(_bytes(files[0])[:_HEAD_BYTES]):
+        raise DatasetError(f"{path}: holds no log; expected lines like WIFI;12.345;678.910;SSID;BSSID;RSS")
+    names = [".".join(file.relative_to(folder).with_suffix("").parts) for file in files]
+    return sorted(zip(unique_slugs(names), files, strict=True))
+
+
+def _bytes(file: Path) -> bytes:
+    try:
+        return read_bytes(file)
+    except OSError as error:
+        raise DatasetError(f"{file}: cannot be read ({error.strerror})") from error
+
+
+def _places(taps: LoggedTaps) -> list[Storey]:
+    return [
+        Storey(str(building), floor)
+        for building, floor in zip(taps.building.tolist(), taps.floor.tolist(), strict=True)
+    ]
+
+
+def _centre(path: Path, taps: Sequence[LoggedTaps]) -> Georeference:
+    """The tap nearest to the median of all; raises DatasetError where there is none."""
+    position = np.concatenate([each.position for each in taps])
+    if not len(position):
+        raise DatasetError(f"{path}: no log has a POSI row that names a place; without any, nothing can be labelled")
+    off = np.linalg.norm(position - np.median(position, axis=0), axis=1)
+    longitude, latitude = position[np.argmin(off)].tolist()
+    return Georeference(latitude_deg=latitude, longitude_deg=longitude)
+
+
+def _near(taps: LoggedTaps, centre: Georeference) -> LoggedTaps:
+    """Leave out taps that lie too far away to be of the same site."""
+    near = np.linalg.norm(from_wgs84(taps.position, centre), axis=1) <= FARTHEST_M
+    return LoggedTaps(taps.app_s[near], taps.position[near], taps.floor[near], taps.building[near], taps.time_ns[near])
+
+
+def _origin(taps: Sequence[LoggedTaps], given: tuple[float, float] | None) -> Georeference:
+    if given is not None:
+        return Georeference(latitude_deg=given[0], longitude_deg=given[1])
+    west, south = np.min(np.concatenate([each.position for each in taps]), axis=0).tolist()
+    west, south = (round(math.floor(value / ORIGIN_STEP_DEG) * ORIGIN_STEP_DEG, 4) for value in (west, south))
+    return Georeference(latitude_deg=south, longitude_deg=west)
+
+
+def _walk(
+    slug: str, file: Path, places: Sequence[Storey], centre: Georeference, origin: Georeference
+) -> tuple[LoggedWalk, tuple[Finding, ...]]:
+    data = _bytes(file)
+    log = parse_log(data, file.name)
+    taps = _near(log.taps, centre)
+    index = np.array([places.index(place) for place in _places(taps)], dtype=np.int64)
+    findings = list(log.findings)
+    if far := len(log.taps.app_s) - len(taps.app_s):
+        message = "POSI rows lie more than ten kilometres from the others; they are no taps"
+        findings.append(Finding(kind="far_taps", file=file.name, count=far, message=message))
+    walk = LoggedWalk(
+        slug=slug,
+        name=file.stem,
+        place=None,
+        device=log.device,
+        taps=Waypoints.of(taps.time_ns, from_wgs84(taps.position, origin), index),
+        tables=log.tables,
+        first_ns=log.first_ns,
+        last_ns=log.last_ns,
+        started=log.started,
+        source=hashlib.sha256(data).hexdigest(),
+    )
+    return walk, tuple(findings)
+
+
+READS = ImportFormat("getsensordata", read, recognises, takes=("origin",))
+
+
+register(READS)

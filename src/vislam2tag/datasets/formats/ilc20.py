@@ -1,0 +1,243 @@
+"""Indoor Location Competition 2.0 (Microsoft Research, 2021): walks through malls between tapped waypoints.
+
+Folders of sites -> trace files -> walks: traces lie by site and floor, with plans and the names of floors as numbers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of, names_in
+from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.limits import MAX_FLOOR_M
+from vislam2tag.datasets.fingerprints import radio_rows
+from vislam2tag.datasets.folder import sha256_of
+from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, register
+from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.survey.names import floor_number, unique_slugs
+
+TRACES = "path_data_files"
+INFO = "floor_info.json"
+PLAN = "floor_image.png"
+
+
+@dataclass(frozen=True)
+class TraceRef:
+    """A trace file and where its folders say that it was walked."""
+
+    path: Path
+    place: Storey
+    floor_name: str
+    slug: str
+
+
+@dataclass(frozen=True)
+class Ilc20Sites:
+    """What lies below a folder: traces in the order of their slugs, floors in order, plans by path in the data set."""
+
+    traces: tuple[TraceRef, ...]
+    floors: tuple[FloorInfo, ...]
+    plans: dict[str, Path]
+    findings: tuple[Finding, ...]
+
+
+def is_trace_path(parts: Sequence[str]) -> bool:
+    """Whether a path (by its parts) is that of a trace file in a floor's folder: ``.../F4/path_data_files/x.txt``."""
+    return len(parts) >= 2 and parts[-1].endswith(".txt") and _floor_folder(parts) is not None
+
+
+def find_sites(root: Path) -> Ilc20Sites:
+    """Look for traces below a folder; one that is a floor's or a site's own folder will do.
+
+    Traces lie in ``SITE/FLOOR/path_data_files`` or ``SITE/FLOOR`` itself, ``floor_info.json`` and the plan in
+    ``SITE/FLOOR`` below the same or another folder (``metadata``). Raises DatasetError where there is no trace.
+    """
+    root = root.resolve()
+    found, left_out = [], []
+    for path in sorted(root.rglob("*.txt")):
+        folder = _folder_of(path)
+        if folder is None:
+            continue
+        number = floor_number(folder.name)
+        if number is None:
+            left_out.append(path)
+        else:
+            found.append((path, Storey(folder.parent.name, number), folder.name))
+    if not found:
+        raise DatasetError(
+            f"{root}: holds no trace; expected SITE/FLOOR/{TRACES}/*.txt with floors called F1, B1, L2 ..."
+        )
+    names = [".".join((place.building, floor, path.stem)) for path, place, floor in found]
+    refs = [TraceRef(*each, slug) for each, slug in zip(found, unique_slugs(names), strict=True)]
+    floors, plans, odd = _floors(root, sorted({(ref.place, ref.floor_name) for ref in refs}))
+    findings = (*_unnumbered(root, left_out), *odd)
+    return Ilc20Sites(tuple(sorted(refs, key=lambda ref: ref.slug)), floors, plans, findings)
+
+
+def _folder_of(trace: Path) -> Path | None:
+    """The floor's folder of a trace file; None where its folders are not named so."""
+    parts = _floor_folder(trace.parts)
+    return None if parts is None else Path(*parts)
+
+
+def _floor_folder(parts: Sequence[str]) -> Sequence[str] | None:
+    own = parts[:-1]
+    if own and own[-1] == TRACES:
+        return own[:-1]
+    looks_like_a_floor = own and (floor_number(own[-1]) is not None)
+    return own if looks_like_a_floor else None
+
+
+def _floors(
+    root: Path, named: Sequence[tuple[Storey, str]]
+) -> tuple[tuple[FloorInfo, ...], dict[str, Path], list[Finding]]:
+    described = {(path.parent.parent.name, path.parent.name): path for path in sorted(root.rglob(INFO))}
+    infos: dict[Storey, FloorInfo] = {}
+    plans: dict[str, Path] = {}
+    findings = []
+    for place, name in named:
+        path = described.get((place.building, name))
+        if path is None:
+            message = f"floor {name} of {place.building} has no {INFO}: its extent is not known"
+            findings.append(Finding(kind="no_floor_info", file=f"{place.building}/{name}", count=1, message=message))
+        width_m, height_m = (None, None) if path is None else _extent(path)
+        plan = None
+        if path is not None and (path.parent / PLAN).is_file():
+            plan = f"plans/{unique_slugs([place.building])[0]}.floor_{place.floor}.png"
+            plans[plan] = path.parent / PLAN
+        infos[place] = FloorInfo(
+            building=place.building, number=place.floor, name=name, width_m=width_m, height_m=height_m, plan=plan
+        )
+    return tuple(infos[place] for place in sorted(infos)), plans, findings
+
+
+def _extent(path: Path) -> tuple[float, float]:
+    try:
+        extent = read_json(path)["map_info"]
+        width_m, height_m = float(extent["width"]), float(extent["height"])
+        if not (0 < width_m <= MAX_FLOOR_M and 0 < height_m <= MAX_FLOOR_M):
+            raise ValueError("no floor is so large")
+        return width_m, height_m
+    except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:
+        raise DatasetError(
+            f'{path}: cannot be read; expected {{"map_info": {{"width": ..., "height": ...}}}}'
+        ) from error
+
+
+def _unnumbered(root: Path, left_out: Sequence[Path]) -> list[Finding]:
+    if not left_out:
+        return []
+    names = sorted({folder.name for path in left_out if (folder := _folder_of(path)) is not None})
+    message = (
+        f"traces lie on floors without a number ({', '.join(names[:ROWS_NAMED])}) and are left out; call the folders "
+        "F1, F2, ... or B1, ..."
+    )
+    first = left_out[0].relative_to(root).as_posix()
+    return [Finding(kind="unknown_floor", file=first, count=len(left_out), message=message, severity=Severity.ERROR)]
+
+
+BESIDE_M = 10.0
+"""Plans are drawn by hand: a waypoint may lie this far beside one."""
+
+
+def recognises(path: Path) -> bool:
+    """Whether a trace lies in the folder of a floor."""
+    if path.is_file() and path.suffix == ".txt":
+        return False
+    return any(is_trace_path((*path.resolve().parts, *name.parts)) for name in names_in(path))
+
+
+def read(path: Path, context: ImportContext) -> Dataset:
+    """Read all traces below a folder or in an archive, one at a time."""
+    sites = find_sites(folder_of(path, context.scratch, context.most_unpacked))
+    places = sorted({ref.place for ref in sites.traces})
+    floors = {Storey(floor.building, floor.number): floor for floor in sites.floors}
+    tables = WalkTables(context.scratch, places)
+    inputs: dict[str, str] = {}
+    for ref in sites.traces:
+        walk, findings = _walk(ref, places.index(ref.place), floors[ref.place])
+        tables.add(walk, findings)
+        inputs[f"{ref.place.building}/{ref.floor_name}/{ref.path.name}"] = walk.source
+        context.progress(ref.path.name, len(sites.traces))
+    inputs.update({name: sha256_of(file) for name, file in sorted(sites.plans.items())})
+    settings = DatasetSettings()
+    info = DatasetInfo(
+        name="ilc20",
+        title="Indoor Location Competition 2.0",
+        description="Walks between tapped waypoints; positions between them are interpolated at each reading's time.",
+        clock="unix",
+        floors=sites.floors,
+        groupings=(
+            Grouping(technology="ble", by="window", window_s=settings.ble_window_s),
+            Grouping(technology="wifi", by="scan"),
+        ),
+        sources=(
+            DatasetSource(
+                kind="ilc20",
+                name=path.name,
+                version=__version__,
+                settings={"tap_sigma_m": TAP_SIGMA_M, "pace_m2_s": PACE_M2_S},
+                inputs=inputs,
+            ),
+        ),
+        findings=sites.findings,
+    )
+    return tables.dataset(info, sites.plans)
+
+
+def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tuple[Finding, ...]]:
+    try:
+        data = read_bytes(ref.path)
+    except OSError as error:
+        raise DatasetError(f"{ref.path}: cannot be read ({error.strerror})") from error
+    trace = parse_trace(data, ref.path.name)
+    inside = _on_plan(trace.taps.position_bcs, floor)
+    position = trace.taps.position_bcs[inside]
+    taps = Waypoints(trace.taps.time_ns[inside], position, np.full(len(position), index, dtype=np.int64))
+    findings = list(trace.findings)
+    if not inside.all():
+        message = "waypoints lie outside the plan; they are no taps"
+        findings.append(
+            Finding(kind="taps_outside_plan", file=ref.path.name, count=int((~inside).sum()), message=message)
+        )
+    phone = " ".join(trace.header[part] for part in ("Brand", "Model") if trace.header.get(part))
+    walk = LoggedWalk(
+        slug=ref.slug,
+        name=ref.path.stem,
+        place=ref.place,
+        device=phone or None,
+        taps=taps,
+        tables={"wifi": trace.wifi, "ble": radio_rows(trace.ble, "ble"), "sensors": trace.sensors},
+        first_ns=trace.first_ns,
+        last_ns=trace.last_ns,
+        started=datetime.fromtimestamp(trace.first_ns // 1_000_000 / 1e3, UTC).replace(tzinfo=None),
+        source=hashlib.sha256(data).hexdigest(),
+    )
+    return walk, tuple(findings)
+
+
+def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
+    """Mask (n,) of the taps at these positions (n, 2) that lie on the plan, or a few metres beside it."""
+    size = np.array([size_m or FARTHEST_M for size_m in (floor.width_m, floor.height_m)])
+    low = -BESIDE_M if floor.width_m else -FARTHEST_M
+    inside: BoolArray = np.all((position >= low) & (position <= size + BESIDE_M), axis=1)
+    return inside
+
+
+READS = ImportFormat("ilc20", read, recognises)
+
+
+register(READS)

@@ -1,0 +1,267 @@
+"""UJIIndoorLoc's wide tables (Torres-Sospedra et al., IPIN 2014): a column an access point, 100 where not heard.
+
+``trainingData.csv`` and ``validationData.csv``; numbers stand for buildings, users and phones, which tables beside
+ours tell by name. Written piece by piece.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.archives import folder_of
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.table_files import read_csv, write_csv
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.spreadsheet_text import escaped, unescaped
+from vislam2tag.datasets.fingerprint_tables import WALK, FingerprintTables, SetDescription
+from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
+from vislam2tag.datasets.model import TEST, TRAIN, Dataset
+from vislam2tag.datasets.point_fingerprints import PointFingerprints
+from vislam2tag.datasets.writing import (
+    ONE_SPLIT,
+    SET,
+    CsvFile,
+    MatrixLosses,
+    csv_file,
+    labelled_by_session,
+    labelled_fingerprints,
+    matrices,
+    train_test_assignment,
+    with_unix_time,
+)
+from vislam2tag.intake.readings import MASKED, NOT_HEARD, normal_addresses, strength_of
+
+TECHNOLOGY = "wifi"
+STRENGTH = strength_of(["uji"])
+"""UJIIndoorLoc states levels from -104 to 0 dBm (Torres-Sospedra et al., IPIN 2014): 0 was measured there."""
+FILES = {TRAIN: "trainingData.csv", TEST: "validationData.csv"}
+ACCESS_POINTS_FILE = "access_points.csv"
+"""Ours, beside: the address and name of each access point's column."""
+_I64, _F64 = pl.Int64(), pl.Float64()
+TAIL: Mapping[str, pl.DataType] = {
+    "LONGITUDE": _F64,
+    "LATITUDE": _F64,
+    "FLOOR": _I64,
+    "BUILDINGID": _I64,
+    "SPACEID": _I64,
+    "RELATIVEPOSITION": _I64,
+    "USERID": _I64,
+    "PHONEID": _I64,
+    "TIMESTAMP": _I64,
+}
+"""Columns after those of the access points."""
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """The number of each name of one kind (``BUILDINGID``, ``USERID`` or ``PHONEID``) and the file that tells them."""
+
+    column: str
+    file: str
+    first: int
+    """Number of the first name; where it is 1, 0 stands for not known."""
+
+
+NUMBERINGS = {
+    "building": Numbering("BUILDINGID", "buildings.csv", 0),
+    "user": Numbering("USERID", "users.csv", 1),
+    "device": Numbering("PHONEID", "phones.csv", 1),
+}
+"""By the column of the fingerprints and of the file."""
+_SECONDS = pl.when(pl.col("TIMESTAMP") > 0).then("TIMESTAMP")
+_DATE = pl.from_epoch(_SECONDS, time_unit="s").dt.date()
+
+
+TABLES = FingerprintTables(
+    SetDescription("uji", frame="metres, as LONGITUDE and LATITUDE are"),
+    files=re.compile(r"trainingData\.csv|validationData\.csv", re.IGNORECASE),
+    none_found="holds neither trainingData.csv nor validationData.csv",
+    columns=TAIL,
+    access_points=re.compile(r"WAP\d+"),
+    needed=("LONGITUDE", "LATITUDE", "FLOOR"),
+    strength=STRENGTH,
+    by_header=True,
+    lone_part=False,
+    fields={
+        **{name: pl.col(name) for name in NUMBERINGS},
+        "floor": pl.col("FLOOR").cast(pl.Int32, strict=False),
+        "x": pl.col("LONGITUDE"),
+        "y": pl.col("LATITUDE"),
+        "time_ns": _SECONDS * 1_000_000_000,
+        "date": _DATE,
+        "part": pl.col(WALK).replace_strict(
+            {"trainingdata": TRAIN, "validationdata": TEST}, default=None, return_dtype=pl.String
+        ),
+        "session": pl.concat_str(
+            pl.when(pl.col("building") != "").then(pl.lit("building_") + pl.col("building")),
+            pl.lit("user_") + pl.col("user"),
+            pl.lit("phone_") + pl.col("device"),
+            _DATE.cast(pl.String),
+            separator=".",
+            ignore_nulls=True,
+        ),
+    },
+)
+"""Positions are metres; a session is what one user recorded with one phone in a building on a day."""
+
+
+def read(path: Path, context: ImportContext) -> Dataset:
+    """Read one or both files, and what the files beside them say that numbers stand for.
+
+    Raises DatasetError if a file is no such table.
+    """
+    folder = folder_of(path, context.scratch, context.most_unpacked)
+    found = TABLES.rows(path, context)
+    rows = found.points.rows.with_columns(_named(folder, name) for name in NUMBERINGS)
+    transmitters = _transmitters(folder / ACCESS_POINTS_FILE)
+    heard = _with_addresses(found.points.heard, transmitters)
+    content = TABLES.content(replace(found, points=PointFingerprints(rows, heard)))
+    return TABLES.about.dataset(path, content, _ssids(heard, transmitters))
+
+
+def _named(folder: Path, name: str) -> pl.Expr:
+    """The names of buildings, users or phones by the file beside, else their numbers."""
+    numbering = NUMBERINGS[name]
+    file, number, names = folder / numbering.file, pl.col(numbering.column), dict[int, str]()
+    if file.is_file():
+        table = _beside(file, {numbering.column: pl.Int64(), name: pl.String()})
+        names = dict(table.select(numbering.column, pl.col(name).fill_null("")).rows())
+    unknown = pl.when(number >= numbering.first).then(number.cast(pl.String))
+    return number.replace_strict(names, default=unknown, return_dtype=pl.String).alias(name)
+
+
+def _transmitters(file: Path) -> pl.DataFrame:
+    columns = {"column": pl.String(), "bssid": pl.String(), "ssid": pl.String(), "frequency_mhz": pl.Float32()}
+    if not file.is_file():
+        return pl.DataFrame(schema=columns)
+    table = _beside(file, columns)
+    return table.with_columns(normal_addresses(table["bssid"]).replace(old=dict.fromkeys(MASKED)))
+
+
+def _beside(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
+    try:
+        return unescaped(read_csv(file, schema_overrides=dict(columns)).select(*columns))
+    except pl.exceptions.PolarsError as error:
+        what = first_line(error)
+        raise DatasetError(f"{file}: cannot be read ({what}); expected the columns {', '.join(columns)}") from error
+
+
+def _with_addresses(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:
+    known = transmitters.select("bssid", "frequency_mhz", pl.col("column"))
+    return (
+        heard.rename({"bssid": "column"})
+        .join(known, on="column", how="left", maintain_order="left")
+        .with_columns(bssid=pl.coalesce("bssid", "column"))
+        .drop("column")
+    )
+
+
+def _ssids(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:
+    counts = heard.group_by("bssid", maintain_order=True).agg(count=pl.len().cast(pl.Int64))
+    named = transmitters.filter(pl.col("ssid").is_not_null()).join(counts, on="bssid")
+    return named.select("bssid", pl.lit(TECHNOLOGY).alias("technology"), "ssid", "count")
+
+
+HOLDS = {
+    SET: (ONE_SPLIT,),
+    "fingerprints": ("technology", "building", "floor", "x", "y", "user", "device", "start_ns", "date"),
+    "readings": ("scan_id", "bssid", "rssi_dbm"),
+    "access_points": ("bssid", "technology", "ssid", "frequency_mhz"),
+    "sessions": ("building", "user", "device"),
+}
+
+
+def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
+    """Write ``trainingData.csv`` and ``validationData.csv``, and what their numbers stand for.
+
+    The wide matrix is made piece by piece. Raises DatasetError where no Wi-Fi fingerprint has a position, UsageError
+    for a split that is not there.
+    """
+    parts = train_test_assignment(dataset, context)
+    fingerprints, findings = labelled_fingerprints(dataset, TECHNOLOGY, uncertain=False)
+    transmitters = (
+        dataset.access_points.filter(pl.col("technology") == TECHNOLOGY)
+        .select("bssid", "technology", "ssid", "frequency_mhz")
+        .collect()
+    )
+    columns = wap_columns(transmitters.height)
+    numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
+    write_csv(escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
+    numbers = {name: _write_numbers(folder, name, fingerprints, context.escape_formulas) for name in NUMBERINGS}
+    whole = _all_whole(dataset)
+    extra = parts.part.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
+    losses = MatrixLosses(NOT_HEARD)
+    with ExitStack() as stack:
+        there = fingerprints.join(parts.part.lazy(), on="scan_id").select(pl.col("part").unique()).collect()["part"]
+        files = {part: stack.enter_context(csv_file(folder, name)) for part, name in FILES.items() if part in there}
+        for tables in labelled_by_session(dataset, fingerprints, context.progress):
+            losses.add(tables.readings)
+            for rows, levels in matrices(tables, transmitters["bssid"], NOT_HEARD):
+                _add(files, _with_numbers(rows, extra, numbers), _cells(levels, columns, whole=whole))
+    return (*findings, *parts.findings, *parts.neither(fingerprints), *losses.findings)
+
+
+def wap_columns(count: int) -> list[str]:
+    """Name the columns of the access points: ``WAP001``, ..."""
+    digits = max(3, len(str(count)))
+    return [f"WAP{number:0{digits}d}" for number in range(1, count + 1)]
+
+
+def _all_whole(dataset: Dataset) -> bool:
+    """Whether all levels are whole numbers, as phones give them; then they are written as such."""
+    level = pl.col("rssi_dbm")
+    return bool(dataset.readings.select((level == level.round()).all()).collect(engine="streaming").item())
+
+
+def _write_numbers(folder: Folder, name: str, fingerprints: pl.LazyFrame, escape_formulas: bool) -> dict[str, int]:
+    numbering = NUMBERINGS[name]
+    names = fingerprints.select(name).drop_nulls().unique().collect(engine="streaming")[name].sort()
+    table = pl.DataFrame({name: names}).with_row_index(numbering.column, offset=numbering.first)
+    write_csv(escaped(table, formulas=escape_formulas), folder, numbering.file)
+    return dict(zip(names, table[numbering.column], strict=True))
+
+
+def _cells(levels: npt.NDArray[np.float32], columns: list[str], *, whole: bool) -> pl.DataFrame:
+    """Levels (rows, access points), dBm, as columns; whole numbers where all are."""
+    return pl.from_numpy(levels.astype(np.int32) if whole else levels, schema=columns)
+
+
+def _with_numbers(rows: pl.DataFrame, extra: pl.DataFrame, numbers: Mapping[str, dict[str, int]]) -> pl.DataFrame:
+    """Make the columns after the access points' and ``part``."""
+
+    def number(name: str) -> pl.Expr:
+        return pl.col(name).replace_strict(numbers[name], default=0, return_dtype=pl.Int64)
+
+    return rows.join(extra, on="scan_id", how="left", maintain_order="left").select(
+        "part",
+        LONGITUDE="x",
+        LATITUDE="y",
+        FLOOR="floor",
+        BUILDINGID=number("building"),
+        SPACEID=0,
+        RELATIVEPOSITION=0,
+        USERID=number("user"),
+        PHONEID=number("device"),
+        TIMESTAMP=(pl.col("unix_ns") // 1_000_000_000).fill_null(0),
+    )
+
+
+def _add(files: Mapping[str, CsvFile], rows: pl.DataFrame, cells: pl.DataFrame) -> None:
+    table = pl.concat([cells, rows], how="horizontal")
+    for part, file in files.items():
+        file.add(table.filter(pl.col("part") == part).drop("part"))
+
+
+register(
+    ImportFormat("uji", read, TABLES.recognises, takes=("not_heard",)),
+    ExportFormat("uji", HOLDS, takes=("split",), write=write),
+)

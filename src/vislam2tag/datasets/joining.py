@@ -1,0 +1,232 @@
+"""A later survey joins a data set: one set of all walks, in which a walk that both hold is there once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import polars as pl
+
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.description import Related
+from vislam2tag.datasets.model import (
+    Dataset,
+    DatasetInfo,
+    FloorInfo,
+    Grouping,
+    Split,
+    one_session,
+    session_readings,
+)
+from vislam2tag.datasets.schema import (
+    ACCESS_POINTS,
+    FINGERPRINTS,
+    IMU_WINDOWS,
+    KEYS,
+    MAGNETIC,
+    READINGS,
+    SESSIONS,
+    empty_table,
+)
+from vislam2tag.datasets.settings import SplitKind
+
+SAME_SESSIONS: FindingKind = "sessions_in_both"
+SPLITS_LEFT_OUT: FindingKind = "splits_left_out"
+_SAME = "sessions that base and later survey both hold, with the same rows; taken once"
+_AGREE_M = 0.01
+_FLOOR_FIELDS = ("width_m", "height_m", "elevation_m")
+_CORNER = ("x of the plan's lower left corner", "y of the plan's lower left corner")
+_MUST_AGREE = {
+    "frame": "positions mean different things",
+    "clock": "times count from different moments",
+    "bssid_key": "access points have different names; hash both with one key, or neither",
+}
+_OF_THE_BASE_ALONE: dict[str, object] = {"version": None, "published": None, "doi": None, "tables": {}, "splits": {}}
+"""Entries of the base's manifest that do not hold for the joined set."""
+
+
+@dataclass(frozen=True)
+class JoinedDataset:
+    """The joined set (lazy), and of the later one what is new."""
+
+    dataset: Dataset
+    news: Dataset
+    """The later survey without the walks that the base has already."""
+
+
+def join_datasets(base: Dataset, later: Dataset) -> JoinedDataset:
+    """Join two data sets; tables stay lazy and ordered by session, but the access points, which are counted anew.
+
+    Splits are left to be made again, but those that were given from outside (kind ``official``): they are carried, and
+    what is new is in neither part. Raises DatasetError where floors, frames, clocks, groupings or hashes disagree, and
+    where one session has different rows in both.
+    """
+    _refuse_disagreement(base.info, later.info)
+    floors = _floors(base.info.floors, later.info.floors)
+    same = _same_sessions(base, later)
+    news = _without_sessions(later, same)
+    tables = {name: _table(name, base, news) for name in {**base.tables, **news.tables} if name != ACCESS_POINTS}
+    tables[ACCESS_POINTS] = _access_points(base, news, tables).lazy()
+    info = base.info.model_copy(
+        update=_OF_THE_BASE_ALONE
+        | {
+            "floors": floors,
+            "groupings": _groupings(base.info.groupings, later.info.groupings),
+            "sources": (*base.info.sources, *later.info.sources),
+            "related": (*base.info.related, *_earlier_version(base.info)),
+            "findings": (
+                *base.info.findings,
+                *later.info.findings,
+                *finding_if(len(same), SAME_SESSIONS, f"{_SAME}: {', '.join(same)}"),
+                *_lost_split_findings(base, later),
+            ),
+        }
+    )
+    carried = {name: _with_news(split, news) for name, split in base.splits.items() if not _made_by_us(split)}
+    return JoinedDataset(Dataset(info, tables, carried, _files(base, later, floors)), news)
+
+
+def _refuse_disagreement(base: DatasetInfo, later: DatasetInfo) -> None:
+    for name, consequence in _MUST_AGREE.items():
+        one, other = getattr(base, name), getattr(later, name)
+        if one != other:
+            raise DatasetError(f"{name} is {one} in {base.name} and {other} in {later.name}: {consequence}")
+
+
+def _floors(base: Sequence[FloorInfo], later: Sequence[FloorInfo]) -> tuple[FloorInfo, ...]:
+    """Floors of both; those of the base where both know one."""
+    found = {(floor.building, floor.number): floor for floor in base}
+    for floor in later:
+        key = (floor.building, floor.number)
+        known = found.setdefault(key, floor)
+        for name, one, other in _extents(known, floor):
+            if one is not None and other is not None and abs(one - other) > _AGREE_M:
+                building = f" of {floor.building}" if floor.building else ""
+                raise DatasetError(
+                    f"floor {floor.number}{building}: {name} is {one:g} in the base and {other:g} in the later survey: "
+                    "positions lie elsewhere; correct it in one, or give the later survey's building another name"
+                )
+        if known.plan is None:
+            found[key] = known.model_copy(update={"plan": floor.plan})
+    return tuple(found[key] for key in sorted(found))
+
+
+def _extents(known: FloorInfo, floor: FloorInfo) -> Iterator[tuple[str, float | None, float | None]]:
+    """What must agree of a floor in both: name and both values."""
+    for name in _FLOOR_FIELDS:
+        yield name, getattr(known, name), getattr(floor, name)
+    if known.width_m is not None and floor.width_m is not None:
+        yield from zip(_CORNER, known.lower_left_m, floor.lower_left_m, strict=True)
+
+
+def _groupings(base: Sequence[Grouping], later: Sequence[Grouping]) -> tuple[Grouping, ...]:
+    found = {grouping.technology: grouping for grouping in base}
+    for grouping in later:
+        if found.setdefault(grouping.technology, grouping) != grouping:
+            raise DatasetError(
+                f"{grouping.technology}: readings are grouped in another way in the later survey (by {grouping.by}); "
+                "make its data set with the same --window"
+            )
+    return tuple(found[name] for name in sorted(found))
+
+
+def _earlier_version(base: DatasetInfo) -> tuple[Related, ...]:
+    return () if base.doi is None else (Related(identifier=base.doi, relation="IsNewVersionOf"),)
+
+
+def _same_sessions(base: Dataset, later: Dataset) -> tuple[str, ...]:
+    """Sessions that both hold with the same rows; raises DatasetError where rows differ."""
+    both = _sessions(base).join(_sessions(later), on="session", how="semi")["session"].sort()
+    for session in both:
+        one, other = (one_session(dataset.fingerprints, dataset.readings, session) for dataset in (base, later))
+        if not (one.fingerprints.equals(other.fingerprints) and one.readings.equals(other.readings)):
+            raise DatasetError(
+                f"session {session} is in both with different rows: one walk labelled twice, or two walks of one name; "
+                "leave it out of the later survey, or see where they differ by `vislam2tag verify`"
+            )
+    return tuple(both)
+
+
+def _sessions(dataset: Dataset) -> pl.DataFrame:
+    """Names of all sessions, also of those without a fingerprint."""
+    tables = [dataset.tables[name].select("session") for name in (SESSIONS, FINGERPRINTS)]
+    return pl.concat(tables).unique().collect(engine="streaming").sort("session")
+
+
+def _made_by_us(split: Split) -> bool:
+    return split.info.kind in set(SplitKind)
+
+
+def _with_news(split: Split, news: Dataset) -> Split:
+    """Carry a split: fingerprints and windows of the news are in neither part."""
+    keys = {name: KEYS[name] for name in (FINGERPRINTS, MAGNETIC, IMU_WINDOWS) if name in news.tables}
+    ids = [news.tables[name].select(id=key, group=pl.lit(None, pl.String)) for name, key in keys.items()]
+    return replace(split, groups=pl.concat([split.groups, *pl.collect_all(ids)]))
+
+
+def _lost_split_findings(base: Dataset, later: Dataset) -> tuple[Finding, ...]:
+    """Tell the splits that do not come along, but the standard ones, which are made again by their names."""
+    lost = {name for name, split in base.splits.items() if _made_by_us(split)} | later.splits.keys()
+    lost -= set(SplitKind) | {name for name, split in base.splits.items() if not _made_by_us(split)}
+    message = f"splits that do not hold for all walks: {', '.join(sorted(lost))}; make them again by `vislam2tag split`"
+    return finding_if(len(lost), SPLITS_LEFT_OUT, message, severity=Severity.WARNING)
+
+
+def _without_sessions(dataset: Dataset, same: Sequence[str]) -> Dataset:
+    if not same:
+        return dataset
+    gone = pl.col("session").is_in(list(same))
+    scans = dataset.fingerprints.filter(gone).select("scan_id")
+    tables = {
+        name: table.join(scans, on="scan_id", how="anti", maintain_order="left")
+        if name == READINGS
+        else table.filter(~gone)
+        for name, table in dataset.tables.items()
+        if name != ACCESS_POINTS
+    }
+    return replace(dataset, tables={**tables, ACCESS_POINTS: dataset.access_points})
+
+
+def _table(name: str, base: Dataset, news: Dataset) -> pl.LazyFrame:
+    """Rows of both, session by session in the order of their names, so that the table is ordered as any."""
+    parts = [part for _, part in sorted(_parts(name, (base, news)), key=lambda item: item[0])]
+    return pl.concat(parts) if parts else empty_table(name).lazy()
+
+
+def _parts(name: str, datasets: Sequence[Dataset]) -> Iterator[tuple[str, pl.LazyFrame]]:
+    """Rows of each session by its name, lazily."""
+    for dataset in datasets:
+        if name == READINGS:
+            yield from session_readings(dataset.fingerprints, dataset.readings)
+        elif name in dataset.tables:
+            for session in _sessions(dataset)["session"]:
+                yield session, dataset.tables[name].filter(pl.col("session") == session)
+
+
+def _access_points(base: Dataset, news: Dataset, tables: Mapping[str, pl.LazyFrame]) -> pl.DataFrame:
+    """Count all readings; flags that hashed identifiers no longer tell are carried, and so are radios."""
+    columns = ("bssid", "technology", "ssid", "radio", "readings", "randomised", "mobile", "nomap")
+    known = pl.concat([dataset.access_points.select(columns) for dataset in (base, news)]).collect()
+    names = known.filter(pl.col("ssid").is_not_null()).select("bssid", "technology", "ssid", count="readings")
+    table = access_point_table(tables[FINGERPRINTS], tables[READINGS], names)
+    flags = ("randomised", "mobile", "nomap")
+    before = known.group_by("bssid").agg(
+        pl.col(flags).max().name.suffix("_before"), radio_before=pl.col("radio").drop_nulls().min()
+    )
+    return (
+        table.join(before, on="bssid", how="left", maintain_order="left")
+        .with_columns(
+            *(pl.max_horizontal(flag, f"{flag}_before").alias(flag) for flag in flags),
+            radio=pl.coalesce("radio", "radio_before"),
+        )
+        .select(table.columns)
+    )
+
+
+def _files(base: Dataset, later: Dataset, floors: Sequence[FloorInfo]) -> dict[str, AnyPath]:
+    plans = {floor.plan for floor in floors}
+    return {**{path: file for path, file in later.files.items() if path in plans}, **base.files}

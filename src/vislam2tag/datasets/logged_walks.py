@@ -1,0 +1,304 @@
+"""Data sets made of walks that were logged by other programs: taps at known places, radio and inertial readings.
+
+Each walk is read, labelled by its taps, and written to the scratch folder; the tables scan what lies there, so that one
+walk is in memory at a time. Between taps, a walk leads straight, at a constant pace, as surely as that is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.table_files import scan_parquet, write_parquet
+from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.datasets.fingerprints import (
+    NAMES,
+    TECHNOLOGIES,
+    PhoneMotion,
+    SessionWalk,
+    access_points_of,
+    fingerprints_of,
+    tables_of,
+    write_part,
+)
+from vislam2tag.datasets.model import Dataset, DatasetInfo, Storey
+from vislam2tag.datasets.point_fingerprints import NO_NAMES
+from vislam2tag.datasets.schema import (
+    ACCESS_POINTS,
+    FINGERPRINTS,
+    MAGNETIC,
+    READINGS,
+    SESSIONS,
+    empty_table,
+    in_schema,
+)
+from vislam2tag.datasets.sensor_windows import magnetic_windows
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.labeling.readings import label_readings
+from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.labeling.status_column import status_text
+
+TAP_SIGMA_M = 0.3
+"""Where the walker stands when tapping, against the place tapped at; one standard deviation per axis."""
+PACE_M2_S = 0.25
+"""How fast the variance of a walker at an uneven pace grows from a tap on (m^2/s), as a Brownian bridge between two.
+
+From real walks: inner taps left out and interpolated (docs/reference/importing.md, "Positions between taps")."""
+FARTHEST_M = 10_000.0
+"""No site is larger: a tap farther away than this is a fault."""
+LONGEST_LEG_S = 600.0
+"""Nobody walks straight for longer: between taps farther apart in time nothing is known."""
+_STEP_NS = 500_000_000
+"""Frames are made this far apart, so that sigma between them is nearly linear."""
+
+
+@dataclass(frozen=True)
+class Waypoints:
+    """Taps of one walk in time order, each time once: ``time_ns`` (n,), ``position`` (n, 2) metres, ``floor`` (n,)."""
+
+    time_ns: IntArray
+    position: FloatArray
+    floor: IntArray
+
+    @classmethod
+    def of(cls, time_ns: IntArray, position: FloatArray, floor: IntArray) -> Waypoints:
+        """Put taps (n,) into time order; of several at one time the first counts."""
+        order = np.unique(time_ns, return_index=True)[1]
+        return cls(time_ns[order], position[order], floor[order])
+
+    def __len__(self) -> int:
+        """Return how many taps there are."""
+        return len(self.time_ns)
+
+    @property
+    def leg_m(self) -> FloatArray:
+        """Straight way (n - 1,) from each tap to the next, metres; 0 where it is not known."""
+        known: FloatArray = np.where(self.straight, np.linalg.norm(np.diff(self.position, axis=0), axis=1), 0.0)
+        return known
+
+    @property
+    def straight(self) -> BoolArray:
+        """Mask (n - 1,) of the legs that were walked straight: on one floor and not for too long."""
+        known: BoolArray = (np.diff(self.floor) == 0) & (np.diff(self.time_ns) <= LONGEST_LEG_S * 1e9)
+        return known
+
+
+def trajectory_between(taps: Waypoints) -> Trajectory:
+    """Make frames at the taps and between them; there are none before the first and after the last.
+
+    Between two taps on different floors, or too far apart in time, lies a frame without a position (``gap``): how the
+    walker went there is not known. The variance per axis is ``TAP_SIGMA_M^2 + PACE_M2_S a b / (a + b)``, a and b
+    seconds from and to a tap.
+    """
+    time_ns = _frame_times(taps)
+    leg = np.clip(np.searchsorted(taps.time_ns, time_ns, side="right") - 1, 0, max(len(taps) - 2, 0))
+    end = np.minimum(leg + 1, len(taps) - 1)
+    since, until = (time_ns - taps.time_ns[leg]) * 1e-9, (taps.time_ns[end] - time_ns) * 1e-9
+    whole = np.maximum(since + until, 1e-9)
+    variance = TAP_SIGMA_M**2 + PACE_M2_S * since * until / whole
+    position = taps.position[leg] + (since / whole)[:, None] * (taps.position[end] - taps.position[leg])
+    at_tap = (since == 0) | (until == 0)
+    unknown = ~np.append(taps.straight, True)[leg] & ~at_tap
+    variance[unknown], position[unknown] = np.nan, np.nan
+    return Trajectory(
+        time_ns=time_ns,
+        position_bcs=np.column_stack((position, np.full(len(time_ns), np.nan))),
+        orientation_bcs=np.full((len(time_ns), 4), np.nan),
+        covariance_bcs=variance[:, None, None] * np.eye(2),
+        status=np.where(unknown, np.int8(Status.GAP), np.int8(Status.OK)),
+        floor=np.where(until == 0, taps.floor[end], taps.floor[leg]),
+    )
+
+
+def _frame_times(taps: Waypoints) -> IntArray:
+    """Times (k,), ns, of the taps and of enough moments between them (at least one)."""
+    if len(taps) < 2:
+        return taps.time_ns
+    frames = np.where(taps.straight, np.maximum(-(-np.diff(taps.time_ns) // _STEP_NS), 2), 2)
+    spans = [
+        np.linspace(start, end, count, endpoint=False).round().astype(np.int64)
+        for start, end, count in zip(taps.time_ns[:-1], taps.time_ns[1:], frames.tolist(), strict=True)
+    ]
+    times: IntArray = np.unique(np.concatenate((*spans, taps.time_ns)))
+    return times
+
+
+_LABELS = LabelSettings(max_sigma_m=math.inf)
+"""No place between taps is too unsure to be one: its sigma is stated."""
+_ROWS_A_GROUP = 20_000
+"""Of the joined files: small enough to read one walk without its neighbours."""
+
+
+@dataclass(frozen=True)
+class LoggedWalk:
+    """One walk as its file has it.
+
+    ``taps.floor`` holds indices into the data set's places. ``tables`` are as a
+    :class:`~vislam2tag.sessions.model.Session` has them: ``wifi``, ``ble`` (as :func:`.radio_tables.radio_rows` makes
+    it) and ``sensors``; each may lack.
+    """
+
+    slug: str
+    name: str
+    place: Storey | None
+    """Where all of it was walked; None: as its taps say."""
+    device: str | None
+    taps: Waypoints
+    tables: Mapping[str, pl.DataFrame]
+    first_ns: int
+    last_ns: int
+    """Times of the first and the last row."""
+    started: datetime | None
+    """Wall clock at the first row."""
+    source: str
+    """SHA-256 of the file."""
+
+
+class WalkTables:
+    """Collects walks, which must come in the order of their slugs."""
+
+    def __init__(self, scratch: Folder, places: Sequence[Storey]) -> None:
+        self._scratch, self._places = scratch, places
+        self._settings = DatasetSettings()
+        self._walks = 0
+        self._findings: list[Finding] = []
+
+    def add(self, walk: LoggedWalk, findings: Iterable[Finding]) -> None:
+        """Label a walk and write its rows; ``findings`` are those of its file."""
+        trajectory = trajectory_between(walk.taps)
+        motion = PhoneMotion.of(_frames(trajectory))
+        who = SessionWalk(walk.slug, "", walk.device or "", walk.name, motion)
+        labelled = {name: _labelled(table, trajectory) for name, table in walk.tables.items() if table.height}
+        made = [
+            fingerprints_of(labelled[name], name, who, self._settings, math.inf)
+            for name in TECHNOLOGIES
+            if name in labelled
+        ]
+        self._findings += [*findings, *_tap_findings(walk), *(finding for each in made for finding in each.findings)]
+        fingerprints = pl.concat([empty_table(FINGERPRINTS), *(each.fingerprints for each in made)])
+        fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
+        readings = pl.concat([empty_table(READINGS), *(each.readings for each in made)])
+        readings = fingerprints.select("scan_id").join(readings, on="scan_id", maintain_order="left_right")
+        tables = {
+            FINGERPRINTS: self._placed(fingerprints).with_columns(_date(walk), device=pl.lit(walk.device)),
+            READINGS: self._placed(readings),
+            SESSIONS: self._session(walk, motion, fingerprints.height),
+            MAGNETIC: self._placed(self._magnetic(walk, labelled.get("sensors"))),
+        }
+        names = pl.concat([NO_NAMES, *(each.names for each in made)])
+        parts = {name: in_schema(name, rows) for name, rows in tables.items()}
+        write_part(self._scratch, self._walks, {**parts, NAMES: names})
+        self._walks += 1
+
+    def _magnetic(self, walk: LoggedWalk, sensors: pl.DataFrame | None) -> pl.DataFrame:
+        if sensors is None:
+            return empty_table(MAGNETIC)
+        rows = sensors.with_columns(device=pl.lit(walk.device, pl.String))
+        return magnetic_windows(rows, walk.slug, "", self._settings.magnetic_window_s)
+
+    def dataset(self, info: DatasetInfo, files: Mapping[str, Path]) -> Dataset:
+        """Make the data set of all walks added; findings are added to those of ``info``."""
+        tables = {name: self._joined(name, rows) for name, rows in tables_of(self._scratch.path).items()}
+        transmitters = access_points_of(self._scratch.path, tables[FINGERPRINTS], tables[READINGS])
+        whole = info.model_copy(update={"findings": (*info.findings, *summed_findings(self._findings))})
+        return Dataset(whole, {**tables, ACCESS_POINTS: transmitters.lazy()}, {}, files)
+
+    def _joined(self, table: str, rows: pl.LazyFrame) -> pl.LazyFrame:
+        """Stream the walks' files of a table into one, which is read many times."""
+        whole = f"{table}.parquet"
+        write_parquet(rows, self._scratch, whole, row_group_size=_ROWS_A_GROUP)
+        self._scratch.remove_tree(table)
+        return scan_parquet(self._scratch / whole)
+
+    def _placed(self, rows: pl.DataFrame) -> pl.DataFrame:
+        """Turn indices of places into buildings and floors."""
+        index = pl.col("floor")
+        floors = dict(enumerate(place.floor for place in self._places))
+        placed = rows.with_columns(floor=index.replace_strict(floors, default=None, return_dtype=pl.Int32))
+        if "building" not in rows.columns:
+            return placed
+        buildings = dict(enumerate(place.building for place in self._places))
+        return placed.with_columns(building=rows["floor"].replace_strict(buildings, default="", return_dtype=pl.String))
+
+    def _session(self, walk: LoggedWalk, motion: PhoneMotion, fingerprints: int) -> pl.DataFrame:
+        visited = [walk.place] if walk.place else [self._places[index] for index in set(walk.taps.floor.tolist())]
+        floors, buildings = ({getattr(place, part) for place in visited} for part in ("floor", "building"))
+        known_s = np.diff(walk.taps.time_ns)[walk.taps.straight].sum() * 1e-9
+        return pl.DataFrame(
+            {
+                "session": walk.slug,
+                "building": buildings.pop() if len(buildings) == 1 else "",
+                "floor": floors.pop() if len(floors) == 1 else None,
+                "device": walk.device,
+                "name": walk.name,
+                "started": walk.started,
+                "duration_s": (walk.last_ns - walk.first_ns) * 1e-9,
+                "distance_m": float(walk.taps.leg_m.sum()),
+                "labelled_s": float(known_s),
+                "labelled_m": round(motion.labelled_m, 2),
+                "fingerprints": fingerprints,
+                "source": walk.source,
+            }
+        )
+
+
+def summed_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Sum findings of one kind and message over walks, in order of their first."""
+    groups: dict[tuple[str, str], list[Finding]] = {}
+    for finding in findings:
+        groups.setdefault((finding.kind, finding.message), []).append(finding)
+    return tuple(
+        same[0]
+        if len(same) == 1
+        else same[0].model_copy(update={"count": sum(each.count for each in same), **_where(same)})
+        for same in groups.values()
+    )
+
+
+def _tap_findings(walk: LoggedWalk) -> list[Finding]:
+    if len(walk.taps) >= 2:
+        return []
+    message = "walks have fewer than two taps: none of their readings has a position"
+    return [Finding(kind="too_few_taps", file=walk.name, count=1, message=message)]
+
+
+def _date(walk: LoggedWalk) -> pl.Expr:
+    """The day of each fingerprint: a walk may end on the next one."""
+    if walk.started is None:
+        return pl.lit(None, pl.Date).alias("date")
+    since_us = (pl.col("start_ns") - walk.first_ns) // 1000
+    return (pl.lit(walk.started) + pl.duration(microseconds=since_us)).dt.date().alias("date")
+
+
+def _where(same: Sequence[Finding]) -> dict[str, object]:
+    """Name the first file where several have the problem: a place to look at first."""
+    files = sorted({finding.file for finding in same})
+    return {"file": files[0], "lines": next(f.lines[:ROWS_NAMED] for f in same if f.file == files[0])}
+
+
+def _labelled(table: pl.DataFrame, trajectory: Trajectory) -> pl.DataFrame:
+    rows = label_readings(table, trajectory, _LABELS)
+    return rows if "floor" in rows.columns else rows.with_columns(floor=pl.lit(None, pl.Int32))
+
+
+def _frames(trajectory: Trajectory) -> pl.DataFrame:
+    """The trajectory as Motion reads it."""
+    unknown = pl.lit(None, pl.Float64)
+    return pl.DataFrame(
+        {
+            "time_ns": trajectory.time_ns,
+            "x": pl.Series(trajectory.position_bcs[:, 0], nan_to_null=True),
+            "y": pl.Series(trajectory.position_bcs[:, 1], nan_to_null=True),
+            "status": status_text(trajectory.status),
+        }
+    ).with_columns(qx=unknown, qy=unknown, qz=unknown, qw=unknown)

@@ -1,0 +1,157 @@
+"""What a data set that is given away should not tell: networks that opted out, addresses, names.
+
+Hashing hides an address from whoever lacks the key. It does not hide the place: who knows where an access point stands
+finds it by its signal (docs/how-to/publish.md).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.datasets.model import Dataset, DatasetInfo
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, OF_ACCESS_POINTS
+from vislam2tag.intake.addresses import normal_address
+
+LEAST_KEY_BYTES = 16
+"""Shorter keys can be tried out."""
+NOMAP_LEFT_OUT: FindingKind = "nomap_left_out"
+_HASH_DIGITS = 32
+"""Hex digits of a hash: 128 bit, so that no two access points share one; and it looks like no address."""
+_KEY_NAME_DIGITS = 16
+
+
+@dataclass(frozen=True)
+class Privacy:
+    """What to leave out or hide."""
+
+    include_nomap: bool = False
+    """Keep networks whose name asks by ``_nomap`` to be in no map."""
+    hash_key: bytes | None = None
+    """Replace identifiers by their HMAC-SHA256 with this key: the same key gives the same hash in every data set."""
+    keep_ssids: bool = True
+
+
+def read_key(path: Path) -> bytes:
+    """Read a key from a file, without white space around it.
+
+    Raises UsageError where the file cannot be read or the key is too short.
+    """
+    try:
+        key = read_bytes(path).strip()
+    except OSError as error:
+        raise UsageError(f"{path}: the key cannot be read ({error.strerror})") from error
+    if len(key) < LEAST_KEY_BYTES:
+        raise UsageError(
+            f"{path}: the key has {len(key)} bytes, {LEAST_KEY_BYTES} are needed; "
+            f"make one, for instance by `openssl rand -hex 32 > {path.name}`, and keep it secret"
+        )
+    return key
+
+
+def hashed(identifier: str, key: bytes) -> str:
+    """Hash an access point's identifier (HMAC-SHA256, RFC 2104): 32 hex digits; all notations are the same."""
+    return hashed_as_written(normal_address(identifier), key)
+
+
+def hashed_as_written(identifier: str, key: bytes) -> str:
+    """Hash as 0.2 did: upper and lower case are the same, other notations are not."""
+    return hmac.new(key, identifier.lower().encode(), hashlib.sha256).hexdigest()[:_HASH_DIGITS]
+
+
+def key_name(key: bytes) -> str:
+    """Name a key without telling it, so that sets hashed with different keys are not taken for joinable."""
+    return hmac.new(key, b"name of this key", hashlib.sha256).hexdigest()[:_KEY_NAME_DIGITS]
+
+
+def with_privacy(dataset: Dataset, privacy: Privacy) -> Dataset:
+    """Leave out and hide what ``privacy`` says; tables stay lazy, that of the access points is read.
+
+    Fingerprints keep their positions; how many readings they have is counted anew. A finding counts what was left out.
+    The table of access points has to list all that were heard, as it does in every data set: hashing goes by it.
+    Raises UsageError where identifiers should be hashed that are hashed already.
+    """
+    if privacy.hash_key is not None and dataset.info.bssid_key is not None:
+        raise UsageError(f"data set {dataset.info.name}: BSSIDs are hashed already; hash those of the original set")
+    points = dataset.access_points.collect()
+    if not privacy.include_nomap:
+        dataset, points = _without_nomap(dataset, points)
+    if privacy.hash_key is not None:
+        dataset, points = _with_hashes(dataset, points, privacy.hash_key)
+    if not privacy.keep_ssids:
+        points = points.with_columns(ssid=pl.lit(None, pl.String))
+    return replace(dataset, tables={**dataset.tables, ACCESS_POINTS: points.lazy()})
+
+
+def _without_nomap(dataset: Dataset, points: pl.DataFrame) -> tuple[Dataset, pl.DataFrame]:
+    unwanted = points.filter(pl.col("nomap").fill_null(False))
+    if unwanted.is_empty():
+        return dataset, points
+    names = unwanted.select("bssid").lazy()
+    out = dataset.readings.join(names, on="bssid", how="semi")
+    heard = {
+        name: dataset.tables[name].join(names, on="bssid", how="anti", maintain_order="left")
+        for name in OF_ACCESS_POINTS
+        if name in dataset.tables
+    }
+    tables = {**dataset.tables, **heard, FINGERPRINTS: counted_without(dataset.fingerprints, out)}
+    left = points.join(unwanted, on="bssid", how="anti", maintain_order="left")
+    # A radio is named by an address: not by one that was left out.
+    left = left.with_columns(radio=pl.when(pl.col("radio").is_not_null()).then(pl.col("bssid").min().over("radio")))
+    info = _with_finding(dataset.info, unwanted)
+    return replace(dataset, info=info, tables=tables), left
+
+
+def counted_without(fingerprints: pl.LazyFrame, out: pl.LazyFrame) -> pl.LazyFrame:
+    """Subtract readings that are left out from the counts of their fingerprints."""
+    gone = out.group_by("scan_id").agg(gone=pl.len().cast(pl.Int32), gone_labelled=pl.col("x").count().cast(pl.Int32))
+    share = pl.when(pl.col("readings") > 0).then(pl.col("labelled") / pl.col("readings")).otherwise(0.0)
+    return (
+        fingerprints.join(gone, on="scan_id", how="left", maintain_order="left")
+        .with_columns(
+            readings=pl.col("readings") - pl.col("gone").fill_null(0),
+            labelled=pl.col("labelled") - pl.col("gone_labelled").fill_null(0),
+        )
+        .with_columns(labelled_share=pl.when(pl.col("gone") > 0).then(share).otherwise("labelled_share"))
+        .drop("gone", "gone_labelled")
+    )
+
+
+def _with_finding(info: DatasetInfo, unwanted: pl.DataFrame) -> DatasetInfo:
+    readings = int(unwanted["readings"].sum())
+    message = (
+        f"{readings} readings of {unwanted.height} networks are left out: their names end in _nomap, by which "
+        "owners ask to be in no map"
+    )
+    finding = Finding(kind=NOMAP_LEFT_OUT, file="", count=readings, message=message, severity=Severity.INFO)
+    return info.model_copy(update={"findings": (*info.findings, finding)})
+
+
+def _with_hashes(dataset: Dataset, points: pl.DataFrame, key: bytes) -> tuple[Dataset, pl.DataFrame]:
+    """Replace identifiers; the table is ordered anew, since the old order would tell neighbouring addresses."""
+    codes = pl.DataFrame(
+        {"bssid": points["bssid"], "code": [hashed(bssid, key) for bssid in points["bssid"]]},
+        schema={"bssid": pl.String, "code": pl.String},
+    )
+    coded = {
+        name: dataset.tables[name]
+        .join(codes.lazy(), on="bssid", how="inner", maintain_order="left")
+        .with_columns(bssid="code")
+        .drop("code")
+        for name in OF_ACCESS_POINTS
+        if name in dataset.tables
+    }
+    table = points.join(codes, on="bssid", how="left").join(
+        codes.rename({"bssid": "radio", "code": "radio_code"}), on="radio", how="left"
+    )
+    hidden = table.with_columns(bssid="code", radio="radio_code").select(points.columns).sort("bssid")
+    info = dataset.info.model_copy(update={"bssid_key": key_name(key)})
+    return replace(dataset, info=info, tables={**dataset.tables, **coded}), hidden

@@ -1,0 +1,336 @@
+"""Radio maps: over each floor, how loud each access point is heard, how much that varies, and how often it is heard.
+
+Which share of the scans at a place hears an access point is a kernel regression over all scans of a floor. Not heard is
+neither a weak reading nor a missing one: it is the other outcome of a scan, so it has a map of its own, which makes the
+map of the mean one of the readings that *are* heard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
+from threadpoolctl import threadpool_limits
+
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.progress import Progress, counted, silent
+from vislam2tag.common.records import Record
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.core.notebook import Drawable
+from vislam2tag.datasets.map_process import (
+    LeftOutReadings,
+    MapKernel,
+    MapPlace,
+    MapProcess,
+    MapReadings,
+    fit_kernel,
+    fit_process,
+    heard_at,
+    map_points,
+    map_readings,
+    offsets_db,
+)
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.settings import RadioMapSettings
+
+WIDTHS_M = (1.0, 1.5, 2.0, 3.0, 4.0)
+"""Widths of the kernel (one standard deviation) that are tried, metres."""
+_REACH = 3.0
+"""Scans farther than this many widths do not count."""
+_PRIOR_SCANS = 0.5
+"""How many scans the share of the whole floor counts as."""
+_SAMPLE_SCANS = 1500
+"""Scans at which widths are compared."""
+
+
+def heard_share(
+    position: FloatArray, scan_position: FloatArray, heard: csr_array, floor_share: FloatArray, width_m: float
+) -> FloatArray:
+    """Share of scans (n, a), 0 to 1, that hear each access point at positions (n, 2).
+
+    ``heard`` (s, a) is 1 where a scan heard it; ``floor_share`` (a,) is what holds where no scan is near.
+    """
+    return _share(_weights(position, scan_position, width_m), heard, floor_share)
+
+
+def heard_matrix(scan: IntArray, access_point: IntArray, scans: int, access_points: int) -> csr_array:
+    """Make (s, a) with 1 where a scan heard an access point, of the scan and access point of each reading (k,)."""
+    matrix = csr_array((np.ones(len(scan)), (scan, access_point)), shape=(scans, access_points))
+    matrix.sum_duplicates()
+    matrix.data[:] = 1.0
+    return matrix
+
+
+def best_width(scan_position: FloatArray, fold: IntArray, heard: csr_array) -> float:
+    """Find the width (m) that predicts best what scans (s,) hear, by :func:`heard_error` over all access points."""
+    return min(WIDTHS_M, key=lambda width: float(heard_error(scan_position, fold, heard, width).mean()))
+
+
+def heard_error(scan_position: FloatArray, fold: IntArray, heard: csr_array, width_m: float) -> FloatArray:
+    """Mean squared error (a,) of the share that the scans of other folds predict for a scan (Brier 1950)."""
+    sample = np.arange(0, len(fold), -(-len(fold) // _SAMPLE_SCANS))
+    weights = _weights(scan_position[sample], scan_position, width_m)
+    own = np.repeat(sample, np.diff(weights.indptr))
+    weights.data[fold[own] == fold[weights.indices]] = 0.0
+    share = _share(weights, heard, np.asarray(heard.mean(axis=0)))
+    error: FloatArray = ((share - heard[sample].toarray()) ** 2).mean(axis=0)
+    return error
+
+
+def _share(weights: csr_array, heard: csr_array, floor_share: FloatArray) -> FloatArray:
+    """Shares (n, a) by the weights (n, s) of scans, drawn to the floor's (a,)."""
+    total = np.asarray(weights.sum(axis=1))[:, None]
+    share: FloatArray = ((weights @ heard).toarray() + _PRIOR_SCANS * floor_share) / (total + _PRIOR_SCANS)
+    return share
+
+
+def _weights(position: FloatArray, scan_position: FloatArray, width_m: float) -> csr_array:
+    """Gaussian weight (n, s) of each scan near each position."""
+    near = cKDTree(position).sparse_distance_matrix(cKDTree(scan_position), _REACH * width_m, output_type="ndarray")
+    # A pair that coincides is no explicit entry of some output types, but is of this one.
+    weight = np.exp(-0.5 * (near["v"] / width_m) ** 2)
+    return csr_array((weight, (near["i"], near["j"])), shape=(len(position), len(scan_position)))
+
+
+MapLayer: TypeAlias = NDArray[np.float32]
+_SAMPLE = 12
+"""Access points of a floor that set what all its maps share."""
+_MOST_CELLS = 250_000
+"""Cells of a floor (500 x 500) beyond which a label must be wrong or the cell too small for memory."""
+
+
+class MapErrors(Record):
+    """Readings predicted without those of their own fold: walks left out together, or fifths of the only walk."""
+
+    readings: int
+    """Those with a reading of another fold within reach; the others are not counted."""
+    rms_db: float | None
+    bias_db: float | None
+    within_one_deviation: float | None
+    """Share of the readings, 0 to 1; 0.68 where deviations are right."""
+
+    @classmethod
+    def of(cls, left_out: LeftOutReadings, reach_m: float) -> MapErrors:
+        """Sum up the left-out readings of one map."""
+        counted = left_out.distance_m < reach_m
+        if not counted.any():
+            return cls(readings=0, rms_db=None, bias_db=None, within_one_deviation=None)
+        error = left_out.error_db[counted]
+        within = np.abs(error) < left_out.deviation_db[counted]
+        return cls(
+            readings=int(counted.sum()),
+            rms_db=round(float(np.sqrt((error**2).mean())), 3),
+            bias_db=round(float(error.mean()), 3),
+            within_one_deviation=round(float(within.mean()), 4),
+        )
+
+
+class RadioMap(Record):
+    """What is known of one access point's map besides its cells."""
+
+    bssid: str
+    ssid: str | None
+    readings: int
+    square_m: float | None
+    """Side of the squares in which readings were averaged, metres; None where each reading counts on its own."""
+    loudest_dbm: float | None
+    """Greatest mean of a cell."""
+    errors: MapErrors
+    heard_error: float
+    """Mean squared error of the share of scans that hear it, predicted without those of their own fold (Brier)."""
+
+
+@dataclass(frozen=True, repr=False)
+class FloorMaps(Drawable):
+    """The maps of one floor and technology; arrays are (access points, rows, columns), NaN where nothing is known."""
+
+    place: MapPlace
+    grid: CellGrid
+    scans: int
+    maps: tuple[RadioMap, ...]
+    """Most heard first."""
+    kernel: MapKernel
+    heard_width_m: float
+    offsets_db: dict[str, float]
+    """What was taken off the readings of each device."""
+    mean_dbm: MapLayer
+    """Mean of the readings that are heard, as the mean of all devices hears them."""
+    deviation_db: MapLayer
+    """Standard deviation of a single reading there from that mean."""
+    sigma_db: MapLayer
+    """Standard deviation of the mean itself."""
+    heard: MapLayer
+    """Share of scans that hear it, 0 to 1."""
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "floor": self.place.floor,
+            "technology": self.place.technology,
+            "access points": len(self.maps),
+            "cells": f"{self.grid.rows} x {self.grid.columns} of {self.grid.cell_m:g} m",
+            "fingerprints": self.scans,
+        }
+
+
+def radio_maps(
+    dataset: Dataset,
+    settings: RadioMapSettings,
+    access_points: Sequence[str] = (),
+    progress: Progress[int] = silent,
+) -> Iterator[FloorMaps]:
+    """Make the maps floor by floor; ``access_points`` names those wanted, else it is the most heard of each floor.
+
+    Access points whose owners ask not to be mapped (``_nomap``) have a map only where they are named.
+
+    Raises DatasetError where no access point is heard often enough in labelled fingerprints, UsageError where one that
+    is named is not in the set.
+    """
+    heard = _often_heard(dataset, settings, access_points)
+    wanted = heard.filter("wanted")
+    step = counted(progress, len(wanted))
+    offsets = offsets_db(dataset)
+    names = dict(dataset.access_points.select("bssid", "ssid").collect().iter_rows())
+    for (building, floor, technology), own in wanted.group_by(*MapPlace._fields, maintain_order=True):
+        place = MapPlace(str(building), int(floor), str(technology))
+        sample = heard.filter(pl.struct(MapPlace._fields) == place._asdict(), "sample")["bssid"].to_list()
+        mapped = own["bssid"].to_list()
+        readings = map_readings(dataset, place, {*mapped, *sample}, offsets)
+        device_offsets = {device: value for (own, device), value in offsets.items() if own == place.technology}
+        order, shared = readings.indices(mapped), readings.indices(sample or mapped)
+        here = _FloorMapper(place, readings, order, shared, names, settings)
+        # The matrices are small, and how many threads add up a sum shows in its last digits.
+        with threadpool_limits(limits=1):
+            maps = here.maps(device_offsets, step)
+        yield maps
+
+
+def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Sequence[str]) -> pl.DataFrame:
+    """Return the access points that are heard often enough on each floor, most heard first.
+
+    Columns are building, floor, technology, bssid, readings, whether it is ``wanted``, and whether it is of the
+    ``sample`` that sets what all maps of a floor share: the same whichever maps are wanted.
+    """
+    known = dataset.access_points.select("bssid", "ssid", "nomap").collect()
+    unknown = sorted(set(access_points) - set(known["bssid"]))
+    if unknown:
+        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {_instead(known, unknown[0])}")
+    open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
+    named = pl.col("bssid").is_in(list(access_points))
+    enough = heard_at(dataset).filter(pl.col("readings") >= settings.least_readings)
+    rank = pl.int_range(pl.len()).over(*MapPlace._fields, open_to_all)
+    mapped = open_to_all & (rank < settings.most)
+    every = (mapped.sum().over(MapPlace._fields) / _SAMPLE).ceil().clip(1).cast(pl.Int64)
+    enough = enough.with_columns(wanted=named if access_points else mapped, sample=mapped & (rank % every == 0))
+    if not enough["wanted"].any():
+        heard = heard_at(dataset).filter(named if access_points else open_to_all)
+        raise DatasetError(
+            f"{dataset.info.name}: no access point has {settings.least_readings} readings in labelled fingerprints of "
+            f"a floor (the most is {max(heard['readings'].to_list(), default=0)}), so there is nothing to map; label "
+            "more scans or name another --ap"
+        )
+    return enough
+
+
+def _instead(known: pl.DataFrame, name: str) -> str:
+    """What to give for a name that is no BSSID."""
+    called = [str(bssid) for bssid in known.filter(pl.col("ssid") == name)["bssid"]]
+    if called:
+        return f"it is the name of {len(called)} of them, such as {called[0]}"
+    return f"give a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
+
+
+@dataclass(frozen=True)
+class _FloorMapper:
+    """One floor's maps in the making."""
+
+    place: MapPlace
+    readings: MapReadings
+    order: IntArray
+    """Access points that are mapped, most heard first."""
+    sample: IntArray
+    """Access points that set what all maps share."""
+    names: dict[str, str | None]
+    settings: RadioMapSettings
+
+    def maps(self, offsets: dict[str, float], progress: Progress[str]) -> FloorMaps:
+        grid = grid_of(self.readings.scan_position, self.settings)
+        cells = np.argwhere(np.ones(grid.shape, dtype=bool))
+        centres = grid.centres_m(cells)
+        near = _near(centres, self.readings.scan_position, self.settings.reach_m)
+        kernel = fit_kernel(self.readings, self.sample)
+        width_m, brier, heard = self._heard(centres[near])
+        layers = np.full((4, len(self.order), len(cells)), np.nan, dtype=np.float32)
+        layers[3][:, near] = heard
+        records = []
+        for number, index in enumerate(self.order.tolist()):
+            process, square_m, inside = self._fit(index, kernel, centres)
+            layers[:3, number, inside] = process.at(centres[inside])
+            records.append(self._record(index, process, square_m, layers[0, number], brier[number]))
+            progress(self.readings.bssids[index], len(self.order))
+        mean, deviation, sigma, share = layers.reshape(4, len(self.order), *grid.shape)
+        scans = len(self.readings.scan_fold)
+        known = (tuple(records), kernel, width_m, offsets)
+        return FloorMaps(self.place, grid, scans, *known, mean, deviation, sigma, share)
+
+    def _fit(self, index: int, kernel: MapKernel, centres: FloatArray) -> tuple[MapProcess, float | None, BoolArray]:
+        """Fit an access point's process; also the side of its squares, and which centres (n, 2) have a mean (n,)."""
+        position, rssi, fold = self.readings.of(index)
+        points = map_points(position, rssi, fold, self.settings.most_points)
+        process = fit_process(points, rssi, kernel, self.settings.reach_m)
+        return process, points.square_m, _near(centres, position, self.settings.reach_m)
+
+    def _heard(self, centres: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Width of the kernel, its error for each access point (a,), and the share (a, n) at centres (n, 2)."""
+        here = self.readings
+        matrix = heard_matrix(here.scan, here.access_point, len(here.scan_fold), len(here.bssids))
+        width_m = best_width(here.scan_position, here.scan_fold, matrix[:, self.sample])
+        matrix = matrix[:, self.order]
+        error = heard_error(here.scan_position, here.scan_fold, matrix, width_m)
+        share = heard_share(centres, here.scan_position, matrix, np.asarray(matrix.mean(axis=0)), width_m)
+        return width_m, error, share.T
+
+    def _record(
+        self, index: int, process: MapProcess, square_m: float | None, mean_dbm: MapLayer, brier: float
+    ) -> RadioMap:
+        """What is kept of a map with means (cells,), dBm, besides its cells."""
+        bssid = self.readings.bssids[index]
+        return RadioMap(
+            bssid=bssid,
+            ssid=self.names.get(bssid),
+            readings=len(process.left_out.error_db),
+            square_m=square_m,
+            loudest_dbm=round(float(np.nanmax(mean_dbm)), 2) if np.isfinite(mean_dbm).any() else None,
+            errors=MapErrors.of(process.left_out, self.settings.reach_m),
+            heard_error=round(float(brier), 5),
+        )
+
+
+def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:
+    """Make the grid that holds all cells near points (n, 2); its edges are multiples of the cell, so that grids agree.
+
+    Raises DatasetError where that is more cells than a floor can have.
+    """
+    low = np.floor((points.min(axis=0) - settings.reach_m) / settings.cell_m)
+    high = np.ceil((points.max(axis=0) + settings.reach_m) / settings.cell_m)
+    columns, rows = (int(size) for size in high - low)
+    if rows * columns > _MOST_CELLS:
+        raise DatasetError(
+            f"the labelled fingerprints of a floor span {(high - low)[0] * settings.cell_m:.0f} x "
+            f"{(high - low)[1] * settings.cell_m:.0f} m, which is {rows * columns} cells; correct the labels or choose "
+            "a larger --cell"
+        )
+    left, bottom = (low * settings.cell_m).tolist()
+    return CellGrid((left, bottom), settings.cell_m, rows, columns)
+
+
+def _near(centres: FloatArray, points: FloatArray, reach_m: float) -> BoolArray:
+    """Which centres (n, 2) lie within reach of one of the points (k, 2): a mask (n,)."""
+    distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach_m)
+    return np.isfinite(distance)

@@ -1,0 +1,344 @@
+"""What several formats share that write labels or labelled fingerprints.
+
+Labels are shared without the sessions that come from outside their survey; fingerprints come session by session, as
+formats of plain samples need them, with the parts of a split as formats with a training and a test file know them. What
+a format has no place for is counted and stated, column by column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.common.progress import Progress
+from vislam2tag.datasets.format_registry import ExportContext
+from vislam2tag.datasets.labelled import LabelledSurvey, open_labelled, without_sessions
+from vislam2tag.datasets.model import TEST, TRAIN, Dataset, Fold, SessionTables, Split, each_session
+from vislam2tag.sessions.registry import slugs_from_outside
+from vislam2tag.site.links import left_out_sessions
+
+
+def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey, tuple[Finding, ...]]:
+    """Open labels to be shared, and count what is left out.
+
+    Raises DatasetError as :func:`open_labelled` does, SurveyError where the context's survey is none.
+    """
+    opened = open_labelled(labels, follow_links=context.follow_links)
+    if context.survey is not None and not context.follow_links:
+        opened = without_sessions(opened, slugs_from_outside(context.survey))
+    if not opened.left_out:
+        return opened, ()
+    context.tell([left_out_sessions(opened.left_out, named=True)])
+    return opened, (left_out_sessions(opened.left_out, named=False),)
+
+
+SET = "set"
+"""Stands among tables for what belongs to the set as a whole."""
+MANIFEST, SPLITS, ONE_SPLIT, PLANS = "manifest", "splits", "one split", "plans"
+DERIVED: Mapping[str, frozenset[str]] = {
+    "fingerprints": frozenset({"readings"}),
+    "access_points": frozenset(
+        {
+            "radio",
+            "readings",
+            "fingerprints",
+            "sessions",
+            "floors",
+            "strongest_dbm",
+            "randomised",
+            "mobile",
+            "nomap",
+        }
+    ),
+    "sessions": frozenset({"fingerprints"}),
+}
+"""Columns that follow from the others: reading back makes them anew, so that nothing is lost."""
+Holds = Mapping[str, Collection[str]]
+
+
+def left_out_of_dataset(dataset: Dataset, holds: Holds) -> tuple[Finding, ...]:
+    """Name what a format does not hold of a data set: by table, its columns with values; then of the whole."""
+    return (*left_out(dataset.tables, holds), *_of_set(dataset, holds.get(SET, ())))
+
+
+def left_out(tables: Mapping[str, pl.LazyFrame], holds: Holds) -> tuple[Finding, ...]:
+    """Name, table by table, the columns with values that a format does not hold; ``count`` is the rows concerned."""
+    found = (_of_table(name, table, holds.get(name, ())) for name, table in tables.items())
+    return tuple(finding for finding in found if finding)
+
+
+def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding | None:
+    schema = table.collect_schema()
+    if not held:
+        rows = int(table.select(pl.len()).collect(engine="streaming").item())
+        return _finding(name, rows, f"the table {name} is left out: the format has no place for it") if rows else None
+    missing = [column for column in schema if column not in held and column not in DERIVED.get(name, ())]
+    if not missing:
+        return None
+    # An empty text, such as the name of the only building, says nothing that could be lost.
+    stated = {
+        column: (pl.col(column) != "").fill_null(value=False)
+        if schema[column] == pl.String
+        else pl.col(column).is_not_null()
+        for column in missing
+    }
+    counts = table.select(
+        pl.any_horizontal(stated.values()).sum().alias("_rows"),
+        *(test.any().alias(name) for name, test in stated.items()),
+    )
+    found = counts.collect(engine="streaming").row(0, named=True)
+    lost = [column for column in missing if found[column]]
+    return _finding(name, found["_rows"], f"columns left out of {name}: {', '.join(lost)}") if lost else None
+
+
+def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
+    info = dataset.info
+    stated = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
+    findings = []
+    if stated and MANIFEST not in held:
+        findings.append(_finding("manifest", len(stated), f"left out of the manifest: {', '.join(stated)}"))
+    others = len(dataset.splits) - (ONE_SPLIT in held)
+    if SPLITS not in held and others > 0:
+        which = "all splits but one" if ONE_SPLIT in held else "splits"
+        findings.append(_finding("splits", others, f"{which} are left out"))
+    if dataset.files and PLANS not in held:
+        findings.append(_finding("plans", len(dataset.files), "plans of the floors are left out"))
+    return findings
+
+
+def _finding(file: str, count: int, message: str) -> Finding:
+    return Finding(kind="left_out", file=file, count=count, message=message, severity=Severity.INFO)
+
+
+@dataclass(frozen=True)
+class TrainTestAssignment:
+    """Which fingerprints train and which test."""
+
+    part: pl.DataFrame
+    """Columns ``scan_id`` and ``part``; fingerprints in neither part have no row."""
+    findings: tuple[Finding, ...] = ()
+
+    def neither(self, fingerprints: pl.LazyFrame) -> tuple[Finding, ...]:
+        """Count the fingerprints that the split puts into neither part."""
+        left = fingerprints.join(self.part.lazy(), on="scan_id", how="anti").select(pl.len())
+        count = int(left.collect(engine="streaming").item())
+        message = "fingerprints are in neither part of the split: they are in no training or test set"
+        return finding_if(count, "in_neither_part", message)
+
+
+def train_test_assignment(dataset: Dataset, context: ExportContext) -> TrainTestAssignment:
+    """Return the parts of the chosen split and fold; without a choice the official one's, or all trains.
+
+    Raises UsageError for a split or fold that is not there, and where a split has several folds and none is chosen.
+    """
+    if context.split is None:
+        return _without_choice(dataset, context)
+    if context.split not in dataset.splits:
+        there = ", ".join(dataset.splits) or "none"
+        raise UsageError(f"--split {context.split}: the data set has no such split; there are: {there}")
+    split = dataset.splits[context.split]
+    return _parts(split, _fold(split, context.fold))
+
+
+def _without_choice(dataset: Dataset, context: ExportContext) -> TrainTestAssignment:
+    if context.fold is not None:
+        raise UsageError(f"--fold {context.fold}: say of which split by --split")
+    official = [split for split in dataset.splits.values() if split.info.kind == "official"]
+    if len(official) == 1 and len(official[0].info.folds) == 1:
+        return _parts(official[0], official[0].info.folds[0])
+    ids = dataset.fingerprints.select("scan_id", part=pl.lit(TRAIN)).collect(engine="streaming")
+    message = "no split chosen (--split): all is training data" + (
+        f"; there are: {', '.join(dataset.splits)}" if dataset.splits else ", as the data set has none"
+    )
+    return TrainTestAssignment(ids, finding_if(1, "no_split", message))
+
+
+def _fold(split: Split, name: str | None) -> Fold:
+    folds = split.info.folds
+    if name is None and len(folds) == 1:
+        return folds[0]
+    there = ", ".join(fold.name for fold in folds)
+    if name is None:
+        raise UsageError(f"--split {split.info.name}: has {len(folds)} folds; choose one by --fold: {there}")
+    try:
+        return split.fold(name)
+    except KeyError as error:
+        raise UsageError(f"--fold {name}: split {split.info.name} has no such fold; there are: {there}") from error
+
+
+def _parts(split: Split, fold: Fold) -> TrainTestAssignment:
+    train, test = split.train_test_ids(fold)
+    part = pl.concat(
+        [pl.DataFrame({"scan_id": ids}).with_columns(part=pl.lit(name)) for ids, name in ((train, TRAIN), (test, TEST))]
+    )
+    return TrainTestAssignment(part)
+
+
+_CELLS_AT_ONCE = 4_000_000
+"""Cells of a matrix in memory at once: 16 MB."""
+_NS = 1_000_000_000
+UNKNOWN_LEVELS = "readings without a level are left out"
+UNMAPPED = "sessions without a position are left out"
+
+
+def labelled_fingerprints(
+    dataset: Dataset, technology: str | None = None, *, uncertain: bool = True
+) -> tuple[pl.LazyFrame, tuple[Finding, ...]]:
+    """Return the fingerprints that have x, y and a floor, in order, and what that leaves out.
+
+    With ``technology`` only its fingerprints; without ``uncertain`` none that is so, as formats want that cannot say
+    how sure a position is. Raises DatasetError where none is left.
+    """
+    known = pl.all_horizontal(pl.col("x", "y", "floor").is_not_null())
+    wanted = pl.lit(value=True) if technology is None else pl.col("technology") == technology
+    sure = pl.lit(value=True) if uncertain else pl.col("status") != "uncertain"
+    counts = dataset.fingerprints.select(
+        kept=(known & wanted & sure).sum(),
+        unlabelled=(~known & wanted).sum(),
+        unsure=(known & wanted & ~sure).sum(),
+        other=(~wanted).sum(),
+    ).collect(engine="streaming")
+    kept, *lost = counts.row(0)
+    if not kept:
+        what = "fingerprint" if technology is None else f"{technology} fingerprint"
+        raise DatasetError(f"{dataset.info.name}: no {what} of it has a position; this format holds only those that do")
+    messages: tuple[tuple[FindingKind, str], ...] = (
+        ("unlabelled_left_out", "fingerprints without a position are left out: the format has no place for them"),
+        (
+            "uncertain_left_out",
+            "uncertain fingerprints are left out: the format cannot say how sure a position is; "
+            "`dataset --max-sigma-m` decides",
+        ),
+        ("technology_left_out", f"fingerprints of another technology than {technology} are left out"),
+    )
+    return dataset.fingerprints.filter(known & wanted & sure), _counted(lost, messages)
+
+
+def labelled_by_session(
+    dataset: Dataset, fingerprints: pl.LazyFrame, progress: Progress[str]
+) -> Iterator[SessionTables]:
+    """Yield the fingerprints and their readings session by session, telling ``progress`` after each."""
+    total = fingerprints.select(pl.col("session").n_unique()).collect(engine="streaming").item()
+    for tables in each_session(fingerprints, dataset.readings):
+        yield tables
+        progress(tables.session, total)
+
+
+def matrices(
+    tables: SessionTables, transmitters: pl.Series, not_heard: float
+) -> Iterator[tuple[pl.DataFrame, npt.NDArray[np.float32]]]:
+    """Yield runs of fingerprints with their levels (rows, access points), dBm; ``not_heard`` where there is none.
+
+    Columns follow ``transmitters`` (bssid). Several readings of one access point in a fingerprint become their mean.
+    """
+    columns = pl.DataFrame({"bssid": transmitters}).with_row_index("column")
+    height = max(1, _CELLS_AT_ONCE // max(1, len(transmitters)))
+    for rows in tables.fingerprints.iter_slices(height):
+        cells = (
+            tables.readings.join(rows.select("scan_id").with_row_index("row"), on="scan_id")
+            .join(columns, on="bssid")
+            .group_by("row", "column")
+            .agg(pl.col("rssi_dbm").mean())
+            .drop_nulls("rssi_dbm")
+        )
+        matrix = np.full((rows.height, len(transmitters)), not_heard, dtype=np.float32)
+        matrix[cells["row"].to_numpy(), cells["column"].to_numpy()] = cells["rssi_dbm"].to_numpy()
+        yield rows, matrix
+
+
+def _counted(counts: Iterable[int], messages: Iterable[tuple[FindingKind, str]]) -> tuple[Finding, ...]:
+    pairs = zip(counts, messages, strict=True)
+    return tuple(finding for count, (kind, message) in pairs for finding in finding_if(count, kind, message))
+
+
+class MatrixLosses:
+    """Counts, session by session, the readings that a matrix of levels cannot hold as they are."""
+
+    def __init__(self, not_heard: float) -> None:
+        self._not_heard = not_heard
+        self._counts = np.zeros(3, dtype=np.int64)
+
+    def add(self, readings: pl.DataFrame) -> None:
+        """Count among the readings of a session's fingerprints."""
+        levels = pl.col("rssi_dbm")
+        row = readings.select(
+            unknown=levels.is_null().sum(),
+            hidden=(levels == self._not_heard).sum(),
+            several=pl.len() - pl.struct("scan_id", "bssid").n_unique(),
+        ).row(0)
+        self._counts += np.array(row, dtype=np.int64)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was counted."""
+        hidden = f"readings of {self._not_heard:g} dBm look like not heard, which the format writes this way"
+        messages: tuple[tuple[FindingKind, str], ...] = (
+            ("unknown_levels_left_out", UNKNOWN_LEVELS),
+            ("levels_left_out", hidden),
+            (
+                "readings_averaged",
+                "readings are further ones of an access point in a fingerprint: their mean is written",
+            ),
+        )
+        return _counted(self._counts.tolist(), messages)
+
+
+def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
+    """Return ``scan_id`` and ``unix_ns`` (start of the fingerprint, ns since 1970) of every fingerprint.
+
+    On the boot clock the time of day is that of the session's start, taken as UTC, plus what has passed since its
+    first fingerprint; null where it is not known.
+    """
+    start = pl.col("start_ns")
+    if dataset.info.clock == "unix":
+        return dataset.fingerprints.select("scan_id", unix_ns=start)
+    if dataset.info.clock == "none":
+        return dataset.fingerprints.select("scan_id", unix_ns=pl.lit(None, dtype=pl.Int64))
+    first = dataset.fingerprints.group_by("session").agg(first_ns=start.min())
+    started = dataset.sessions.select("session", started_ns=pl.col("started").dt.epoch("us") * 1000)
+    return (
+        dataset.fingerprints.select("scan_id", "session", "start_ns")
+        .join(first, on="session", how="left", maintain_order="left")
+        .join(started, on="session", how="left", maintain_order="left")
+        .select("scan_id", unix_ns=pl.col("started_ns") + start - pl.col("first_ns"))
+    )
+
+
+def seconds_text(time_ns: pl.Expr) -> pl.Expr:
+    """Write whole nanoseconds as seconds, without the digits that a floating-point number would lose."""
+    rest = (time_ns % _NS).cast(pl.String).str.zfill(9).str.strip_chars_end("0")
+    whole = (time_ns // _NS).cast(pl.String)
+    return pl.when(rest == "").then(whole).otherwise(pl.concat_str([whole, rest], separator="."))
+
+
+@dataclass
+class CsvFile:
+    """Appends tables of the same columns; the first brings the header."""
+
+    file: BinaryIO
+    separator: str
+    null: str
+    _started: bool = field(default=False)
+
+    def add(self, table: pl.DataFrame) -> None:
+        """Append the rows of a table; one without rows still brings the header."""
+        table.write_csv(self.file, include_header=not self._started, separator=self.separator, null_value=self.null)
+        self._started = True
+
+
+@contextmanager
+def csv_file(folder: Folder, name: str, separator: str = ",", null: str = "") -> Iterator[CsvFile]:
+    """Open a new CSV file; ``null`` is written for what is not known."""
+    with folder.writing(name) as file:
+        yield CsvFile(file, separator, null)
