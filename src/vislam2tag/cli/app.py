@@ -69,19 +69,10 @@ COMMANDS = {
     },
 }
 """Every command, by what it is for; ``--help`` shows this without importing any of them."""
-PACKAGES = {
-    "Prepare": "prepare",
-    "Collect": "collect",
-    "Map and label": "label",
-    "Data sets": "datasets",
-    "Positioning": "positioning",
-    "All of it": "showcase",
-}
-"""Where the commands of each group stand."""
 
 
 class _Commands(TyperGroup):
-    """Imports ``PACKAGE.command_NAME`` when its command is asked for; each such module has ``register(app)``."""
+    """Imports ``command_NAME`` when its command is asked for; each such module has ``register(app)``."""
 
     # Any: it depends on the version of Typer whether the classes are those of the package Click or its own.
 
@@ -96,8 +87,7 @@ class _Commands(TyperGroup):
             return None
         single = typer.Typer(rich_markup_mode=None)
         single.callback()(lambda: None)  # a group, so that the command keeps its name
-        package = next(PACKAGES[title] for title, commands in COMMANDS.items() if cmd_name in commands)
-        module = f"vislam2tag.cli.{package}.command_{cmd_name.replace('-', '_')}"
+        module = f"vislam2tag.cli.command_{cmd_name.replace('-', '_')}"
         importlib.import_module(module).register(single)
         return take_addresses(_with_switches(typer.main.get_group(single).commands[cmd_name]), cmd_name)
 
