@@ -16,8 +16,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
 from vislam2tag.cli.addresses import take_addresses
-from vislam2tag.cli.native_output import native_output_last
-from vislam2tag.cli.terminal import hide_progress, say
+from vislam2tag.cli.terminal import hide_progress, native_output_last, say
 from vislam2tag.common.commit import commit_of_package
 from vislam2tag.common.errors import Vislam2tagError, first_line
 from vislam2tag.common.extras import missing_extra

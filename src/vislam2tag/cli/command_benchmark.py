@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vislam2tag.cli.interrupted import interrupted_with
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, value_of
+from vislam2tag.cli.progress import interrupted_with
 from vislam2tag.cli.tables import print_table_4, table, table_console
 from vislam2tag.cli.terminal import say_json, visible_console
 from vislam2tag.common.errors import UsageError

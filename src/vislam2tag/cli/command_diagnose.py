@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, SurveyFolder
-from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.progress import outputs_of_interrupted, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.interrupted import interrupted_with
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, Devices, Floors, Jobs, LandmarkFile, SurveyFolder, selection_of
-from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.progress import SessionBar, interrupted_with, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json, visible_console

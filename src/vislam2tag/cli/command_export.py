@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
@@ -21,7 +20,7 @@ from vislam2tag.cli.options import (
     format_help,
     privacy_of,
 )
-from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.progress import SessionBar, outputs_of_interrupted, session_bar
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 

@@ -7,9 +7,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vislam2tag.cli.executors import ClusterFile, ExecutorName, SchedulerAddress, WhereSessionsRun, executor_of
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, DryRun, FollowLinks, Jobs
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    INTERRUPTED,
+    AsJson,
+    ClusterFile,
+    DryRun,
+    ExecutorName,
+    FollowLinks,
+    Jobs,
+    SchedulerAddress,
+    WhereSessionsRun,
+    executor_of,
+)
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_warnings, table, table_console

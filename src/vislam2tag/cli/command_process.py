@@ -8,23 +8,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vislam2tag.cli.executors import ClusterFile, ExecutorName, SchedulerAddress, WhereSessionsRun, executor_of
-from vislam2tag.cli.interrupted import interrupted_with, labels_there
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     AsJson,
+    ClusterFile,
     Devices,
     DryRun,
+    ExecutorName,
     Floors,
     FollowLinks,
     Jobs,
     LandmarkFile,
     Replace,
+    SchedulerAddress,
     SurveyFolder,
+    WhereSessionsRun,
+    executor_of,
     selection_of,
 )
-from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.progress import interrupted_with, labels_there, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.command_process import share_text
-from vislam2tag.cli.interrupted import contents_there, interrupted_with
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
-from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.progress import SessionBar, contents_there, interrupted_with, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json

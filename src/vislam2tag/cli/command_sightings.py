@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.interrupted import interrupted_with
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, SurveyFolder
-from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.progress import interrupted_with, session_bar
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say_json
 

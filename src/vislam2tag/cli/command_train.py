@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.interrupted import outputs_of_interrupted
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, parameters_of
+from vislam2tag.cli.progress import outputs_of_interrupted
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.plugins import MODELS

@@ -1,21 +1,26 @@
-"""What several commands share: their arguments, how wrong values are reported, the exit code of an interrupt."""
+"""Options that several commands share, and the values that they stand for."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import DATASET_FORMATS
 
 if TYPE_CHECKING:
     from vislam2tag.dataset.privacy import Privacy
     from vislam2tag.pipeline.run.selection import Selection
+    from vislam2tag.pipeline.run.workers import Executor
+
 
 INTERRUPTED = 130
 """Exit code of a command ended by Ctrl-C, as shells have it."""
@@ -100,3 +105,52 @@ def parameters_of(texts: Sequence[str]) -> dict[str, Any]:
             raise UsageError(f"--set {text}: give PARAMETER=VALUE, such as k=5")
         parameters[name] = value_of(value)
     return parameters
+
+
+class ExecutorName(Enum):
+    """Where sessions run."""
+
+    LOCAL = "local"
+    DASK = "dask"
+
+
+SchedulerAddress: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, tcp://HOST:8786, for --executor dask.")
+]
+ClusterFile: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Cluster to make for --executor dask, as TOML (docs/how-to/fleets.md)."),
+]
+
+
+WhereSessionsRun: TypeAlias = Annotated[
+    ExecutorName, typer.Option(help="Where sessions run: in --jobs processes here, or on a Dask cluster.")
+]
+
+
+@contextmanager
+def executor_of(
+    name: ExecutorName,
+    scheduler: str | None,
+    cluster: Path | None,
+    jobs: int,
+    on_cluster: Callable[[Any, Callable[[str], None]], Executor],
+) -> Iterator[Executor]:
+    """Yield what runs sessions as the options say; raises UsageError for options that do not go together.
+
+    ``on_cluster`` makes it of a ``distributed.Client`` and a function that prints a line.
+    """
+    if name is ExecutorName.LOCAL:
+        from functools import partial
+
+        from vislam2tag.pipeline.run.workers import process_all
+
+        if scheduler is not None or cluster is not None:
+            raise UsageError("--scheduler and --cluster go with --executor dask: add that")
+        yield partial(process_all, workers=jobs)
+        return
+    from vislam2tag.pipeline.run.cluster import connected
+
+    tell = lambda line: say(line, err=True)
+    with connected(scheduler, cluster, tell) as client:
+        yield on_cluster(client, tell)

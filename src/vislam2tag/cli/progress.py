@@ -1,16 +1,23 @@
-"""A progress bar over sessions on a terminal, and a line for each session that fails anywhere."""
+"""Progress of a command on standard error, and the one line of a command that was interrupted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vislam2tag.cli.terminal import progress_is_shown, visible_console
+import typer
+
+from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.terminal import progress_is_shown, say, visible_console
+from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.files.store import shown
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
+
 
 _LINES = 20
 """So many at most, evenly among the sessions."""
@@ -94,3 +101,60 @@ def session_bar(name: str, *, lines: bool = False) -> Iterator[SessionBar]:
     columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), rate, TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         yield SessionBar(console, bar, lines and progress_is_shown() and not console.is_terminal)
+
+
+@contextmanager
+def interrupted_with(there: Callable[[], str]) -> Iterator[None]:
+    """End an interrupted block with one line, ``there()``, and the exit code of an interrupt."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        say(f"interrupted: {there()}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def outputs_of_interrupted(*outputs: Path | None) -> Iterator[None]:
+    """End an interrupted block with the names of those of its files and folders that were written until then."""
+    wanted = [path for path in outputs if path is not None]
+    before = [_state(path) for path in wanted]
+
+    def there() -> str:
+        written = [shown(path) for path, state in zip(wanted, before, strict=True) if _state(path) != state]
+        if written:
+            return f"{' and '.join(written)} written; run the same command again"
+        return "nothing was written" + (f" to {' or '.join(map(shown, wanted))}" if wanted else "")
+
+    with interrupted_with(there):
+        yield
+
+
+def labels_there(out: Path) -> str:
+    """How many sessions an output folder for labels contains, which may be in a store."""
+    from vislam2tag.pipeline.run.outputs import output_at
+
+    with suppress(Vislam2tagError, OSError):
+        if count := len(output_at(out).finished()):
+            return f"{shown(out)} contains the labels of {count} sessions; run the same command again to go on"
+    return f"no session was finished in {shown(out)}"
+
+
+def contents_there(out: Path, parts: dict[str, str]) -> str:
+    """Which parts a folder contains, named by their paths in it."""
+    found = [name for path, name in parts.items() if _has_content(out / path)]
+    if not found:
+        return f"nothing was written to {out}"
+    return f"{out} contains {', '.join(found)}; run the same command again to go on"
+
+
+def _has_content(path: Path) -> bool:
+    return any(path.iterdir()) if path.is_dir() else path.exists()
+
+
+def _state(path: Path) -> object:
+    """What changes when a file or folder is written or replaced; None if it does not exist."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return None
+    return stat.st_ino, stat.st_mtime_ns, stat.st_size

@@ -1,9 +1,17 @@
-"""All that commands print goes through here: what files hold reaches the terminal as text that it does not obey."""
+"""All that commands print goes through here: what files hold reaches the terminal as text that it does not obey.
+
+What compiled libraries write to standard error by themselves, kept apart from what a command says.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+import contextlib
+import faulthandler
+import os
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from typing import IO, TYPE_CHECKING, Any
 
 import typer
 
@@ -125,3 +133,58 @@ def visible_console(**options: Any) -> Console:
     if options.get("stderr") and not _shown["progress"]:
         options["force_terminal"] = False
     return Visible(**options)
+
+
+_STANDARD_ERROR = 2
+_PANIC = b"panicked at"
+
+
+@contextlib.contextmanager
+def native_output_last() -> Iterator[None]:
+    """Hold back what libraries write to standard error, and print it where the block ends.
+
+    Polars tells of damage that its own checks miss in a dozen lines before the command's one message: these are
+    dropped, with all that was held back. A crash that ends the process is still told, with where it was.
+    """
+    with tempfile.TemporaryFile() as held, _ours_apart():
+        shown = os.dup(_STANDARD_ERROR)
+        os.dup2(held.fileno(), _STANDARD_ERROR)
+        try:
+            yield
+        finally:
+            os.dup2(shown, _STANDARD_ERROR)
+            os.close(shown)
+            _print_unless_panic(held)
+
+
+@contextlib.contextmanager
+def _ours_apart() -> Iterator[None]:
+    """Give Python's own standard error a handle of its own, where it shares the libraries'."""
+    ours = sys.stderr
+    if _handle(ours) != _STANDARD_ERROR:
+        yield
+        return
+    ours.flush()
+    with os.fdopen(os.dup(_STANDARD_ERROR), "w", 1, encoding=ours.encoding, errors=ours.errors) as apart:
+        sys.stderr = apart
+        faulthandler.enable(apart)
+        try:
+            yield
+        finally:
+            faulthandler.disable()
+            sys.stderr = ours
+
+
+def _handle(stream: object) -> int | None:
+    """A stream's number in the system; None for what is no stream of it."""
+    try:
+        return int(stream.fileno())  # type: ignore[attr-defined]
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
+def _print_unless_panic(held: IO[bytes]) -> None:
+    held.seek(0)
+    text = held.read()
+    if text and _PANIC not in text:
+        os.write(_STANDARD_ERROR, text)
