@@ -6,12 +6,12 @@ from pathlib import Path
 
 import polars as pl
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.cli.command_dataset import register, seconds_of
+from vislam2tag.cli.app import app
+from vislam2tag.cli.command_dataset import seconds_of
 from vislam2tag.common.errors import UsageError, Vislam2tagError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.pipeline.labels.process import process
@@ -95,8 +95,6 @@ def test_options_reach_the_data_set(labels: Path, tmp_path: Path) -> None:
 
 
 def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
-    app = typer.Typer()
-    register(app)
     for arguments, part in (
         ((labels, "--window", "soon"), "--window soon"),
         ((labels, "--imu-window", "0s"), "--imu-window 0s"),
@@ -109,7 +107,7 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((labels, "--describe", tmp_path / "missing"), "cannot be read"),
         ((labels, "--out", labels), "holds what `vislam2tag process` wrote"),
     ):
-        done = CliRunner().invoke(app, ["--out", str(tmp_path / "set"), *map(str, arguments)])
+        done = CliRunner().invoke(app, ["dataset", "--out", str(tmp_path / "set"), *map(str, arguments)])
         assert isinstance(done.exception, Vislam2tagError)
         assert part in str(done.exception)
         assert "\n" not in str(done.exception)

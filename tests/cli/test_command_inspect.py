@@ -4,25 +4,20 @@ import json
 from pathlib import Path
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import vislam2tag
 from tests.locks import lock
 from tests.survey.site import write_survey
-from vislam2tag.cli.command_inspect import register
+from vislam2tag.cli.app import app
 from vislam2tag.common.errors import SurveyError
-
-APP = typer.Typer()
-APP.callback()(lambda: None)
-register(APP)
 
 
 def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
     write_survey(tmp_path, {"floor_1/floorplan.jpg": None})
     with (tmp_path / "floor_1/One Plus/walk/sensors.csv").open("a") as file:
         file.write("cut o")
-    result = CliRunner().invoke(APP, ["inspect", str(tmp_path)])
+    result = CliRunner().invoke(app, ["inspect", str(tmp_path)])
     assert result.exit_code == 0, result.output
     for text in ("60 m x 32.5 m", "none (metric grid)", "One Plus", "2 of 2 surveyed", "30.0 Hz"):
         assert text in result.output
@@ -34,7 +29,7 @@ def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
 
 
 def test_json_is_one_document(tmp_path: Path) -> None:
-    result = CliRunner().invoke(APP, ["inspect", str(write_survey(tmp_path)), "--json"])
+    result = CliRunner().invoke(app, ["inspect", str(write_survey(tmp_path)), "--json"])
     document = json.loads(result.stdout)
     assert result.exit_code == 0
     assert [session["frames"] for session in document["sessions"]] == [60, 60, 60]
@@ -44,26 +39,26 @@ def test_json_is_one_document(tmp_path: Path) -> None:
 def test_a_session_without_poses_is_exit_code_1(tmp_path: Path) -> None:
     write_survey(tmp_path)
     (tmp_path / "floor_1/LG/2022-01-14T16:35:30/poses.csv").unlink()
-    result = CliRunner().invoke(APP, ["inspect", str(tmp_path)])
+    result = CliRunner().invoke(app, ["inspect", str(tmp_path)])
     assert result.exit_code == 1
     assert "no camera poses" in result.output
 
 
 def test_a_folder_that_is_no_survey_raises_our_error(tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match="not a survey"):
-        CliRunner().invoke(APP, ["inspect", str(tmp_path)], catch_exceptions=False)
+        CliRunner().invoke(app, ["inspect", str(tmp_path)], catch_exceptions=False)
 
 
 def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = write_survey(tmp_path)
     path = root / "floor_1/One Plus/walk/sensors.csv"
     path.write_text(path.read_text() + "not a row\n")
-    warned = CliRunner().invoke(APP, ["inspect", str(root), "--json"])
+    warned = CliRunner().invoke(app, ["inspect", str(root), "--json"])
     judgement = json.loads(warned.stdout)["judgement"]
     assert (warned.exit_code, judgement["answer"], judgement["warnings"]) == (0, "nothing_wrong", 1)
     (root / "floor_4/refmarker.csv").write_text("id,x,y\n1,1,1\n")
     lock(monkeypatch, root / "floor_4/refmarker.csv")
-    wrong = CliRunner().invoke(APP, ["inspect", str(root)])
+    wrong = CliRunner().invoke(app, ["inspect", str(root)])
     assert "unreadable_file floor_4/refmarker.csv" in wrong.output
     assert "something is wrong, 1 warning (looked at: " in wrong.output
     assert wrong.exit_code == 1
@@ -71,7 +66,7 @@ def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: 
 
 
 def test_help_has_examples() -> None:
-    result = CliRunner().invoke(APP, ["inspect", "--help"])
+    result = CliRunner().invoke(app, ["inspect", "--help"])
     assert "vislam2tag inspect survey --json > survey.json" in result.output
 
 

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
 from tests.survey.site import write_survey
 from tests.surveys import bytes_of
-from vislam2tag.cli.command_register import register
+from vislam2tag.cli.app import app
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.survey.discover import read_site
@@ -199,9 +198,7 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
 
 def in_process(*arguments: str | Path) -> None:
     """Run the command here; its errors come through."""
-    app = typer.Typer()
-    register(app)
-    CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
+    CliRunner().invoke(app, ["register", *map(str, arguments)], catch_exceptions=False)
 
 
 def test_errors_end_the_process_with_2_and_one_line(site: Path) -> None:

@@ -7,13 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
-from vislam2tag.cli.command_split import register
+from vislam2tag.cli.app import app
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.splits import split_findings, standard_splits
@@ -85,9 +84,7 @@ def test_kinds_that_the_data_cannot_give(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_usage_is_told(folder: Path, arguments: tuple[str, ...], message: str) -> None:
-    app = typer.Typer()
-    register(app)
-    found = CliRunner().invoke(app, [str(folder), *arguments]).exception
+    found = CliRunner().invoke(app, ["split", str(folder), *arguments]).exception
     assert isinstance(found, UsageError)
     assert message in str(found)
 

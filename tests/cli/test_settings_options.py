@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from tests.docs.settings_page import settings_page
 from vislam2tag.cli.app import app
-from vislam2tag.cli.settings_options import option_of, settings_of, settings_page
+from vislam2tag.cli.settings_options import option_of, settings_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import part_of, setting_fields
 

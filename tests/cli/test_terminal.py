@@ -16,11 +16,12 @@ from pathlib import Path
 
 import polars as pl
 import pytest
+from rich.table import Table
 
 from tests.cli.command import the_error, vislam2tag, vislam2tag_process
 from tests.surveys import make_survey
 from vislam2tag import cli
-from vislam2tag.cli.tables import table
+from vislam2tag.cli.tables import table, tables_that_fit
 from vislam2tag.cli.terminal import visible_console
 from vislam2tag.common.files.table_files import read_parquet
 
@@ -50,9 +51,10 @@ def test_escape_sequences_in_names_are_not_obeyed(survey: Path, tmp_path: Path, 
     assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202e]", said)
 
 
-def test_styles_are_still_obeyed() -> None:
+def test_styles_are_still_obeyed(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = io.StringIO()
-    console = visible_console(file=stream, force_terminal=True, color_system="standard")
+    monkeypatch.setenv("TERM", "xterm")
+    console = visible_console(file=stream, force_terminal=True)
     console.print(f"[red]{EVIL}[/]")
     shown = stream.getvalue()
     assert "\x1b[31m" in shown
@@ -69,16 +71,20 @@ def test_no_other_module_prints() -> None:
             assert not re.search(r"(?<![\w.])print\((?!settings_page)", text), module.name
 
 
+def shown_table(made: Table, width: int) -> str:
+    out = io.StringIO()
+    console = visible_console(file=out, width=width)
+    for part in tables_that_fit(made, console):
+        console.print(part)
+    return out.getvalue()
+
+
 @pytest.mark.parametrize("width", [60, 80, 200])
 def test_no_number_is_cut(width: int) -> None:
     heads = tuple(f"error at {percent} %" for percent in range(10, 100, 10))
-    made = table("Errors", ("trajectories", "strategy"), heads)
     numbers = {name: [f"{ord(name[0])}.{i}456789" for i in range(9)] for name in ("all", "best")}
-    for name, cells in numbers.items():
-        made.add_row(name, "local-corrected", *cells)
-    out = io.StringIO()
-    visible_console(file=out, width=width).print(made)
-    shown = out.getvalue()
+    rows = [(name, "local-corrected", *cells) for name, cells in numbers.items()]
+    shown = shown_table(table("Errors", ("trajectories", "strategy"), heads, rows), width)
     assert max(map(len, shown.splitlines())) <= width
     assert all(cell in shown for cells in numbers.values() for cell in cells)
     assert "…" not in shown
@@ -89,11 +95,9 @@ def test_no_number_is_cut(width: int) -> None:
 
 @pytest.mark.parametrize("width", [40, 60, 80])
 def test_neither_heads_nor_cells_of_numbers_are_cut_or_broken(width: int) -> None:
-    made = table("Floors", ("floor", "plan"), ("elevation", "along x", "landmarks", "control points"))
-    made.add_row("0", "a drawing of the ground floor by hand.svg", "-", "0.00 to 41.00 m", "12", "1234")
-    out = io.StringIO()
-    visible_console(file=out, width=width).print(made)
-    shown = out.getvalue()
+    heads = ("elevation", "along x", "landmarks", "control points")
+    row = ("0", "a drawing of the ground floor by hand.svg", "-", "0.00 to 41.00 m", "12", "1234")
+    shown = shown_table(table("Floors", ("floor", "plan"), heads, [row]), width)
     assert max(map(len, shown.splitlines())) <= width
     assert "…" not in shown
     assert {"elevation", "0.00 to 41.00 m", "landmarks", "1234"} <= set(re.split(r"\s{2,}|\n", shown))

@@ -4,109 +4,94 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson, value_of
-from vislam2tag.cli.progress import interrupted_with
-from vislam2tag.cli.tables import print_table_4, table, table_console
-from vislam2tag.cli.terminal import say_json, visible_console
+from vislam2tag.cli.options import AsJson, Technology, value_of
+from vislam2tag.cli.progress import interrupted_with, session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.tables import print_table, print_table_4
+from vislam2tag.cli.terminal import answer, print_line, say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
-    from vislam2tag.common.progress import Stage
     from vislam2tag.dataset.model import Dataset
     from vislam2tag.positioning.benchmark_protocol import ModelChoice
     from vislam2tag.positioning.benchmark_record import Benchmark, BestModel
 
 
 _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
-HELP = f"""
-Benchmark positioning models on a data set: train, test, score, compare.
-
-Each model is trained on the training part of each fold, with each seed, and tested on the rest; everything is learned
-from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.json, report.html, figures/ (SVG, PDF)
-and runs/ with the record and the predictions of every run. docs/how-to/benchmark.md tells what each figure is.
-Stop it at any moment and give the same command again: runs that are done are not repeated.
-
-Models: {", ".join(MODELS.names())}.
-
-Exit code: 0 all right, 1 at least one run failed, 2 wrong usage, no data set, files that are not of the public set, or
-OUT cannot be written, 130 interrupted.
-
-\b
-Examples:
-  vislam2tag benchmark fingerprints --model weighted-knn --model multi-cel \\
-      --split random --split device --out compared
-  vislam2tag benchmark fingerprints --model multi-cel \\
-      --set multi-cel.cell_m=5 --seeds 3 --out fine_cells
-  vislam2tag benchmark fingerprints --paper --out table_4
-  vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz \\
-      --model weighted-knn --out tampere
-"""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("benchmark", help=HELP)(_benchmark)
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkOptions:
+    """Arguments and options of ``vislam2tag benchmark``."""
+
+    folder: Path | None = argument("Data set; or give --dataset and --data.", None, metavar="[DS]")
+    out: Path = option(..., "Output folder: new, empty or from an earlier benchmark.")
+    model: tuple[str, ...] = option((), "Model to run; repeatable.")
+    set_: tuple[str, ...] = option((), "A model's parameter; repeatable.", "--set", metavar="MODEL.PARAMETER=VALUE")
+    split: tuple[str, ...] = option(
+        (), "Split of the data set; repeatable. Default: official where there is one, else random."
+    )
+    seeds: int = option(5, "Runs of each model that draws random numbers.", least=1)
+    technology: Technology = "wifi"
+    paper: bool = option(
+        False, "The paper's models, as published for this data set; of DS on the paper's splits, as its Table IV."
+    )
+    dataset: str | None = option(
+        None, "A public data set: tampere, ujiindoorloc, utsindoorloc, wifine, uji-library.", metavar="NAME"
+    )
+    data: Path | None = option(None, "Folder or archive of --dataset.", metavar="FILES")
+    json: AsJson = False
 
 
-def _benchmark(
-    folder: Annotated[
-        Path | None, typer.Argument(metavar="[DS]", help="Data set; or give --dataset and --data.")
-    ] = None,
-    *,
-    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier benchmark.")],
-    model: Annotated[list[str] | None, typer.Option(help="Model to run; repeatable.")] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="MODEL.PARAMETER=VALUE", help="A model's parameter; repeatable."),
-    ] = None,
-    split: Annotated[
-        list[str] | None,
-        typer.Option(help="Split of the data set; repeatable. Default: official where there is one, else random."),
-    ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Runs of each model that draws random numbers.")] = 5,
-    technology: Annotated[str, typer.Option(help="Fingerprints of which radio.")] = "wifi",
-    paper: Annotated[
-        bool,
-        typer.Option(
-            "--paper",
-            help="The paper's models, as published for this data set; of DS on the paper's splits, as its Table IV.",
-        ),
-    ] = False,
-    dataset: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="A public data set: tampere, ujiindoorloc, utsindoorloc, wifine, uji-library."
-        ),
-    ] = None,
-    data: Annotated[Path | None, typer.Option(metavar="FILES", help="Folder or archive of --dataset.")] = None,
-    json: AsJson = False,
-) -> None:
+@command
+def benchmark_command(given: BenchmarkOptions) -> None:
+    """Benchmark positioning models on a data set: train, test, score, compare.
+
+    Each model is trained on the training part of each fold, with each seed, and tested on the rest; everything is
+    learned from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.json, report.html, figures/
+    (SVG, PDF) and runs/ with the record and the predictions of every run. docs/how-to/benchmark.md tells what each
+    figure is. Stop it at any moment and give the same command again: runs that are done are not repeated.
+
+    Models: {models}.
+
+    Exit code: 0 all right, 1 at least one run failed, 2 wrong usage, no data set, files that are not of the public set,
+    or OUT cannot be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag benchmark fingerprints --model weighted-knn --model multi-cel \\
+          --split random --split device --out compared
+      vislam2tag benchmark fingerprints --model multi-cel \\
+          --set multi-cel.cell_m=5 --seeds 3 --out fine_cells
+      vislam2tag benchmark fingerprints --paper --out table_4
+      vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz \\
+          --model weighted-knn --out tampere
+    """
     from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark
     from vislam2tag.positioning.benchmark_protocol import published_choices
     from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS
 
-    chosen = list(published_choices(dataset)) if paper else []
-    chosen = with_parameters(_with_models(chosen, model or ()), set_ or ())
+    chosen = list(published_choices(given.dataset)) if given.paper else []
+    chosen = with_parameters(_with_models(chosen, given.model), given.set_)
     if not chosen:
         raise UsageError(f"--model: name at least one; there are: {', '.join(MODELS.names())}")
-    table_wanted = paper and dataset is None
-    plan = BenchmarkPlan(chosen, split or (TABLE_4_SPLITS if table_wanted else ()), seeds, technology, table_wanted)
-    with interrupted_with(lambda: _there(out)), _opened(folder, dataset, data) as opened, _bar() as progress:
-        found = benchmark(opened, out, plan, progress)
-    if json:
-        say_json(found)
-    else:
-        _print(found, out, beside_paper=table_wanted)
-        _tell_next(found, out, folder)
-    raise typer.Exit(1 if found.failed else 0)
+    table_wanted = given.paper and given.dataset is None
+    splits = given.split or (TABLE_4_SPLITS if table_wanted else ())
+    plan = BenchmarkPlan(chosen, splits, given.seeds, given.technology, table_wanted)
+    with (
+        interrupted_with(lambda: _there(given.out)),
+        _opened(given) as opened,
+        session_bar("reading", share=True) as bar,
+    ):
+        found = benchmark(opened, given.out, plan, bar.show)
+    answer(found, given.json, lambda: _print(found, given, table_wanted), failed=bool(found.failed))
 
 
 def _there(out: Path) -> str:
@@ -143,11 +128,12 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
 
 
 @contextmanager
-def _opened(folder: Path | None, dataset: str | None, data: Path | None) -> Iterator[Dataset]:
+def _opened(given: BenchmarkOptions) -> Iterator[Dataset]:
     """Open DS, or the public data set from its files."""
     from vislam2tag.dataset.folder import open_dataset
     from vislam2tag.pipeline.positioning.benchmark import public_dataset
 
+    folder, dataset, data = given.folder, given.dataset, given.data
     if folder is not None and dataset is None and data is None:
         yield open_dataset(folder)
     elif folder is None and dataset is not None and data is not None:
@@ -155,23 +141,6 @@ def _opened(folder: Path | None, dataset: str | None, data: Path | None) -> Iter
             yield opened
     else:
         raise UsageError("give either DS, or --dataset NAME with --data FILES")
-
-
-@contextmanager
-def _bar() -> Iterator[Any]:
-    """Show what is run, and the share of all runs that is done."""
-    from rich.markup import escape
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    console = visible_console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("reading", total=None)
-
-        def advance(stage: Stage, total: int) -> None:
-            bar.update(task, description=escape(stage.name), completed=stage.done, total=total)
-
-        yield advance
 
 
 def _tell_next(found: Benchmark, out: Path, folder: Path | None) -> None:
@@ -198,23 +167,20 @@ def _said_of(best: BestModel) -> str:
     return f"{said} (95 % interval over walks: {low:.2f} to {high:.2f} m)"
 
 
-def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:
-    from rich.markup import escape
-
+def _print(found: Benchmark, given: BenchmarkOptions, beside_paper: bool) -> None:
     from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
     from vislam2tag.positioning.benchmark_tables import HEADS, figure_text, fold_name, table_4
 
-    console = table_console()
     for split, rows in groupby(found.rows, key=lambda row: row.split):
-        shown = table(f"Split {split}", ("test", "model"), tuple(HEADS[name] for name in _SHOWN))
-        for row in rows:
-            cells = (figure_text(name, row.figures[name]) for name in _SHOWN)
-            shown.add_row(escape(fold_name(row.fold)), escape(row.model), *map(escape, cells))
-        console.print(shown)
+        cells = (
+            (fold_name(row.fold), row.model, *(figure_text(name, row.figures[name]) for name in _SHOWN)) for row in rows
+        )
+        print_table(f"Split {split}", ("test", "model"), tuple(HEADS[name] for name in _SHOWN), cells)
     for best in found.best:
-        console.print(escape(_said_of(best)), soft_wrap=True)
+        say(_said_of(best))
     if beside_paper:
         print_table_4(table_4(found.rows))
     for one in found.failed:
-        console.print(f"[red]failed:[/] {escape(one.run)}: {escape(one.error)}", soft_wrap=True)
-    console.print(f"page: {escape(str(out / PAGE_FILE))}", soft_wrap=True)
+        print_line("failed:", "red", f"{one.run}: {one.error}")
+    say(f"page: {given.out / PAGE_FILE}")
+    _tell_next(found, given.out, given.folder)

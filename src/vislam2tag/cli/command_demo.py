@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs
-from vislam2tag.cli.terminal import say, say_json, visible_console
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.terminal import answer, say, visible_console
 from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
@@ -18,38 +17,33 @@ if TYPE_CHECKING:
     from vislam2tag.evaluation.metrics import ErrorSummary
 
 
-HELP = """
-Simulate a survey, label it with each strategy, score the labels against the truth.
-
-Leaves OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
-OUT/scores.csv.
-
-\b
-Examples:
-  vislam2tag demo
-  vislam2tag demo somewhere --seed 7
-"""
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("demo", help=HELP)(_demo)
-
-
-def _demo(
-    out: Annotated[Path, typer.Argument(help="New folder, or that of an earlier demonstration.")] = Path(
-        "vislam2tag-demo"
-    ),
-    seed: Annotated[int, typer.Option(help="Another seed, another building and other walks.")] = 1,
+@command
+def demo_command(
+    *,
+    out: Path = argument("New folder, or that of an earlier demonstration.", Path("vislam2tag-demo")),
+    seed: int = option(1, "Another seed, another building and other walks."),
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
 ) -> None:
-    from vislam2tag.pipeline.demo import SURVEY, run_demo
+    """Simulate a survey, label it with each strategy, score the labels against the truth.
+
+    Leaves OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
+    OUT/scores.csv.
+
+    \b
+    Examples:
+      vislam2tag demo
+      vislam2tag demo somewhere --seed 7
+    """
+    from vislam2tag.pipeline.demo import run_demo
 
     scores = run_demo(out, jobs=jobs, seed=seed, say=lambda line: say(line, err=json))
-    if json:
-        say_json(scores)
-        return
+    answer(scores, json, lambda: _print(scores, out))
+
+
+def _print(scores: dict[str, ErrorSummary], out: Path) -> None:
+    from vislam2tag.pipeline.demo import SURVEY
+
     visible_console().print(_table(scores))
     say(f"survey as a phone writes it: {out / SURVEY}")
     say(f"report of every walk, to open in a browser: {out / Settings().strategy / 'report.html'}")

@@ -4,44 +4,22 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, FollowLinks
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say, say_json, visible_console
+from vislam2tag.cli.tables import print_table
+from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
     from vislam2tag.dataset.coverage import CoverageRecord
     from vislam2tag.dataset.model import Storey
 
-
-HELP = """
-Figures of a data set for print, the paper's Table III, and the shortest further walk that fills its gaps.
-
-Writes fingerprints by device and floor (the paper's Figure 8), coverage on the plans with gaps and walks, access points
-a fingerprint, RSSI by device, sigma, and fingerprints over time as SVG and PDF; Table III as CSV, Markdown and
-LaTeX; coverage.json with each floor's coverage and the corners of the walks.
-
-Exit code: 0 all right, 1 no fingerprint has a position, 2 wrong usage, no data set, or OUT cannot be written, 130
-interrupted.
-
-\b
-Examples:
-  vislam2tag figures fingerprints --out figures
-  vislam2tag figures fingerprints --out figures --cell-m 1 --radius-m 1.5 \\
-      --start 1:12.5,3 --start annex/0:4,4
-"""
 _START = re.compile(r"(?:(.*)/)?(-?\d+):(-?\d+(?:\.\d+)?),(-?\d+(?:\.\d+)?)")
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("figures", help=HELP)(_figures)
 
 
 def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
@@ -55,66 +33,61 @@ def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
     return Storey(building or "", int(floor)), (float(x), float(y))
 
 
-def _figures(
-    dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set.")],
-    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
-    cell_m: Annotated[float | None, setting("coverage.cell_m")] = None,
-    radius_m: Annotated[float | None, setting("coverage.radius_m")] = None,
+@command
+def figures_command(
+    *,
+    dataset: Path = argument("Data set.", metavar="DS"),
+    out: Path = option(..., "Output folder: new, empty or from an earlier run of this command."),
+    cell_m: float | None = setting("coverage.cell_m"),
+    radius_m: float | None = setting("coverage.radius_m"),
     follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
-    start: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FLOOR:X,Y", help="Where the walk that fills a floor's gaps begins; repeatable. Else anywhere."
-        ),
-    ] = None,
+    start: tuple[str, ...] = option(
+        (), "Where the walk that fills a floor's gaps begins; repeatable. Else anywhere.", metavar="FLOOR:X,Y"
+    ),
 ) -> None:
+    """Figures of a data set for print, the paper's Table III, and the shortest further walk that fills its gaps.
 
+    Writes fingerprints by device and floor (the paper's Figure 8), coverage on the plans with gaps and walks, access
+    points a fingerprint, RSSI by device, sigma, and fingerprints over time as SVG and PDF; Table III as CSV, Markdown
+    and LaTeX; coverage.json with each floor's coverage and the corners of the walks.
+
+    Exit code: 0 all right, 1 no fingerprint has a position, 2 wrong usage, no data set, or OUT cannot be written, 130
+    interrupted.
+
+    \b
+    Examples:
+      vislam2tag figures fingerprints --out figures
+      vislam2tag figures fingerprints --out figures --cell-m 1 --radius-m 1.5 \\
+          --start 1:12.5,3 --start annex/0:4,4
+    """
     from vislam2tag.pipeline.datasets.figures import make_dataset_figures
 
-    starts = dict(start_of(text) for text in start or ())
+    starts = dict(start_of(text) for text in start)
     settings = settings_of(config, {"coverage.cell_m": cell_m, "coverage.radius_m": radius_m}).coverage
-    console = visible_console(stderr=True)
-    with console.status("counting") as status:
-        made = make_dataset_figures(
-            dataset,
-            out,
-            settings,
-            starts,
-            lambda stem, _total: status.update(f"drawn: {stem.replace('_', ' ')}"),
-            follow_links=follow_links,
-        )
-    if json:
-        say_json(made)
-    else:
-        _print(made, out)
-        if made.floors:
-            next_step("figures", dataset=dataset)
-        else:
-            say("coverage: could not be judged: no fingerprint has a position")
-            next_step("no position", page=dataset / "report.html")
-    raise typer.Exit(0 if made.floors else 1)
+    with session_bar("figures") as bar:
+        made = make_dataset_figures(dataset, out, settings, starts, bar.count, follow_links=follow_links)
+    answer(made, json, lambda: _print(made, out, dataset), failed=not made.floors)
 
 
-def _print(made: CoverageRecord, out: Path) -> None:
-    from rich.markup import escape
-
+def _print(made: CoverageRecord, out: Path, dataset: Path) -> None:
     from vislam2tag.dataset.model import Storey
     from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, storey_text
 
-    shown = table("Coverage", ("floor",), ("fingerprints", "walkable", "covered", "walk that fills the gaps", "takes"))
+    rows = []
     for floor in made.floors:
         length_m = sum(walk.length_m for walk in floor.walks)
         minutes = sum(walk.minutes for walk in floor.walks)
-        shown.add_row(
-            escape(storey_text(Storey(floor.building, floor.floor))),
-            str(floor.fingerprints),
-            f"{floor.walkable_m2:.0f} m²",
-            "-" if floor.share is None else f"{100 * floor.share:.0f} %",
-            f"{length_m:.0f} m" if floor.walks else "-",
-            f"{minutes:.1f} min" if floor.walks else "-",
-        )
-    console = table_console()
-    console.print(shown)
-    console.print(f"figures, Table III and {COVERAGE_FILE}: {escape(str(out))}", soft_wrap=True)
+        walk = (f"{length_m:.0f} m", f"{minutes:.1f} min") if floor.walks else ("-", "-")
+        covered = "-" if floor.share is None else f"{100 * floor.share:.0f} %"
+        storey = storey_text(Storey(floor.building, floor.floor))
+        rows.append((storey, str(floor.fingerprints), f"{floor.walkable_m2:.0f} m²", covered, *walk))
+    heads = ("fingerprints", "walkable", "covered", "walk that fills the gaps", "takes")
+    print_table("Coverage", ("floor",), heads, rows)
+    say(f"figures, Table III and {COVERAGE_FILE}: {out}")
+    if made.floors:
+        next_step("figures", dataset=dataset)
+    else:
+        say("coverage: could not be judged: no fingerprint has a position")
+        next_step("no position", page=dataset / "report.html")

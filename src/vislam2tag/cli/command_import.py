@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
-    INTERRUPTED,
     AsJson,
+    Description,
     FollowLinks,
-    HashBssid,
-    IncludeNomap,
-    NoSsid,
+    PrivacyOptions,
     Replace,
     format_help,
-    privacy_of,
 )
-from vislam2tag.cli.progress import session_bar
-from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.cli.progress import interrupted_with, session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
 
@@ -30,142 +27,137 @@ if TYPE_CHECKING:
 
 
 _NAMES_SHOWN = 12
-HELP = """
-Import a data set that others published, or logs of other programs, into ours.
-
-\b
-Formats, recognised by names and first lines unless --format says which:
-  comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
-                 APs.csv
-  getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
-                 folder or archive of them; Wi-Fi and BLE between POSI marks,
-                 in metres east and north of --origin
-  gia            giaIndoorLoc's labelled layout: folder or archive with
-                 floor_K/DEVICE/SESSION/wifi_annotated.csv; its Wi-Fi and,
-                 where sensors_annotated.csv is beside, magnetic field
-  ilc20          Indoor Location Competition 2.0: folder or archive with
-                 SITE/FLOOR/path_data_files/*.txt, floor_info.json and
-                 floor_image.png; Wi-Fi and BLE between waypoints
-  parquet        the plain Parquet tables that export wrote (folder, archive)
-  tampere        Tampere University's quartet (Lohan et al. 2017): folder or
-                 archive with Training_rss_DATE.csv,
-                 Training_coordinates_DATE.csv, Training_device_DATE.csv,
-                 Training_date_DATE.csv and the same of Test_; their split
-  uji            UJIIndoorLoc: folder, archive or one of trainingData.csv,
-                 validationData.csv; with their split, and the names that
-                 export wrote beside them
-  uji-library    UJI's long-term library set (Mendoza-Silva et al. 2018):
-                 folder or archive with MM/trnNNrss.csv, ...crd.csv,
-                 ...tms.csv and the same of tst; their split
-  uts            UTSIndoorLoc: folder or archive with UTS_training.csv and
-                 UTS_test.csv, or one of them; with their split
-  wifine         WiFine (Khassanov et al. 2021): folder or archive with
-                 train/train_*.csv, val/val_*.csv, test/test_*.csv; with
-                 their split
-
-All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
-docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
-
-Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, no
-reading can be used, or no fingerprint has a position, 2 wrong usage, files that are not of the format, or DS cannot
-be written, 130 interrupted.
-
-\b
-Examples:
-  vislam2tag import tampere-2017-08-21.tar.xz --out tampere
-  vislam2tag import indoor-location-competition-20/data --format ilc20 \\
-      --out malls
-  vislam2tag import ipin2023/training --origin 49.4609,11.0252 --out ipin \\
-      --json
-"""
+_NOTHING_USABLE = "no reading of these files can be used: correct what the findings name and import again"
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("import", help=HELP)(_import)
+def degrees_of(text: str, option_name: str) -> tuple[float, float]:
+    """Read latitude and longitude from ``49.46,11.02``; raises UsageError for anything else."""
+    try:
+        latitude, longitude = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise UsageError(
+            f"{option_name} {text}: give latitude and longitude in degrees, such as 49.4609,11.0252"
+        ) from error
+    if not (abs(latitude) <= 90 and abs(longitude) <= 180):
+        raise UsageError(f"{option_name} {text}: latitudes reach from -90 to 90, longitudes from -180 to 180 degrees")
+    return latitude, longitude
 
 
-def _import(
-    path: Annotated[Path, typer.Argument(help="File, folder or archive (.zip, .tar.xz, ...) of another format.")],
-    out: Annotated[Path, typer.Option(help="Folder for the data set: new, empty or an earlier data set.")],
-    format_name: Annotated[str | None, typer.Option("--format", help=format_help("; else found by content"))] = None,
-    name: Annotated[str | None, typer.Option(help="Name of the data set; else the format's own.")] = None,
-    origin: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LAT,LON",
-            help="Where metres count from (degrees), for logs with geographic positions; else their south-west corner.",
-        ),
-    ] = None,
-    not_heard: Annotated[
-        float | None,
-        typer.Option(
-            metavar="LEVEL",
-            help="Level that stands for 'not heard' in tables with a column for each access point; else the format's.",
-        ),
-    ] = None,
-    describe: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
-    ] = None,
-    max_unpacked_gb: Annotated[
-        float, typer.Option(min=0.0, max=1e6, help="Most that an archive may unpack to, gigabytes (10^9 bytes).")
-    ] = 20.0,
-    include_nomap: IncludeNomap = False,
-    hash_bssid: HashBssid = None,
-    no_ssid: NoSsid = False,
-    replace: Replace = False,
-    follow_links: FollowLinks = False,
-    json: AsJson = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class ImportOptions:
+    """Arguments and options of ``vislam2tag import``."""
+
+    path: Path = argument("File, folder or archive (.zip, .tar.xz, ...) of another format.")
+    out: Path = option(..., "Folder for the data set: new, empty or an earlier data set.")
+    format_name: str | None = option(None, format_help("; else found by content"), "--format")
+    name: str | None = option(None, "Name of the data set; else the format's own.")
+    origin: tuple[float, float] | None = option(
+        None,
+        "Where metres count from (degrees), for logs with geographic positions; else their south-west corner.",
+        metavar="LAT,LON",
+        parse=degrees_of,
+    )
+    not_heard: float | None = option(
+        None,
+        "Level that stands for 'not heard' in tables with a column for each access point; else the format's.",
+        metavar="LEVEL",
+    )
+    describe: Description = None
+    max_unpacked_gb: float = option(
+        20.0, "Most that an archive may unpack to, gigabytes (10^9 bytes).", least=0.0, most=1e6
+    )
+    hiding: PrivacyOptions
+    replace: Replace = False
+    follow_links: FollowLinks = False
+    json: AsJson = False
+
+
+@command
+def import_command(given: ImportOptions) -> None:
+    """Import a data set that others published, or logs of other programs, into ours.
+
+    \b
+    Formats, recognised by names and first lines unless --format says which:
+      comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
+                     APs.csv
+      getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
+                     folder or archive of them; Wi-Fi and BLE between POSI marks,
+                     in metres east and north of --origin
+      gia            giaIndoorLoc's labelled layout: folder or archive with
+                     floor_K/DEVICE/SESSION/wifi_annotated.csv; its Wi-Fi and,
+                     where sensors_annotated.csv is beside, magnetic field
+      ilc20          Indoor Location Competition 2.0: folder or archive with
+                     SITE/FLOOR/path_data_files/*.txt, floor_info.json and
+                     floor_image.png; Wi-Fi and BLE between waypoints
+      parquet        the plain Parquet tables that export wrote (folder, archive)
+      tampere        Tampere University's quartet (Lohan et al. 2017): folder or
+                     archive with Training_rss_DATE.csv,
+                     Training_coordinates_DATE.csv, Training_device_DATE.csv,
+                     Training_date_DATE.csv and the same of Test_; their split
+      uji            UJIIndoorLoc: folder, archive or one of trainingData.csv,
+                     validationData.csv; with their split, and the names that
+                     export wrote beside them
+      uji-library    UJI's long-term library set (Mendoza-Silva et al. 2018):
+                     folder or archive with MM/trnNNrss.csv, ...crd.csv,
+                     ...tms.csv and the same of tst; their split
+      uts            UTSIndoorLoc: folder or archive with UTS_training.csv and
+                     UTS_test.csv, or one of them; with their split
+      wifine         WiFine (Khassanov et al. 2021): folder or archive with
+                     train/train_*.csv, val/val_*.csv, test/test_*.csv; with
+                     their split
+
+    All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
+    docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
+
+    Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, no
+    reading can be used, or no fingerprint has a position, 2 wrong usage, files that are not of the format, or DS cannot
+    be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag import tampere-2017-08-21.tar.xz --out tampere
+      vislam2tag import indoor-location-competition-20/data --format ilc20 \\
+          --out malls
+      vislam2tag import ipin2023/training --origin 49.4609,11.0252 --out ipin \\
+          --json
+    """
     from vislam2tag.dataset.description import read_description
-    from vislam2tag.pipeline.datasets.finish import PAGE_FILE
     from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 
     options = ImportOptions(
-        format_name,
-        name,
-        None if origin is None else degrees_of(origin),
-        privacy_of(include_nomap, hash_bssid, no_ssid),
-        None if describe is None else read_description(describe),
-        replace,
-        _bytes(max_unpacked_gb),
-        follow_links,
-        not_heard,
+        given.format_name,
+        given.name,
+        given.origin,
+        given.hiding.privacy,
+        None if given.describe is None else read_description(given.describe),
+        given.replace,
+        _bytes(given.max_unpacked_gb),
+        given.follow_links,
+        given.not_heard,
     )
-    try:
-        with session_bar("files") as bar:
-            dataset = import_format(path, out, options, progress=lambda _done, total: bar.advance(total, None))
-    except KeyboardInterrupt:
-        say(f"interrupted: no data set was written to {out}", err=True)
-        raise typer.Exit(INTERRUPTED) from None
-    if json:
-        say_json(dataset.info)
-    else:
-        say("\n".join(_summary(dataset, out)))
-    if not dataset.measured:
-        say("no reading of these files can be used: correct what the findings name and import again", err=True)
-    elif not json:
-        next_step("import" if dataset.labelled else "no position", dataset=out, page=out / PAGE_FILE)
+    with interrupted_with(f"no data set was written to {given.out}"), session_bar("files") as bar:
+        dataset = import_format(given.path, given.out, options, progress=bar.count)
     odd = any(finding.severity is Severity.ERROR for finding in dataset.info.findings)
-    raise typer.Exit(1 if odd or not dataset.measured or not dataset.labelled else 0)
+    if given.json and not dataset.measured:
+        say(_NOTHING_USABLE, err=True)
+    failed = odd or not dataset.measured or not dataset.labelled
+    answer(dataset.info, given.json, lambda: _print(dataset, given.out), failed=failed)
+
+
+def _print(dataset: Dataset, out: Path) -> None:
+    from vislam2tag.pipeline.datasets.finish import PAGE_FILE
+
+    say("\n".join(_summary(dataset, out)))
+    if dataset.measured:
+        next_step("import" if dataset.labelled else "no position", dataset=out, page=out / PAGE_FILE)
+    else:
+        say(_NOTHING_USABLE, err=True)
 
 
 def _bytes(gigabytes: float) -> int:
     if not gigabytes < math.inf:
         raise UsageError("--max-unpacked-gb: give a number of gigabytes, such as 20")
     return round(gigabytes * 1e9)
-
-
-def degrees_of(text: str) -> tuple[float, float]:
-    """Read latitude and longitude from ``49.46,11.02``; raises UsageError for anything else."""
-    try:
-        latitude, longitude = (float(part) for part in text.split(","))
-    except ValueError as error:
-        raise UsageError(f"--origin {text}: give latitude and longitude in degrees, such as 49.4609,11.0252") from error
-    if not (abs(latitude) <= 90 and abs(longitude) <= 180):
-        raise UsageError(f"--origin {text}: latitudes reach from -90 to 90, longitudes from -180 to 180 degrees")
-    return latitude, longitude
 
 
 def _summary(dataset: Dataset, out: Path) -> list[str]:

@@ -5,125 +5,111 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.options import AsJson, key_of
 from vislam2tag.cli.progress import interrupted_with, outputs_of_interrupted
-from vislam2tag.cli.terminal import say, say_json, visible_console
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.terminal import answer, say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.visible_text import visible
 from vislam2tag.positioning.settings import SequenceMethod
 
 if TYPE_CHECKING:
-    from vislam2tag.pipeline.positioning.locate import LocatedScans
+    from vislam2tag.pipeline.positioning.locate import LocatedScans, WalkPlan
 
 
 LOOPBACK = "127.0.0.1"
-HELP = """
-Say where scans were taken, by a model that `vislam2tag train` saved.
-
-SCANS is CSV (scan_id, bssid, rssi_dbm; one reading a line, the readings of a scan together), JSON lines with the same
-names (.jsonl, .ndjson, .json), or a data set. The answer has a line for each scan: scan_id, status, building, floor, x,
-y, z, the radii that hold 68 % and 95 % of errors, and how probable the floor is; as JSON lines where FILE (or, without
---out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`, never guessed;
-one that is `unlike` all that was learned has a place, but its radii cannot be relied on (neighbours,
-local-kriging and cell-density tell).
-
-Scans of one walk can help each other: `smoother` looks at the whole walk, `filter` back only, as a phone that walks
-must. Both need the columns session and time_ns (data sets have them). With --track the phone's own motion joins them:
-CSV (session, time_ns, x, y; metres, level, any origin and heading) or what `vislam2tag process` wrote. Scans that hear
-nothing known then get their place from their neighbours.
-
-With --serve it answers over HTTP on this computer alone, with a page that shows where you are on the plans of --plans;
-docs/how-to/locate.md tells the form.
-
-Lines that cannot be used are counted and left out. docs/how-to/locate.md describes both formats.
-
-Exit code: 0 at least one scan has a position, 1 none has, 2 wrong usage, no model, scans that cannot be read, or FILE
-cannot be written, 130 interrupted.
-
-\b
-Examples:
-  vislam2tag locate building.v2t scans.csv --out positions.csv
-  vislam2tag locate building.v2t scans.jsonl
-  vislam2tag locate building.v2t fingerprints --out positions.jsonl
-  vislam2tag locate building.v2t walks.csv --sequence filter \\
-      --out positions.csv
-  vislam2tag locate building.v2t walks.csv --track tracker.csv \\
-      --out positions.csv
-  vislam2tag locate building.v2t --serve --plans fingerprints
-  vislam2tag locate hashed.v2t scans.csv --hash-bssid key.txt \\
-      --out positions.csv
-"""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("locate", help=HELP)(_locate)
+@dataclass(frozen=True, kw_only=True)
+class LocateOptions:
+    """Arguments and options of ``vislam2tag locate``."""
+
+    model: Path = argument("Model's file (see vislam2tag train).")
+    scans: Path | None = argument("Scans: CSV, JSON lines, or a data set's folder.", None, metavar="[SCANS]")
+    out: Path | None = option(None, "Where to write; standard output without it.", metavar="FILE")
+    hash_bssid: Path | None = option(
+        None, "Hash the scans' BSSIDs with this key, as the model's data set was.", metavar="KEYFILE"
+    )
+    sequence: SequenceMethod | None = option(None, "Let the scans of a walk help each other; with --track: smoother.")
+    track: Path | None = option(None, "How the phone moved: CSV, or a folder that process wrote.", metavar="TRACK")
+    serve: bool = option(False, "Answer over HTTP, on this computer alone, until Ctrl-C; without SCANS.")
+    port: int = option(8780, "With --serve: port to listen on; 0: any.", least=0, most=65535)
+    plans: Path | None = option(None, "With --serve: data set whose plans the page shows.", metavar="DS")
+    json: AsJson = False
 
 
-def _locate(
-    model: Annotated[Path, typer.Argument(help="Model's file (see vislam2tag train).")],
-    scans: Annotated[
-        Path | None, typer.Argument(metavar="[SCANS]", help="Scans: CSV, JSON lines, or a data set's folder.")
-    ] = None,
-    *,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where to write; standard output without it.")
-    ] = None,
-    hash_bssid: Annotated[
-        Path | None,
-        typer.Option(metavar="KEYFILE", help="Hash the scans' BSSIDs with this key, as the model's data set was."),
-    ] = None,
-    sequence: Annotated[
-        SequenceMethod | None, typer.Option(help="Let the scans of a walk help each other; with --track: smoother.")
-    ] = None,
-    track: Annotated[
-        Path | None, typer.Option(metavar="TRACK", help="How the phone moved: CSV, or a folder that process wrote.")
-    ] = None,
-    serve: Annotated[
-        bool, typer.Option("--serve", help="Answer over HTTP, on this computer alone, until Ctrl-C; without SCANS.")
-    ] = False,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="With --serve: port to listen on; 0: any.")] = 8780,
-    plans: Annotated[
-        Path | None, typer.Option(metavar="DS", help="With --serve: data set whose plans the page shows.")
-    ] = None,
-    json: AsJson = False,
-) -> None:
-    if serve:
-        if scans is not None or out is not None or hash_bssid is not None or sequence is not None or track is not None:
-            raise UsageError("--serve: goes with --port, --plans and --json alone; scans come over HTTP")
-        _serve(model, port, plans, as_json=json)
+@command
+def locate_command(given: LocateOptions) -> None:
+    """Say where scans were taken, by a model that `vislam2tag train` saved.
+
+    SCANS is CSV (scan_id, bssid, rssi_dbm; one reading a line, the readings of a scan together), JSON lines with the
+    same names (.jsonl, .ndjson, .json), or a data set. The answer has a line for each scan: scan_id, status, building,
+    floor, x, y, z, the radii that hold 68 % and 95 % of errors, and how probable the floor is; as JSON lines where FILE
+    (or, without --out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`,
+    never guessed; one that is `unlike` all that was learned has a place, but its radii cannot be relied on (neighbours,
+    local-kriging and cell-density tell).
+
+    Scans of one walk can help each other: `smoother` looks at the whole walk, `filter` back only, as a phone that walks
+    must. Both need the columns session and time_ns (data sets have them). With --track the phone's own motion joins
+    them: CSV (session, time_ns, x, y; metres, level, any origin and heading) or what `vislam2tag process` wrote. Scans
+    that hear nothing known then get their place from their neighbours.
+
+    With --serve it answers over HTTP on this computer alone, with a page that shows where you are on the plans of
+    --plans; docs/how-to/locate.md tells the form.
+
+    Lines that cannot be used are counted and left out. docs/how-to/locate.md describes both formats.
+
+    Exit code: 0 at least one scan has a position, 1 none has, 2 wrong usage, no model, scans that cannot be read, or
+    FILE cannot be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag locate building.v2t scans.csv --out positions.csv
+      vislam2tag locate building.v2t scans.jsonl
+      vislam2tag locate building.v2t fingerprints --out positions.jsonl
+      vislam2tag locate building.v2t walks.csv --sequence filter \\
+          --out positions.csv
+      vislam2tag locate building.v2t walks.csv --track tracker.csv \\
+          --out positions.csv
+      vislam2tag locate building.v2t --serve --plans fingerprints
+      vislam2tag locate hashed.v2t scans.csv --hash-bssid key.txt \\
+          --out positions.csv
+    """
+    if given.serve:
+        _serve(given)
         return
-    if scans is None or plans is not None:
+    if given.scans is None or given.plans is not None:
         raise UsageError("give SCANS, or --serve (with --plans)")
-    from vislam2tag.dataset.privacy import read_key
-    from vislam2tag.pipeline.positioning.locate import WalkPlan, locate
-    from vislam2tag.positioning.scan_file import JSON_SUFFIXES, Tracks
+    from vislam2tag.pipeline.positioning.locate import locate
+    from vislam2tag.positioning.scan_file import JSON_SUFFIXES
 
-    key = None if hash_bssid is None else read_key(hash_bssid)
-    if out is not None and out.resolve() in (model.resolve(), scans.resolve()):
+    key, out = key_of(given.hash_bssid), given.out
+    if out is not None and out.resolve() in (given.model.resolve(), given.scans.resolve()):
         raise UsageError(f"--out {out}: would overwrite what it is made of; choose another name")
-    walks = None
-    if sequence is not None or track is not None:
-        walks = WalkPlan(sequence or SequenceMethod.SMOOTHER, None if track is None else Tracks(track))
-    if json and out is None:
+    if given.json and out is None:
         raise UsageError("--json: sums up; give --out, too: without it standard output holds the positions")
-    as_json = (scans if out is None else out).suffix.lower() in JSON_SUFFIXES
-    on_interrupt = outputs_of_interrupted(out) if out else interrupted_with(lambda: "not all scans are located")
+    as_json = (given.scans if out is None else out).suffix.lower() in JSON_SUFFIXES
+    on_interrupt = outputs_of_interrupted(out) if out else interrupted_with("not all scans are located")
     with on_interrupt, _written(out) as write, visible_console(stderr=True).status("locating"):
-        found = locate(model, scans, write, as_json=as_json, key=key, walks=walks)
-    if json:
-        say_json(asdict(found) | {"located": found.located, "judgement": found.judgement})
-    else:
-        _print(found, out)
-        next_step(_after(found), err=out is None, model=model)
-    raise typer.Exit(0 if found.located else 1)
+        found = locate(given.model, given.scans, write, as_json=as_json, key=key, walks=_walks(given))
+    result = asdict(found) | {"located": found.located, "judgement": found.judgement}
+    answer(result, given.json, lambda: _print(found, given), failed=not found.located)
+
+
+def _walks(given: LocateOptions) -> WalkPlan | None:
+    """How the scans of a walk help each other, if they do."""
+    from vislam2tag.pipeline.positioning.locate import WalkPlan
+    from vislam2tag.positioning.scan_file import Tracks
+
+    if given.sequence is None and given.track is None:
+        return None
+    track = None if given.track is None else Tracks(given.track)
+    return WalkPlan(given.sequence or SequenceMethod.SMOOTHER, track)
 
 
 def _after(found: LocatedScans) -> str:
@@ -133,8 +119,10 @@ def _after(found: LocatedScans) -> str:
     return "locate, other access points" if found.usable else "locate, nothing usable"
 
 
-def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None:
+def _serve(given: LocateOptions) -> None:
     """Answer until Ctrl-C."""
+    if any(one is not None for one in (given.scans, given.out, given.hash_bssid, given.sequence, given.track)):
+        raise UsageError("--serve: goes with --port, --plans and --json alone; scans come over HTTP")
     # Only a server needs these; starting quickly matters to all other commands.
     from vislam2tag.pipeline.positioning.locate_app import locate_app
     from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
@@ -142,10 +130,10 @@ def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None
     from vislam2tag.receiving.address import listen
     from vislam2tag.receiving.connections import serve
 
-    answers = ServedAnswers(load_model(model), plans)
-    with listen(LOOPBACK, port) as opened:
+    answers = ServedAnswers(load_model(given.model), given.plans)
+    with listen(LOOPBACK, given.port) as opened:
         url = f"http://{LOOPBACK}:{opened.getsockname()[1]}/"
-        if as_json:
+        if given.json:
             say_json({"url": url, "model": answers.model})
         else:
             say(f"{url}\nPOST {url}locate takes scans, {url}api tells how. Ctrl-C ends it.")
@@ -165,9 +153,9 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
         yield lambda text: file.write(text.encode())
 
 
-def _print(found: LocatedScans, out: Path | None) -> None:
+def _print(found: LocatedScans, given: LocateOptions) -> None:
     """Sum up: on standard error where standard output holds the positions."""
-    err = out is None
+    err = given.out is None
     unknown = f"{found.unknown} unknown"
     if found.located:
         unknown += f" (they hear none of the model's {found.access_points} access points)"
@@ -183,5 +171,6 @@ def _print(found: LocatedScans, out: Path | None) -> None:
         say(f"{finding.kind}: {finding.count} (lines {lines}): {finding.message}", err=err)
     if found.advice is not None:
         say(found.advice, err=err)
-    if out is not None:
-        say(f"positions: {out}")
+    if given.out is not None:
+        say(f"positions: {given.out}")
+    next_step(_after(found), err=err, model=given.model)

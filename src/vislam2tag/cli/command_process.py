@@ -3,34 +3,29 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     AsJson,
-    ClusterFile,
-    Devices,
     DryRun,
     ExecutorName,
-    Floors,
+    ExecutorOptions,
     FollowLinks,
     Jobs,
     LandmarkFile,
     Replace,
-    SchedulerAddress,
+    SessionOptions,
     SurveyFolder,
-    WhereSessionsRun,
-    executor_of,
-    selection_of,
 )
 from vislam2tag.cli.progress import interrupted_with, labels_there, session_bar
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
+from vislam2tag.cli.records import command, option
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
 from vislam2tag.cli.tables import print_warnings
-from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.files.store import shown
 from vislam2tag.common.garbage import keep_freed_memory
 from vislam2tag.common.plugins import STRATEGIES
@@ -39,106 +34,88 @@ from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
     from vislam2tag.labeling.results import Summary
+    from vislam2tag.pipeline.run.workers import Executor
 
 
 DEFAULT_STRATEGY = Settings().strategy
-HELP = """
-Map every session of a survey and label every reading.
-
-Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OUT/sessions (one JSON a session),
-OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
-same OUT finished, and that have not changed since, are not repeated.
-
-Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
-frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
-interrupted. Whatever ended a run early, the same command goes on.
-
-\b
-Examples:
-  vislam2tag process survey --out labels
-  vislam2tag process survey --out labels --floor 1 --floor 4 --device LG \\
-      --strategy local
-  vislam2tag process survey --out labels --max-sigma-m 0.3 \\
-      --landmarks completed.csv
-  vislam2tag process survey --out labels --together
-  vislam2tag process survey --out paper --label-rule next-frame \\
-      --max-step-m 2
-  vislam2tag process survey --out labels --dry-run
-  vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
-      --executor dask --scheduler tcp://10.0.0.5:8786
-"""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("process", help=HELP)(_process)
+@dataclass(frozen=True, kw_only=True)
+class ProcessOptions:
+    """Arguments and options of ``vislam2tag process``."""
+
+    survey: SurveyFolder
+    out: Path = option(..., "Output folder: new, empty or from an earlier run.")
+    landmarks: LandmarkFile = None
+    strategy: str | None = option(
+        None,
+        f"Mapping strategy: {', '.join(STRATEGIES.names())}.  [default: {DEFAULT_STRATEGY}]",
+        sets=("strategy",),
+    )
+    sessions: SessionOptions
+    replace: Replace = False
+    follow_links: FollowLinks = False
+    dry_run: DryRun = False
+    jobs: Jobs = ALL_CORES
+    where: ExecutorOptions
+    json: AsJson = False
+    config: ConfigFile = None
+    label_rule: LabelRule | None = setting("labels.rule")
+    max_gap_s: float | None = setting("labels.max_gap_s")
+    visit_radius_m: float | None = setting("mapping.visit_radius_m")
+    max_sigma_m: float | None = setting("labels.max_sigma_m")
+    max_step_m: float | None = setting("mapping.max_step_m")
+    together: bool | None = setting("together")
+    use_planned: bool | None = setting("survey.use_planned")
+    allow_for_pose_lag: bool | None = setting("mapping.smoother.allow_for_pose_lag")
 
 
-def _process(
-    survey: SurveyFolder,
-    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
-    landmarks: LandmarkFile = None,
-    strategy: Annotated[
-        str | None,
-        typer.Option(help=f"Mapping strategy: {', '.join(STRATEGIES.names())}.  [default: {DEFAULT_STRATEGY}]"),
-    ] = None,
-    floor: Floors = None,
-    device: Devices = None,
-    replace: Replace = False,
-    follow_links: FollowLinks = False,
-    dry_run: DryRun = False,
-    jobs: Jobs = ALL_CORES,
-    executor: WhereSessionsRun = ExecutorName.LOCAL,
-    scheduler: SchedulerAddress = None,
-    cluster: ClusterFile = None,
-    json: AsJson = False,
-    config: ConfigFile = None,
-    label_rule: Annotated[LabelRule | None, setting("labels.rule")] = None,
-    max_gap_s: Annotated[float | None, setting("labels.max_gap_s")] = None,
-    visit_radius_m: Annotated[float | None, setting("mapping.visit_radius_m")] = None,
-    max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
-    max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
-    together: Annotated[bool | None, setting("together")] = None,
-    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
-    allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
-) -> None:
+@command
+def process_command(given: ProcessOptions) -> None:
+    """Map every session of a survey and label every reading.
+
+    Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OUT/sessions (one JSON a session),
+    OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
+    same OUT finished, and that have not changed since, are not repeated.
+
+    Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
+    frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
+    interrupted. Whatever ended a run early, the same command goes on.
+
+    \b
+    Examples:
+      vislam2tag process survey --out labels
+      vislam2tag process survey --out labels --floor 1 --floor 4 --device LG \\
+          --strategy local
+      vislam2tag process survey --out labels --max-sigma-m 0.3 \\
+          --landmarks completed.csv
+      vislam2tag process survey --out labels --together
+      vislam2tag process survey --out paper --label-rule next-frame \\
+          --max-step-m 2
+      vislam2tag process survey --out labels --dry-run
+      vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
+          --executor dask --scheduler tcp://10.0.0.5:8786
+    """
     keep_freed_memory()
-    if jobs > 1:  # threads of this process would compete with its workers, which have one each
+    if given.jobs > 1:  # threads of this process would compete with its workers, which have one each
         os.environ.setdefault("POLARS_MAX_THREADS", "1")
     from vislam2tag.pipeline.labels.dry_run import dry_run_on_dask
     from vislam2tag.pipeline.labels.stored_session import on_dask
 
-    given = {
-        "strategy": strategy,
-        "labels.rule": label_rule,
-        "labels.max_gap_s": max_gap_s,
-        "mapping.visit_radius_m": visit_radius_m,
-        "labels.max_sigma_m": max_sigma_m,
-        "mapping.max_step_m": max_step_m,
-        "together": together,
-        "survey.use_planned": use_planned,
-        "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
-    }
-    settings = settings_of(config, given, survey)
-    options = {"landmarks": landmarks, "selection": selection_of(floor, device), "replace": replace}
-    with executor_of(executor, scheduler, cluster, jobs, dry_run_on_dask if dry_run else on_dask) as run_all:
-        if dry_run:
-            _print_dry_run(survey, out, settings, json, executor=run_all, **options)
-            return
-        on_cluster = executor is ExecutorName.DASK
-        summary = _process_with_progress(
-            survey, out, settings, lines=on_cluster, executor=run_all, follow_links=follow_links, **options
-        )
-    code = 0 if summary.problem is None else 1
-    if json:
-        say_json(summary)
-        raise typer.Exit(code)
-    _print_summary(summary, out)
+    settings = settings_from(given, given.survey)
+    with given.where.opened(given.jobs, dry_run_on_dask if given.dry_run else on_dask) as executor:
+        if given.dry_run:
+            _print_dry_run(given, settings, executor)
+        summary = _process_with_progress(given, settings, executor)
+    answer(summary, given.json, lambda: _print(summary, given), failed=summary.problem is not None)
+
+
+def _print(summary: Summary, given: ProcessOptions) -> None:
+    _print_summary(summary, given.out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
     say(f"the survey by its walks: {summary.judgement.sentence}")
-    next_step(_after(summary), survey=survey, out=out)
-    raise typer.Exit(code)
+    next_step(_after(summary), survey=given.survey, out=given.out)
 
 
 def _after(summary: Summary) -> str:
@@ -153,26 +130,35 @@ def _after(summary: Summary) -> str:
     return next((name for name, so in found.items() if so), "process")
 
 
-def _print_dry_run(survey: Path, out: Path, settings: Settings, json: bool, **options: Any) -> None:
+def _print_dry_run(given: ProcessOptions, settings: Settings, executor: Executor) -> None:
     from vislam2tag.pipeline.labels.dry_run import dry_run
 
-    found = dry_run(survey, out, settings, **options)
-    if json:
-        say_json(found)
-        raise typer.Exit(0 if found else 1)
-    for one in found:
-        if one.reasons:
-            say(f"{one.session}: {', '.join(reason.value for reason in one.reasons)}")
-    if not found:
-        say("would process nothing: the survey has no session that is not excluded")
-        next_step("process, failed", survey=survey)
-        raise typer.Exit(1)
-    count = sum(bool(one.reasons) for one in found)
-    say(f"would process {count} of {len(found)} sessions; the others are done and unchanged")
-    next_step("process, dry run", survey=survey, out=out)
+    found = dry_run(
+        given.survey,
+        given.out,
+        settings,
+        executor=executor,
+        landmarks=given.landmarks,
+        selection=given.sessions.selection,
+        replace=given.replace,
+    )
+
+    def show() -> None:
+        for one in found:
+            if one.reasons:
+                say(f"{one.session}: {', '.join(reason.value for reason in one.reasons)}")
+        if not found:
+            say("would process nothing: the survey has no session that is not excluded")
+            next_step("process, failed", survey=given.survey)
+            return
+        count = sum(bool(one.reasons) for one in found)
+        say(f"would process {count} of {len(found)} sessions; the others are done and unchanged")
+        next_step("process, dry run", survey=given.survey, out=given.out)
+
+    answer(found, given.json, show, failed=not found)
 
 
-def _process_with_progress(survey: Path, out: Path, settings: Settings, *, lines: bool, **options: Any) -> Summary:
+def _process_with_progress(given: ProcessOptions, settings: Settings, executor: Executor) -> Summary:
     from vislam2tag.pipeline.labels.process import process
 
     compared, to_compare, sessions = 0, 0, 0
@@ -182,15 +168,20 @@ def _process_with_progress(survey: Path, out: Path, settings: Settings, *, lines
         compared, to_compare, sessions = compared + 1, total, sessions or total
         bar.advance(to_compare + sessions, None)
 
-    with interrupted_with(lambda: labels_there(out)), session_bar("sessions", lines=lines) as bar:
+    on_cluster = given.where.executor is ExecutorName.DASK
+    with interrupted_with(lambda: labels_there(given.out)), session_bar("sessions", lines=on_cluster) as bar:
         return process(
-            survey,
-            out,
+            given.survey,
+            given.out,
             settings,
+            executor=executor,
+            landmarks=given.landmarks,
+            selection=given.sessions.selection,
+            replace=given.replace,
+            follow_links=given.follow_links,
             progress=lambda outcome, total: bar.advance(to_compare + total, outcome.error, outcome.rows),
             comparing=compare,
             tell=print_warnings,
-            **options,
         )
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
-from vislam2tag.cli.terminal import say, say_json, visible_console
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.terminal import answer, print_line, say, visible_console
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.receiving.address import EVERYWHERE, code_of, listen, url_for
 
@@ -21,52 +20,45 @@ if TYPE_CHECKING:
     from vislam2tag.receiving.filing import FiledSession
 
 
-HELP = """
-Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESSION.
-
-Shows a code for the phone's camera; the phone must be on the same network. Uploads go on where they broke off, also
-after a restart. A session is checked whole before it appears, and never replaces another one. Ctrl-C ends it.
-
-With ZIP files (shared by mail or cable) these are checked and filed, and no server is started. Zips that other apps
-share (Stray Scanner, Polycam, Sensor Logger, ...: docs/how-to/iphone.md) are filed, too, from the page or as files;
-they know no floor, so that --floor says it where the survey has several.
-
-The token is never sent, only proof of it; what the sessions hold is sent as it is. Use a network that you trust, or the
-phone's or the computer's own hotspot, where others should not read them.
-
-Exit code: 0 ended by Ctrl-C, or all ZIPs filed, 1 a ZIP was refused, 2 no folder, or it cannot be written, or the
-address cannot be listened on.
-
-\b
-Examples:
-  vislam2tag receive survey
-  vislam2tag receive survey --port 9000 --max-size-mb 4000
-  vislam2tag receive survey 2021-12-20T132523.zip
-  vislam2tag receive survey walk-1.zip --floor 2 --device iPhone
-"""
-
 UNPACKED = 8
 """A zip may unpack to this many times ``--max-size-mb``."""
 MEGABYTE = 1_000_000
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("receive", help=HELP)(_receive)
-
-
-def _receive(
-    survey: Annotated[Path, typer.Argument(help="Survey folder; floors and devices that it lacks are made in it.")],
-    zips: Annotated[list[Path] | None, typer.Argument(metavar="[ZIP]...", help="Zips of sessions to file.")] = None,
-    host: Annotated[str, typer.Option(help="Address to listen on; 127.0.0.1: this computer alone.")] = EVERYWHERE[0],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8765,
-    max_size_mb: Annotated[int, typer.Option(min=1, help="Greatest zip taken, megabytes.")] = 1000,
-    floor: Annotated[
-        int | None, typer.Option(help="Floor that recordings of other apps are filed under.", show_default=False)
-    ] = None,
-    device: Annotated[str | None, typer.Option(metavar="NAME", help="Device that they are filed under.")] = None,
+@command
+def receive_command(
+    *,
+    survey: Path = argument("Survey folder; floors and devices that it lacks are made in it."),
+    zips: tuple[Path, ...] = argument("Zips of sessions to file.", (), metavar="[ZIP]..."),
+    host: str = option(EVERYWHERE[0], "Address to listen on; 127.0.0.1: this computer alone."),
+    port: int = option(8765, "Port to listen on; 0: any free one.", least=0, most=65535),
+    max_size_mb: int = option(1000, "Greatest zip taken, megabytes.", least=1),
+    floor: int | None = option(None, "Floor that recordings of other apps are filed under."),
+    device: str | None = option(None, "Device that they are filed under.", metavar="NAME"),
     json: AsJson = False,
 ) -> None:
+    """Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESSION.
+
+    Shows a code for the phone's camera; the phone must be on the same network. Uploads go on where they broke off, also
+    after a restart. A session is checked whole before it appears, and never replaces another one. Ctrl-C ends it.
+
+    With ZIP files (shared by mail or cable) these are checked and filed, and no server is started. Zips that other apps
+    share (Stray Scanner, Polycam, Sensor Logger, ...: docs/how-to/iphone.md) are filed, too, from the page or as files;
+    they know no floor, so that --floor says it where the survey has several.
+
+    The token is never sent, only proof of it; what the sessions hold is sent as it is. Use a network that you trust, or
+    the phone's or the computer's own hotspot, where others should not read them.
+
+    Exit code: 0 ended by Ctrl-C, or all ZIPs filed, 1 a ZIP was refused, 2 no folder, or it cannot be written, or the
+    address cannot be listened on.
+
+    \b
+    Examples:
+      vislam2tag receive survey
+      vislam2tag receive survey --port 9000 --max-size-mb 4000
+      vislam2tag receive survey 2021-12-20T132523.zip
+      vislam2tag receive survey walk-1.zip --floor 2 --device iPhone
+    """
     if not survey.is_dir():
         raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
     from vislam2tag.receiving.app_zip import app_place
@@ -81,11 +73,8 @@ def _receive(
     else:
         filed, there = {}, _serve(survey, host, port, max_size_mb * MEGABYTE, place, visible_console(stderr=json))
     refused = [path for path, one in filed.items() if one is None]
-    if json:
-        say_json({"filed": there, "refused": refused})
-    elif there:
-        next_step("receive", survey=survey)
-    raise typer.Exit(1 if refused else 0)
+    show = lambda: next_step("receive", survey=survey) if there else None
+    answer({"filed": there, "refused": refused}, json, show, failed=bool(refused))
 
 
 def _filed(survey: Path, path: Path, max_bytes: int, place: AppPlace, *, tell: bool) -> FiledSession | None:
@@ -139,9 +128,7 @@ class _Screen:
             self._bars.remove_task(task)
 
     def _print(self, what: str, colour: str, text: str) -> None:
-        from rich.text import Text
-
-        self._bars.console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
+        print_line(what, f"bold {colour}", text, self._bars.console)
 
 
 def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, console: Console) -> list[FiledSession]:

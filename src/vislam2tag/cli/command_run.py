@@ -2,41 +2,20 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.command_process import share_text
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SurveyFolder
-from vislam2tag.cli.progress import SessionBar, contents_there, interrupted_with, session_bar
+from vislam2tag.cli.progress import contents_there, interrupted_with, session_bar
+from vislam2tag.cli.records import command, option
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
-from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.cli.terminal import answer, say
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.survey_run import SurveyRun
-    from vislam2tag.settings import Settings
-
-
-HELP = """
-From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
-
-Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as diagnose), OUT/check (as check),
-OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything: what
-is done and unchanged is kept. Each step has a command of its own with more options.
-
-Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
-frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
-interrupted.
-
-\b
-Examples:
-  vislam2tag run survey --out out
-  vislam2tag run survey --out out --config settings.toml
-"""
 
 
 _PARTS = {
@@ -48,46 +27,43 @@ _PARTS = {
 }
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("run", help=HELP)(_run)
-
-
-def _run(
+@command
+def run_command(
+    *,
     survey: SurveyFolder,
-    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
+    out: Path = option(..., "Output folder: new, empty or from an earlier run."),
     landmarks: LandmarkFile = None,
     follow_links: FollowLinks = False,
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
-    use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
+    use_planned: bool | None = setting("survey.use_planned"),
 ) -> None:
-    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
-    with interrupted_with(lambda: contents_there(out, _PARTS)):
-        made = _with_progress(survey, out, settings, landmarks, follow_links, jobs)
-    if json:
-        say_json(made)
-    else:
-        _print(made, survey, out)
-    raise typer.Exit(0 if made.labels.problem is None else 1)
+    """From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
 
+    Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as diagnose), OUT/check (as check),
+    OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything:
+    what is done and unchanged is kept. Each step has a command of its own with more options.
 
-def _with_progress(
-    survey: Path, out: Path, settings: Settings, landmarks: Path | None, follow_links: bool, jobs: int
-) -> SurveyRun:
+    Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
+    frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
+    interrupted.
+
+    \b
+    Examples:
+      vislam2tag run survey --out out
+      vislam2tag run survey --out out --config settings.toml
+    """
     from vislam2tag.pipeline.survey_run import run_survey
 
-    with ExitStack() as stack:
-        bars: dict[str, SessionBar] = {}
+    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
+    with interrupted_with(lambda: contents_there(out, _PARTS)), session_bar("sessions") as bar:
 
         def advance(step: tuple[str, str | None], total: int) -> None:
-            if step[0] not in bars:
-                stack.close()  # one bar at a time
-                bars[step[0]] = stack.enter_context(session_bar(f"sessions: {step[0]}"))
-            bars[step[0]].advance(total, step[1])
+            bar.enter(f"sessions: {step[0]}")
+            bar.advance(total, step[1])
 
-        return run_survey(
+        made = run_survey(
             survey,
             out,
             settings,
@@ -97,6 +73,7 @@ def _with_progress(
             progress=advance,
             tell=print_warnings,
         )
+    answer(made, json, lambda: _print(made, survey, out), failed=made.labels.problem is not None)
 
 
 def _print(made: SurveyRun, survey: Path, out: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,9 +11,12 @@ import typer
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.terminal import say, say_json, visible_console
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
+from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.choices import (
     TRAP_FINDINGS,
     Climb,
@@ -27,165 +30,9 @@ from vislam2tag.simulation.choices import (
 
 if TYPE_CHECKING:
     from vislam2tag.simulation.scenario import Scenario
-    from vislam2tag.simulation.survey import WritingOptions
 
 
-HELP = """
-Simulate a raw survey in the published layout or the phone app's, with the truth beside it (truth.csv in each session).
-
-The pipeline never reads the truth. The same options give the same bytes. With --site, access points are those of the
-building, whatever the seed, which is the walks'; --later makes a second survey that can be joined with the first.
-
-Exit code: 0 written, 2 wrong usage, or OUT holds something already or cannot be written.
-
-\b
-Examples:
-  vislam2tag simulate survey
-  vislam2tag simulate big --floors 5 --devices 4 --sessions 4 --minutes 3 \\
-      --seed 7
-  vislam2tag simulate paper --like paper
-  vislam2tag simulate faulty --severity none --trap stale_wifi \\
-      --trap frame_gap
-  vislam2tag simulate app --format phone --pressure
-  vislam2tag simulate storeys --floors 3 --climb mixed --pressure \\
-      --column elevation --column z
-  vislam2tag simulate again --seed 7 --later 2022-06-01
-  vislam2tag simulate trial --site building --floor 4 \\
-      --landmark-file plan/landmarks.csv
-"""
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("simulate", help=HELP, epilog=f"Traps: {', '.join(TRAP_FINDINGS)}.")(_simulate)
-
-
-def _simulate(
-    context: typer.Context,
-    out: Annotated[Path, typer.Argument(help="New or empty folder for the survey.")],
-    floors: Annotated[int, typer.Option(min=1, help="Number of floors.")] = 2,
-    devices: Annotated[int, typer.Option(min=1, help="Number of phones.")] = 2,
-    sessions: Annotated[int, typer.Option(min=1, help="Walks on each floor with each phone.")] = 2,
-    minutes: Annotated[float, typer.Option(min=0.25, max=600, help="Length of each walk.")] = 2.0,
-    landmark_count: Annotated[int | None, setting("simulation.building.landmarks")] = None,
-    severity: Annotated[SeverityLevel, typer.Option(help="How much goes wrong with tracking.")] = SeverityLevel.DEFAULT,
-    seed: Annotated[int, typer.Option(help="One seed, same bytes.")] = 0,
-    locale: Annotated[Locale, typer.Option(help="Decimal comma, point, or each phone its own.")] = Locale.MIXED,
-    trap: Annotated[list[str] | None, typer.Option(help="A trap of the raw layout; may be given again.")] = None,
-    climb: Annotated[
-        Climb | None,
-        typer.Option(help="Walks go on to other floors and back this way; landmark ids then differ between floors."),
-    ] = None,
-    pressure: Annotated[bool, typer.Option("--pressure", help="The phones log air pressure, too.")] = False,
-    ble: Annotated[bool, typer.Option("--ble", help="There are BLE beacons, and the phones log them.")] = False,
-    rtt: Annotated[bool, typer.Option("--rtt", help="Log ranges to access points (with --format phone).")] = False,
-    without_poses: Annotated[
-        bool, typer.Option("--without-poses", help="No tracker: known positions every 20 s in place of poses.")
-    ] = False,
-    column: Annotated[
-        list[SiteColumn] | None,
-        typer.Option(help="An optional column of the site's files; may be given again."),
-    ] = None,
-    names: Annotated[FileNames, typer.Option(help="File names as published or as in the paper.")] = FileNames.PUBLISHED,
-    layout: Annotated[
-        SessionLayout, typer.Option("--format", help="Sessions as published, or as the phone app writes them.")
-    ] = SessionLayout.PUBLISHED,
-    scripts: Annotated[
-        bool, typer.Option("--scripts", help="With --format phone: script.txt, what the phone saw, in each session.")
-    ] = False,
-    like: Annotated[
-        CopiedSurvey | None,
-        typer.Option(help="Copy the paper's evaluation (floors, phones and walks are then its own)."),
-    ] = None,
-    site: Annotated[
-        Path | None,
-        typer.Option(metavar="SITE", help="Walk on the plans of this site, past its landmarks, instead of a made one."),
-    ] = None,
-    floor: Annotated[list[int] | None, typer.Option(help="With --site: only this floor; repeatable.")] = None,
-    landmark_file: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="With --site: its landmarks.csv or the like instead of its own landmarks."),
-    ] = None,
-    mask: Annotated[
-        Path | None,
-        typer.Option(metavar="IMAGE", help="With --site and one --floor: green can be walked, red cannot."),
-    ] = None,
-    later: Annotated[
-        datetime | None,
-        typer.Option(
-            formats=["%Y-%m-%d"],
-            metavar="DATE",
-            help="Walks of that day through the same building, for join: 2022-06-01.",
-        ),
-    ] = None,
-    json: AsJson = False,
-    config: ConfigFile = None,
-) -> None:
-    from vislam2tag.simulation.scenario import WALKING_DAY, paper_evaluation, regular_survey
-    from vislam2tag.simulation.sensors.devices import device_names
-    from vislam2tag.simulation.survey import WritingOptions
-    from vislam2tag.simulation.writing.traps import check_traps
-
-    if scripts and layout is not SessionLayout.PHONE:
-        raise UsageError("--scripts: needs --format phone")
-    options = WritingOptions(
-        locale,
-        names is FileNames.PAPER,
-        check_traps(trap or ()),
-        frozenset(column or ()),
-        layout,
-        without_poses,
-        scripts,
-    )
-    if climb is not None and (like is not None or site is not None or floors < 2):
-        raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like and --site")
-    if site is not None and like is not None:
-        raise UsageError("--site and --like: give one of the two")
-    _refuse_ignored(context, like, site)
-    day = None if later is None else later.date()
-    if site is None and (floor or landmark_file or mask):
-        raise UsageError("--floor, --landmark-file and --mask: need --site")
-    if mask is not None and len(floor or ()) != 1:
-        raise UsageError("--mask: corrects one floor; name it with --floor")
-    settings = settings_of(config, {"simulation.building.landmarks": landmark_count})
-    if site is not None:
-        from vislam2tag.simulation.building.site_building import site_building
-        from vislam2tag.simulation.building.site_survey import site_floors
-        from vislam2tag.simulation.scenario import SITE_SEED, site_survey
-
-        masks = {} if mask is None else dict.fromkeys(floor or (), mask)
-        building = site_building(
-            site_floors(site, floor or (), landmark_file, masks, settings.walkable), SITE_SEED, settings.simulation.site
-        )
-        walks = site_survey(
-            building, site, seed, severity.value, device_names(devices), sessions, minutes * 60, day=day
-        )
-        scenario = replace(walks, pressure=pressure, ble=ble, rtt=rtt, settings=settings.simulation.site)
-    elif like is CopiedSurvey.PAPER:
-        scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble, rtt=rtt)
-    else:
-        scenario = regular_survey(
-            seed,
-            severity.value,
-            tuple(range(floors)),
-            device_names(devices),
-            sessions,
-            minutes * 60,
-            settings.simulation.building,
-            climb=climb,
-            pressure=pressure,
-            ble=ble,
-            rtt=rtt,
-            day=day or WALKING_DAY,
-        )
-    _run_with_progress(scenario, out, options)
-    if json:
-        say_json({"survey": out, "seed": seed, "sessions": [session.key for session in scenario.sessions]})
-    else:
-        _print(scenario, out)
-        next_step("simulate", survey=out)
-
-
+EPILOG = f"Traps: {', '.join(TRAP_FINDINGS)}."
 _IGNORED = {
     "--like": ("floors", "devices", "sessions", "minutes", "landmark_count", "later"),
     "--site": ("floors", "landmark_count"),
@@ -193,30 +40,183 @@ _IGNORED = {
 """What an option decides itself, by the names of parameters."""
 
 
-def _refuse_ignored(context: typer.Context, like: CopiedSurvey | None, site: Path | None) -> None:
+@dataclass(frozen=True, kw_only=True)
+class SimulateOptions:
+    """Arguments and options of ``vislam2tag simulate``."""
+
+    out: Path = argument("New or empty folder for the survey.")
+    floors: int = option(2, "Number of floors.", least=1)
+    devices: int = option(2, "Number of phones.", least=1)
+    sessions: int = option(2, "Walks on each floor with each phone.", least=1)
+    minutes: float = option(2.0, "Length of each walk.", least=0.25, most=600)
+    landmark_count: int | None = setting("simulation.building.landmarks")
+    severity: SeverityLevel = option(SeverityLevel.DEFAULT, "How much goes wrong with tracking.")
+    seed: int = option(0, "One seed, same bytes.")
+    locale: Locale = option(Locale.MIXED, "Decimal comma, point, or each phone its own.")
+    trap: tuple[str, ...] = option((), "A trap of the raw layout; may be given again.")
+    climb: Climb | None = option(
+        None, "Walks go on to other floors and back this way; landmark ids then differ between floors."
+    )
+    pressure: bool = option(False, "The phones log air pressure, too.")
+    ble: bool = option(False, "There are BLE beacons, and the phones log them.")
+    rtt: bool = option(False, "Log ranges to access points (with --format phone).")
+    without_poses: bool = option(False, "No tracker: known positions every 20 s in place of poses.")
+    column: tuple[SiteColumn, ...] = option((), "An optional column of the site's files; may be given again.")
+    names: FileNames = option(FileNames.PUBLISHED, "File names as published or as in the paper.")
+    layout: SessionLayout = option(
+        SessionLayout.PUBLISHED, "Sessions as published, or as the phone app writes them.", "--format"
+    )
+    scripts: bool = option(False, "With --format phone: script.txt, what the phone saw, in each session.")
+    like: CopiedSurvey | None = option(None, "Copy the paper's evaluation (floors, phones and walks are then its own).")
+    site: Path | None = option(
+        None, "Walk on the plans of this site, past its landmarks, instead of a made one.", metavar="SITE"
+    )
+    floor: tuple[int, ...] = option((), "With --site: only this floor; repeatable.")
+    landmark_file: Path | None = option(
+        None, "With --site: its landmarks.csv or the like instead of its own landmarks.", metavar="FILE"
+    )
+    mask: Path | None = option(None, "With --site and one --floor: green can be walked, red cannot.", metavar="IMAGE")
+    later: Annotated[
+        datetime | None,
+        typer.Option(
+            formats=["%Y-%m-%d"],
+            metavar="DATE",
+            help="Walks of that day through the same building, for join: 2022-06-01.",
+        ),
+    ] = None
+    json: AsJson = False
+    config: ConfigFile = None
+
+
+@command
+def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
+    """Simulate a raw survey in the published layout or the phone app's, with the truth beside it (truth.csv in each
+    session).
+
+    The pipeline never reads the truth. The same options give the same bytes. With --site, access points are those of
+    the building, whatever the seed, which is the walks'; --later makes a second survey that can be joined with the
+    first.
+
+    Exit code: 0 written, 2 wrong usage, or OUT holds something already or cannot be written.
+
+    \b
+    Examples:
+      vislam2tag simulate survey
+      vislam2tag simulate big --floors 5 --devices 4 --sessions 4 --minutes 3 \\
+          --seed 7
+      vislam2tag simulate paper --like paper
+      vislam2tag simulate faulty --severity none --trap stale_wifi \\
+          --trap frame_gap
+      vislam2tag simulate app --format phone --pressure
+      vislam2tag simulate storeys --floors 3 --climb mixed --pressure \\
+          --column elevation --column z
+      vislam2tag simulate again --seed 7 --later 2022-06-01
+      vislam2tag simulate trial --site building --floor 4 \\
+          --landmark-file plan/landmarks.csv
+    """
+    from vislam2tag.simulation.survey import WritingOptions, simulate
+    from vislam2tag.simulation.writing.traps import check_traps
+
+    if given.scripts and given.layout is not SessionLayout.PHONE:
+        raise UsageError("--scripts: needs --format phone")
+    traps = check_traps(given.trap)
+    _refuse_contradictions(given)
+    _refuse_ignored(context, given)
+    settings = settings_from(given)
+    if given.site is not None:
+        scenario = _on_site(given, given.site, settings)
+    elif given.like is CopiedSurvey.PAPER:
+        scenario = _like_the_paper(given)
+    else:
+        scenario = _regular(given, settings)
+    options = WritingOptions(
+        given.locale,
+        given.names is FileNames.PAPER,
+        traps,
+        frozenset(given.column),
+        given.layout,
+        given.without_poses,
+        given.scripts,
+    )
+    with session_bar("sessions") as bar:
+        simulate(scenario, given.out, options, bar.count)
+    made = {"survey": given.out, "seed": given.seed, "sessions": [session.key for session in scenario.sessions]}
+    answer(made, given.json, lambda: _print(scenario, given.out))
+
+
+def _refuse_contradictions(given: SimulateOptions) -> None:
+    """Raise UsageError for options that do not go together."""
+    if given.climb is not None and (given.like is not None or given.site is not None or given.floors < 2):
+        raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like and --site")
+    if given.site is not None and given.like is not None:
+        raise UsageError("--site and --like: give one of the two")
+
+
+def _refuse_ignored(context: typer.Context, given: SimulateOptions) -> None:
     """Raise UsageError for options that would be ignored beside others."""
-    for option, given in (("--like", like), ("--site", site)):
-        if given is None:
-            continue
-        for name in _IGNORED[option]:
+    for option_name, value in (("--like", given.like), ("--site", given.site)):
+        for name in _IGNORED[option_name] if value is not None else ():
             source = context.get_parameter_source(name)
             if source is not None and source.name == "COMMANDLINE":
-                instead = " (name floors of the site by --floor)" if (option, name) == ("--site", "floors") else ""
-                raise UsageError(
-                    f"--{name.replace('_', '-')}: has no effect with {option}; leave one of the two out{instead}"
-                )
+                floors = (option_name, name) == ("--site", "floors")
+                instead = " (name floors of the site by --floor)" if floors else ""
+                typed = name.replace("_", "-")
+                raise UsageError(f"--{typed}: has no effect with {option_name}; leave one of the two out{instead}")
+    if given.site is None and (given.floor or given.landmark_file or given.mask):
+        raise UsageError("--floor, --landmark-file and --mask: need --site")
+    if given.mask is not None and len(given.floor) != 1:
+        raise UsageError("--mask: corrects one floor; name it with --floor")
 
 
-def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -> None:
-    """Simulate with a progress bar on standard error."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> Scenario:
+    """Walks on the plans of a site, past its landmarks."""
+    from vislam2tag.simulation.building.site_building import site_building
+    from vislam2tag.simulation.building.site_survey import site_floors
+    from vislam2tag.simulation.scenario import SITE_SEED, site_survey
+    from vislam2tag.simulation.sensors.devices import device_names
 
-    from vislam2tag.simulation.survey import simulate
+    masks = {} if given.mask is None else dict.fromkeys(given.floor, given.mask)
+    floors = site_floors(site, given.floor, given.landmark_file, masks, settings.walkable)
+    walks = site_survey(
+        site_building(floors, SITE_SEED, settings.simulation.site),
+        site,
+        given.seed,
+        given.severity.value,
+        device_names(given.devices),
+        given.sessions,
+        given.minutes * 60,
+        day=None if given.later is None else given.later.date(),
+    )
+    return replace(walks, pressure=given.pressure, ble=given.ble, rtt=given.rtt, settings=settings.simulation.site)
 
-    columns = (TextColumn("simulate"), BarColumn(), MofNCompleteColumn(), TextColumn("sessions"), TimeRemainingColumn())
-    with Progress(*columns, console=visible_console(stderr=True), transient=True) as progress:
-        bar = progress.add_task("simulate", total=len(scenario.sessions))
-        simulate(scenario, out, options, lambda _session, _total: progress.advance(bar))
+
+def _like_the_paper(given: SimulateOptions) -> Scenario:
+    """A copy of the paper's evaluation."""
+    from vislam2tag.simulation.scenario import paper_evaluation
+
+    walks = paper_evaluation(given.seed, given.severity.value)
+    return replace(walks, pressure=given.pressure, ble=given.ble, rtt=given.rtt)
+
+
+def _regular(given: SimulateOptions, settings: Settings) -> Scenario:
+    """Walks through a made building."""
+    from vislam2tag.simulation.scenario import WALKING_DAY, regular_survey
+    from vislam2tag.simulation.sensors.devices import device_names
+
+    return regular_survey(
+        given.seed,
+        given.severity.value,
+        tuple(range(given.floors)),
+        device_names(given.devices),
+        given.sessions,
+        given.minutes * 60,
+        settings.simulation.building,
+        climb=given.climb,
+        pressure=given.pressure,
+        ble=given.ble,
+        rtt=given.rtt,
+        day=WALKING_DAY if given.later is None else given.later.date(),
+    )
 
 
 def _print(scenario: Scenario, out: Path) -> None:
@@ -225,3 +225,4 @@ def _print(scenario: Scenario, out: Path) -> None:
         f"{out}: {walks} walk{'' if walks == 1 else 's'} on {floors} floor{'' if floors == 1 else 's'}; where each "
         "really led stands in its truth.csv, which only evaluate reads"
     )
+    next_step("simulate", survey=out)

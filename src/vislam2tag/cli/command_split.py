@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.records import argument, command, option, settings_given
 from vislam2tag.cli.settings_options import ConfigFile, option_of, setting, settings_of
-from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.cli.tables import print_table
+from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
 
@@ -22,23 +22,6 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.model import Dataset
 
 
-HELP = """
-Splits of a data set into what trains and what tests, and how far each leaks.
-
-Lists the splits saved with the data set: each fold, its size, and how near in place and time its test fingerprints are
-to those that train. With --by it makes one more and saves it. docs/reference/splits.md tells what each kind holds
-out.
-
-Exit code: 0 all right, 1 there is no split, 2 wrong usage, no data set, the data cannot give the split, or it cannot be
-written, 130 interrupted.
-
-\b
-Examples:
-  vislam2tag split fingerprints
-  vislam2tag split fingerprints --by block --block-m 8 --guard-m 3 \\
-      --seed 1 --name blocks-8m
-  vislam2tag split fingerprints --json > splits.json
-"""
 _TAKES: Mapping[SplitKind, tuple[str, ...]] = MappingProxyType(
     {
         SplitKind.RANDOM: ("seed", "share"),
@@ -48,96 +31,95 @@ _TAKES: Mapping[SplitKind, tuple[str, ...]] = MappingProxyType(
 )
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("split", help=HELP)(_split)
+@dataclass(frozen=True, kw_only=True)
+class SplitOptions:
+    """Arguments and options of ``vislam2tag split``."""
+
+    dataset: Path = argument("Data set.", metavar="DS")
+    by: SplitKind | None = option(None, "Make a split that holds this out, and save it.")
+    name: str | None = option(None, "Name of the new split; else its kind.")
+    seed: int | None = setting("split.seed")
+    share: float | None = setting("split.share")
+    folds: int | None = setting("split.folds")
+    block_m: float | None = setting("split.block_m")
+    guard_m: float | None = setting("split.guard_m")
+    config: ConfigFile = None
+    json: AsJson = False
 
 
-def _split(
-    dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set.")],
-    by: Annotated[SplitKind | None, typer.Option(help="Make a split that holds this out, and save it.")] = None,
-    name: Annotated[str | None, typer.Option(help="Name of the new split; else its kind.")] = None,
-    seed: Annotated[int | None, setting("split.seed")] = None,
-    share: Annotated[float | None, setting("split.share")] = None,
-    folds: Annotated[int | None, setting("split.folds")] = None,
-    block_m: Annotated[float | None, setting("split.block_m")] = None,
-    guard_m: Annotated[float | None, setting("split.guard_m")] = None,
-    config: ConfigFile = None,
-    json: AsJson = False,
-) -> None:
+@command
+def split_command(given: SplitOptions) -> None:
+    """Splits of a data set into what trains and what tests, and how far each leaks.
+
+    Lists the splits saved with the data set: each fold, its size, and how near in place and time its test fingerprints
+    are to those that train. With --by it makes one more and saves it. docs/reference/splits.md tells what each kind
+    holds out.
+
+    Exit code: 0 all right, 1 there is no split, 2 wrong usage, no data set, the data cannot give the split, or it
+    cannot be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag split fingerprints
+      vislam2tag split fingerprints --by block --block-m 8 --guard-m 3 \\
+          --seed 1 --name blocks-8m
+      vislam2tag split fingerprints --json > splits.json
+    """
     from vislam2tag.dataset.folder import open_dataset
     from vislam2tag.dataset.leakage import leakage
     from vislam2tag.dataset.splits import make_split
     from vislam2tag.pipeline.datasets.finish import add_split
 
-    given = {"seed": seed, "share": share, "folds": folds, "block_m": block_m, "guard_m": guard_m}
-    settings = _settings(by, config, {f"split.{key}": value for key, value in given.items() if value is not None})
-    opened = open_dataset(dataset)
+    by, settings = given.by, _settings(given)
+    opened = open_dataset(given.dataset)
     if by is None:
-        if name is not None:
+        if given.name is not None:
             raise UsageError("--name: names a new split; say by --by what it holds out")
         shown = opened.splits
     else:
-        split = make_split(opened, by, settings, name)
-        opened = add_split(dataset, split)
+        split = make_split(opened, by, settings, given.name)
+        opened = add_split(given.dataset, split)
         shown = {split.info.name: split}
     found = leakage(opened, shown)
-    if json:
-        say_json(found)
-    else:
-        _print(found, opened if by is None else None)
-        _tell_next(found, opened, dataset)
-    raise typer.Exit(0 if found else 1)
+    answer(found, given.json, lambda: _print(found, opened, given), failed=not found)
 
 
-def _tell_next(found: tuple[SplitLeakage, ...], opened: Dataset, folder: Path) -> None:
-    """Go on with the first split, or with what makes one."""
-    if found:
-        next_step("split", dataset=folder, split=found[0].name)
-    else:
-        next_step("split, none" if opened.labelled else "no position", page=folder / "report.html")
-
-
-def _settings(by: SplitKind | None, config: Path | None, given: Mapping[str, float]) -> SplitSettings:
+def _settings(given: SplitOptions) -> SplitSettings:
     """Return the settings of a new split; raises UsageError for an option that does not belong to it."""
-    for name in given:
-        if by is None:
+    wanted = {name: value for name, value in settings_given(given).items() if value is not None}
+    for name in wanted:
+        if given.by is None:
             raise UsageError(f"{option_of(name)}: belongs to a new split; say by --by what it holds out")
-        if name.rpartition(".")[2] not in _TAKES.get(by, ()):
-            raise UsageError(f"{option_of(name)}: a split by {by} takes no such option; leave it out")
-    return settings_of(config, given).split
+        if name.rpartition(".")[2] not in _TAKES.get(given.by, ()):
+            raise UsageError(f"{option_of(name)}: a split by {given.by} takes no such option; leave it out")
+    return settings_of(given.config, wanted).split
 
 
-def _print(found: tuple[SplitLeakage, ...], listed: Dataset | None) -> None:
-    from rich.markup import escape
-
-    rows = table(
-        "From each test fingerprint to the nearest that trains: 5 %, half, 95 %",
-        ("split", "fold"),
-        (
-            "train",
-            "test",
-            "metres, same floor",
-            "within 1 m",
-            "seconds, same walk or phone",
-            "within 5 s",
-            "walks that train",
-        ),
-    )
-    for split in found:
-        for fold in split.folds:
-            if fold.of == split.folds[0].of:
-                rows.add_row(escape(split.name), escape(fold.fold), *_cells(fold))
-        rows.add_section()
+def _print(found: tuple[SplitLeakage, ...], opened: Dataset, given: SplitOptions) -> None:
     if found:
-        table_console().print(rows)
+        _print_leakage(found)
     else:
         say("no splits; --by makes one")
     for split in found:
         say(f"{split.name}: {split.verdict}")
-    for finding in listed.info.findings if listed is not None else ():
+    for finding in opened.info.findings if given.by is None else ():
         if finding.kind in ("no_split", "not_in_split"):
             say(f"{finding.kind} {finding.count}: {finding.message}")
+    if found:
+        next_step("split", dataset=given.dataset, split=found[0].name)
+    else:
+        none = "split, none" if opened.labelled else "no position"
+        next_step(none, page=given.dataset / "report.html", dataset=given.dataset)
+
+
+def _print_leakage(found: tuple[SplitLeakage, ...]) -> None:
+    rows: list[tuple[str, ...] | None] = []
+    for split in found:
+        folds = (fold for fold in split.folds if fold.of == split.folds[0].of)
+        rows += [*((split.name, fold.fold, *_cells(fold)) for fold in folds), None]
+    near = ("metres, same floor", "within 1 m", "seconds, same walk or phone", "within 5 s")
+    title = "From each test fingerprint to the nearest that trains: 5 %, half, 95 %"
+    print_table(title, ("split", "fold"), ("train", "test", *near, "walks that train"), rows)
 
 
 def _cells(fold: FoldLeakage) -> tuple[str, ...]:

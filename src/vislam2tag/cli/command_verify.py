@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
-from vislam2tag.cli.tables import metres, table, table_console
-from vislam2tag.cli.terminal import say_json, visible_console
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.tables import metres, print_table
+from vislam2tag.cli.terminal import answer, say
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from vislam2tag.dataset.comparison import Comparison, TableDifferences
     from vislam2tag.dataset.label_comparison import LabelComparison
 
@@ -22,120 +20,89 @@ if TYPE_CHECKING:
 SHOWN = 20
 """Tables that differ and are shown; --json has all."""
 _COLUMNS_SHOWN = 3
-HELP = """
-Verify: are two sets the same within a tolerance, and if not, where?
-
-For those who rebuild a published set from raw data. A and B are both data sets, both outputs of `vislam2tag process`,
-or both folders in the published labelled layout (wifi_annotated.csv and sensors_annotated.csv in each session; spaces
-around fields and the form of numbers do not matter). Rows are matched by scan and access point, by line of the raw
-file, or by time. Two outputs of `process` (of two strategies, settings or dates) are also compared walk by walk: how
-many metres apart each has its frames, what share is labelled, sigma, and the error where truth is known, as `studio`
-does. Nothing is written.
-
-Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare.
-
-\b
-Examples:
-  vislam2tag verify published rebuilt
-  vislam2tag verify out-before out-now --tolerance 0.001 \\
-      --json > differences.json
-"""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("verify", help=HELP)(_verify)
-
-
-def _verify(
-    a: Annotated[Path, typer.Argument(help="The first folder.")],
-    b: Annotated[Path, typer.Argument(help="The second folder.")],
-    tolerance: Annotated[
-        float,
-        typer.Option(
-            min=0.0,
-            help="Metres that positions may lie apart; other numbers with fractions may differ by as much in their "
-            "own unit. Times, whole numbers and texts must be equal.",
-        ),
-    ] = 0.01,
+@command
+def verify_command(
+    *,
+    a: Path = argument("The first folder."),
+    b: Path = argument("The second folder."),
+    tolerance: float = option(
+        0.01,
+        "Metres that positions may lie apart; other numbers with fractions may differ by as much in their "
+        "own unit. Times, whole numbers and texts must be equal.",
+        least=0.0,
+    ),
     json: AsJson = False,
 ) -> None:
-    found = _compare_with_progress(a, b, tolerance)
-    if json:
-        say_json(found)
-    else:
-        _print(found)
-        next_step("verify" if found.same else "verify, different", a=a, b=b)
-    raise typer.Exit(0 if found.same else 1)
+    """Verify: are two sets the same within a tolerance, and if not, where?
 
+    For those who rebuild a published set from raw data. A and B are both data sets, both outputs of `vislam2tag
+    process`, or both folders in the published labelled layout (wifi_annotated.csv and sensors_annotated.csv in each
+    session; spaces around fields and the form of numbers do not matter). Rows are matched by scan and access point, by
+    line of the raw file, or by time. Two outputs of `process` (of two strategies, settings or dates) are also compared
+    walk by walk: how many metres apart each has its frames, what share is labelled, sigma, and the error where truth is
+    known, as `studio` does. Nothing is written.
 
-def _compare_with_progress(a: Path, b: Path, tolerance: float) -> Comparison:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare.
 
+    \b
+    Examples:
+      vislam2tag verify published rebuilt
+      vislam2tag verify out-before out-now --tolerance 0.001 \\
+          --json > differences.json
+    """
     from vislam2tag.dataset.comparison import compare
 
-    console = visible_console(stderr=True)
-    columns = (TextColumn("tables"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("", total=None)
-        return compare(a, b, tolerance, lambda done, total: bar.update(task, completed=done, total=total))
+    with session_bar("tables") as bar:
+        found = compare(a, b, tolerance, bar.reach)
+    answer(found, json, lambda: _print(found, a, b), failed=not found.same)
 
 
-def _print(found: Comparison) -> None:
-    from rich.markup import escape
-
-    console = table_console()
+def _print(found: Comparison, a: Path, b: Path) -> None:
     for letter, sessions in (("A", found.missing_sessions), ("B", found.extra_sessions)):
         for session in sessions:
-            console.print(f"only {letter} has session {escape(session)}", soft_wrap=True)
+            say(f"only {letter} has session {session}")
     if found.facts:
-        console.print(f"the manifests differ in {', '.join(found.facts)}", soft_wrap=True)
+        say(f"the manifests differ in {', '.join(found.facts)}")
     if found.differences:
-        console.print(_tables(found.differences[:SHOWN]))
+        _print_tables(found.differences[:SHOWN])
     if found.labels and not found.same:
         _print_walks(found.labels)
     if len(found.differences) > SHOWN:
-        console.print(f"{len(found.differences) - SHOWN} more tables differ; --json has all", soft_wrap=True)
-    console.print(_last_line(found), soft_wrap=True)
+        say(f"{len(found.differences) - SHOWN} more tables differ; --json has all")
+    say(_last_line(found))
+    next_step("verify" if found.same else "verify, different", a=a, b=b)
 
 
-def _tables(differences: tuple[TableDifferences, ...]) -> Table:
-    from rich.markup import escape
-
+def _print_tables(differences: tuple[TableDifferences, ...]) -> None:
     from vislam2tag.dataset.comparison import WHOLE_SET
 
-    rows = table("Differences", ("session", "table", "what differs"), ("rows in both", "only in A", "only in B"))
+    rows = []
     for one in differences:
-        counts = (str(count) for count in (one.matched, one.missing, one.extra))
-        rows.add_row(escape(one.session) if one.session != WHOLE_SET else "-", one.table, escape(_texts(one)), *counts)
-    return rows
+        session = one.session if one.session != WHOLE_SET else "-"
+        rows.append((session, one.table, _texts(one), str(one.matched), str(one.missing), str(one.extra)))
+    heads = ("rows in both", "only in A", "only in B")
+    print_table("Differences", ("session", "table", "what differs"), heads, rows)
 
 
 def _print_walks(found: LabelComparison) -> None:
     """The walks, those furthest apart first, what they come to in all, and what settings differ."""
-    from rich.markup import escape
-
-    rows = table("Walks, A and B", ("session",), ("labelled", "sigma", "error", "apart (median)", "apart (95 %)"))
+    share = lambda value: "-" if value is None else f"{100 * value:.1f} %"
+    rows = []
     for one in sorted(found.sessions, key=lambda one: -(one.apart_p95_m or 0.0))[:SHOWN]:
-        rows.add_row(
-            escape(one.id),
-            f"{_share(one.labelled_a)}, {_share(one.labelled_b)}",
+        pairs = (
+            f"{share(one.labelled_a)}, {share(one.labelled_b)}",
             f"{metres(one.sigma_a_m)}, {metres(one.sigma_b_m)}",
             f"{metres(one.error_a_m)}, {metres(one.error_b_m)}",
-            metres(one.apart_median_m),
-            metres(one.apart_p95_m),
         )
+        rows.append((one.id, *pairs, metres(one.apart_median_m), metres(one.apart_p95_m)))
     labelled, sigma, error = ((total.a, total.b) for total in found.totals[1:])
-    rows.add_row(
-        "all", ", ".join(map(_share, labelled)), ", ".join(map(metres, sigma)), ", ".join(map(metres, error)), "", ""
-    )
-    table_console().print(rows)
+    totals = (", ".join(map(form, pair)) for form, pair in ((share, labelled), (metres, sigma), (metres, error)))
+    heads = ("labelled", "sigma", "error", "apart (median)", "apart (95 %)")
+    print_table("Walks, A and B", ("session",), heads, [*rows, ("all", *totals, "", "")])
     for setting in found.settings:
-        table_console().print(f"{setting.name}: {escape(setting.a)}, {escape(setting.b)}", soft_wrap=True)
-
-
-def _share(value: float | None) -> str:
-    return "-" if value is None else f"{100 * value:.1f} %"
+        say(f"{setting.name}: {setting.a}, {setting.b}")
 
 
 def _texts(one: TableDifferences) -> str:
