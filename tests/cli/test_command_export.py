@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-import typer
 from typer.testing import CliRunner, Result
 
 from tests.cli.command import the_error, vislam2tag
 from tests.dataset.factory import small_dataset
 from tests.dataset.formats.round_trip import with_split
-from vislam2tag.cli import command_export
+from vislam2tag.cli.app import app
 from vislam2tag.dataset.folder import write_dataset
 
 
@@ -23,9 +22,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def in_process(*arguments: object) -> Result:
-    app = typer.Typer()
-    command_export.register(app)
-    return CliRunner().invoke(app, list(map(str, arguments)))
+    return CliRunner().invoke(app, ["export", *map(str, arguments)])
 
 
 def test_a_split_and_what_is_left_out(dataset: Path, tmp_path: Path) -> None:

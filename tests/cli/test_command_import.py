@@ -88,4 +88,4 @@ def test_help_names_every_format() -> None:
 @pytest.mark.parametrize("text", ["", "1", "a,b", "91,0", "0,181", "1,2,3", "nan,0"])
 def test_origins_that_are_none(text: str) -> None:
     with pytest.raises(UsageError, match="--origin"):
-        degrees_of(text)
+        degrees_of(text, "--origin")

@@ -67,6 +67,7 @@ class DatasetOptions:
         metavar="DURATION",
         parse=seconds_of,
         sets=("dataset.ble_window_s",),
+        hidden=True,
     )
     magnetic_window: float | None = option(
         None,
@@ -74,6 +75,7 @@ class DatasetOptions:
         metavar="DURATION",
         parse=seconds_of,
         sets=("dataset.magnetic_window_s",),
+        hidden=True,
     )
     imu_window: float | None = option(
         None,
@@ -81,6 +83,7 @@ class DatasetOptions:
         metavar="DURATION",
         parse=seconds_of,
         sets=("dataset.imu.length_s", "dataset.imu.step_s"),  # one window after the other
+        hidden=True,
     )
     json: AsJson = False
     config: ConfigFile = None

@@ -49,7 +49,7 @@ class EvaluateOptions:
         "Take truth of the whole walk from FOLDER/SLUG.csv, .tum, .euroc or .kitti, not from the sessions.",
         metavar="FOLDER",
     )
-    clock_drift: bool = option(False, "Let a total station's clock run at another rate than the phone's.")
+    clock_drift: bool = option(False, "Let a total station's clock run at another rate than the phone's.", hidden=True)
     sessions: SessionOptions
     jobs: Jobs = ALL_CORES
     json: AsJson = False

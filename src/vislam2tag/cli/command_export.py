@@ -21,11 +21,11 @@ from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import answer, say
 
 if TYPE_CHECKING:
-    from vislam2tag.pipeline.datasets.export import ExportOptions, ExportRecord
+    from vislam2tag.pipeline.datasets.export import ExportRecord
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExportOptions:
+class ExportArguments:
     """Arguments and options of ``vislam2tag export``."""
 
     source: Path = argument("Data set, or output folder of process.")
@@ -41,6 +41,7 @@ class ExportOptions:
         False,
         "Leave names that begin with =, +, - or @ as they are in uji's tables of names; else an apostrophe "
         "goes before them, which import takes off, so that no spreadsheet computes them.",
+        hidden=True,
     )
     follow_links: FollowLinks = False
     json: AsJson = False
@@ -48,7 +49,7 @@ class ExportOptions:
 
 
 @command
-def export_command(given: ExportOptions) -> None:
+def export_command(given: ExportArguments) -> None:
     """Export a data set, or what `process` wrote, in a format that others read.
 
     \b

@@ -44,7 +44,7 @@ def degrees_of(text: str, option_name: str) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImportOptions:
+class ImportArguments:
     """Arguments and options of ``vislam2tag import``."""
 
     path: Path = argument("File, folder or archive (.zip, .tar.xz, ...) of another format.")
@@ -73,7 +73,7 @@ class ImportOptions:
 
 
 @command
-def import_command(given: ImportOptions) -> None:
+def import_command(given: ImportArguments) -> None:
     """Import a data set that others published, or logs of other programs, into ours.
 
     \b

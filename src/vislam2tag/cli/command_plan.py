@@ -46,8 +46,8 @@ class PlanOptions:
     view_deg: tuple[float, float] | None = option(
         None, "The camera's angles of view, degrees.  [default: 67 53]", metavar="LONG SHORT"
     )
-    nearest_m: float | None = setting("plan.camera.nearest_m")
-    speed_m_s: float | None = setting("plan.speed_m_s")
+    nearest_m: float | None = setting("plan.camera.nearest_m", hidden=True)
+    speed_m_s: float | None = setting("plan.speed_m_s", hidden=True)
     further: int | None = setting("plan.further")
     first_id: int = option(1, "New landmarks are numbered from this on.", least=0)
     time_limit_s: float | None = setting("plan.time_limit_s")

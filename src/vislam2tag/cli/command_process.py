@@ -61,7 +61,7 @@ class ProcessOptions:
     json: AsJson = False
     config: ConfigFile = None
     label_rule: LabelRule | None = setting("labels.rule")
-    max_gap_s: float | None = setting("labels.max_gap_s")
+    max_gap_s: float | None = setting("labels.max_gap_s", hidden=True)
     visit_radius_m: float | None = setting("mapping.visit_radius_m")
     max_sigma_m: float | None = setting("labels.max_sigma_m")
     max_step_m: float | None = setting("mapping.max_step_m")

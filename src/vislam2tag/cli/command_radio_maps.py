@@ -52,6 +52,7 @@ class RadioMapsOptions:
         metavar="LENGTH",
         parse=metres_of,
         sets=("radio_maps.reach_m",),
+        hidden=True,
     )
     most: int | None = setting("radio_maps.most")
     follow_links: FollowLinks = False

@@ -44,9 +44,9 @@ class RegisterOptions:
     targets: Path | None = option(None, "Corners and walls: name,x,y or name,x,y,x2,y2.", metavar="FILE")
     clicks: Path | None = option(None, "Clicks saved by the page of --click.", metavar="FILE")
     click: Path | None = option(None, "Write the page to click landmarks on; nothing else.", metavar="PAGE.html")
-    shot_sigma_m: float | None = setting("registration.shot_sigma_m")
-    tape_sigma_m: float | None = setting("registration.tape_sigma_m")
-    plan_sigma_m: float | None = setting("registration.plan_sigma_m")
+    shot_sigma_m: float | None = setting("registration.shot_sigma_m", hidden=True)
+    tape_sigma_m: float | None = setting("registration.tape_sigma_m", hidden=True)
+    plan_sigma_m: float | None = setting("registration.plan_sigma_m", hidden=True)
     follow_links: FollowLinks = False
     json: AsJson = False
     config: ConfigFile = None

@@ -49,10 +49,10 @@ class SimulateOptions:
     devices: int = option(2, "Number of phones.", least=1)
     sessions: int = option(2, "Walks on each floor with each phone.", least=1)
     minutes: float = option(2.0, "Length of each walk.", least=0.25, most=600)
-    landmark_count: int | None = setting("simulation.building.landmarks")
+    landmark_count: int | None = setting("simulation.building.landmarks", hidden=True)
     severity: SeverityLevel = option(SeverityLevel.DEFAULT, "How much goes wrong with tracking.")
     seed: int = option(0, "One seed, same bytes.")
-    locale: Locale = option(Locale.MIXED, "Decimal comma, point, or each phone its own.")
+    locale: Locale = option(Locale.MIXED, "Decimal comma, point, or each phone its own.", hidden=True)
     trap: tuple[str, ...] = option((), "A trap of the raw layout; may be given again.")
     climb: Climb | None = option(
         None, "Walks go on to other floors and back this way; landmark ids then differ between floors."
@@ -62,11 +62,11 @@ class SimulateOptions:
     rtt: bool = option(False, "Log ranges to access points (with --format phone).")
     without_poses: bool = option(False, "No tracker: known positions every 20 s in place of poses.")
     column: tuple[SiteColumn, ...] = option((), "An optional column of the site's files; may be given again.")
-    names: FileNames = option(FileNames.PUBLISHED, "File names as published or as in the paper.")
+    names: FileNames = option(FileNames.PUBLISHED, "File names as published or as in the paper.", hidden=True)
     layout: SessionLayout = option(
         SessionLayout.PUBLISHED, "Sessions as published, or as the phone app writes them.", "--format"
     )
-    scripts: bool = option(False, "With --format phone: script.txt, what the phone saw, in each session.")
+    scripts: bool = option(False, "With --format phone: script.txt, what the phone saw, in each session.", hidden=True)
     like: CopiedSurvey | None = option(None, "Copy the paper's evaluation (floors, phones and walks are then its own).")
     site: Path | None = option(
         None, "Walk on the plans of this site, past its landmarks, instead of a made one.", metavar="SITE"

@@ -88,21 +88,24 @@ def _print_tables(differences: tuple[TableDifferences, ...]) -> None:
 
 def _print_walks(found: LabelComparison) -> None:
     """The walks, those furthest apart first, what they come to in all, and what settings differ."""
-    share = lambda value: "-" if value is None else f"{100 * value:.1f} %"
     rows = []
     for one in sorted(found.sessions, key=lambda one: -(one.apart_p95_m or 0.0))[:SHOWN]:
         pairs = (
-            f"{share(one.labelled_a)}, {share(one.labelled_b)}",
+            f"{_share(one.labelled_a)}, {_share(one.labelled_b)}",
             f"{metres(one.sigma_a_m)}, {metres(one.sigma_b_m)}",
             f"{metres(one.error_a_m)}, {metres(one.error_b_m)}",
         )
         rows.append((one.id, *pairs, metres(one.apart_median_m), metres(one.apart_p95_m)))
     labelled, sigma, error = ((total.a, total.b) for total in found.totals[1:])
-    totals = (", ".join(map(form, pair)) for form, pair in ((share, labelled), (metres, sigma), (metres, error)))
+    totals = (", ".join(map(form, pair)) for form, pair in ((_share, labelled), (metres, sigma), (metres, error)))
     heads = ("labelled", "sigma", "error", "apart (median)", "apart (95 %)")
     print_table("Walks, A and B", ("session",), heads, [*rows, ("all", *totals, "", "")])
     for setting in found.settings:
         say(f"{setting.name}: {setting.a}, {setting.b}")
+
+
+def _share(value: float | None) -> str:
+    return "-" if value is None else f"{100 * value:.1f} %"
 
 
 def _texts(one: TableDifferences) -> str:
