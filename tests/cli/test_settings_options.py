@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import get_type_hints
 
 import pytest
-import typer
 from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from tests.docs.settings_page import settings_page
 from vislam2tag.cli.app import app
+from vislam2tag.cli.command_process import ProcessOptions
 from vislam2tag.cli.settings_options import option_of, settings_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import part_of, setting_fields
@@ -66,10 +67,9 @@ def test_process_blames_the_option_that_was_typed(name: str, value: float) -> No
 
 
 def test_every_number_of_process_is_tried() -> None:
-    process: Any = typer.main.get_command(app)
-    options = process.get_command(None, "process").params
-    numbers = {option.opts[-1] for option in options if option.type.name == "float"}
-    assert numbers == {option_of(name) for name in PROCESS}
+    hints = get_type_hints(ProcessOptions)
+    numbers = [each for each in fields(ProcessOptions) if hints[each.name] == float | None]
+    assert {name for each in numbers for name in each.metadata["sets"]} == set(PROCESS)
 
 
 @pytest.mark.parametrize(
