@@ -1,6 +1,6 @@
-"""All that commands print goes through here: what files hold reaches the terminal as text that it does not obey.
+"""All that commands print goes through here: text from files reaches the terminal as text that it does not obey.
 
-What compiled libraries write to standard error by themselves, kept apart from what a command says.
+What compiled libraries write to standard error by themselves is kept apart from what a command prints.
 """
 
 from __future__ import annotations
