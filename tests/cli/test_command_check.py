@@ -105,7 +105,3 @@ def test_wrong_usage_is_one_line_and_exit_code_2(survey: Path, tmp_path: Path) -
         done = vislam2tag("check", survey, "--max-sigma-m", value)
         assert done.returncode == 2
         assert done.stderr.startswith(f"error: --max-sigma-m {value}")
-
-
-def test_help_has_examples() -> None:
-    assert "vislam2tag check survey --out checked --floor 1" in vislam2tag("check", "--help").stdout

@@ -73,7 +73,3 @@ def test_wrong_usage_is_one_line_and_exit_code_2(survey: Path, tmp_path: Path) -
     assert "--max-step-m inf" in the_error(vislam2tag("evaluate", survey, "--out", out, "--max-step-m", "inf"))
     assert "is no folder" in the_error(vislam2tag("evaluate", survey, "--out", out, "--truth", tmp_path / "none"))
     assert not out.exists()
-
-
-def test_help_has_examples() -> None:
-    assert "vislam2tag evaluate survey --out evaluated --truth mocap" in vislam2tag("evaluate", "--help").stdout

@@ -65,11 +65,6 @@ def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: 
     assert "next: correct what is named above" in wrong.output
 
 
-def test_help_has_examples() -> None:
-    result = CliRunner().invoke(app, ["inspect", "--help"])
-    assert "vislam2tag inspect survey --json > survey.json" in result.output
-
-
 def test_a_header_that_cannot_be_understood_is_told_and_its_walks_lack_landmarks(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "survey", {"floor_1/marker_dict.csv": "\nmarke,links,oben\n10,1,2\n7,3,4\n"})
     done = vislam2tag("inspect", root)

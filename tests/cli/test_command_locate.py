@@ -75,12 +75,6 @@ def test_walks_are_filtered_and_smoothed(place: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "none.csv").exists()
 
 
-def test_help_has_examples() -> None:
-    done = vislam2tag("locate", "--help")
-    assert done.returncode == 0
-    assert "--hash-bssid key.txt" in done.stdout
-
-
 def test_serving_takes_no_scans_and_locating_needs_some(tmp_path: Path) -> None:
     arguments = ("locate", tmp_path / "model.v2t")
     assert "scans come over HTTP" in the_error(vislam2tag(*arguments, tmp_path / "scans.csv", "--serve"))

@@ -60,13 +60,6 @@ def test_nothing_labelled_is_told(tmp_path: Path) -> None:
     assert "there is nothing to map" in the_error(done)
 
 
-def test_help_names_the_outputs() -> None:
-    done = vislam2tag("radio-maps", "--help")
-    example = "vislam2tag radio-maps fingerprints --out maps"
-    for text in ("GeoTIFF", "--cell", "docs/explanation/radio_maps.md", example):
-        assert text in done.stdout
-
-
 @pytest.mark.parametrize(("text", "metres"), [("1m", 1.0), ("50cm", 0.5), (" 1.5 m ", 1.5)])
 def test_lengths_have_a_unit(text: str, metres: float) -> None:
     assert metres_of(text, "--cell") == pytest.approx(metres)

@@ -84,10 +84,3 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(tmp_path: Path, phot
         vislam2tag("sheets", "--ids", "1", "--out", full)
     )
     assert bytes_of(full) == raw
-
-
-def test_help_has_examples() -> None:
-    done = vislam2tag("sheets", "--help")
-    assert done.returncode == 0
-    for part in ("vislam2tag sheets survey --out sheets", "--images photos --width-m 0.2", "--paper", "--seed"):
-        assert part in done.stdout

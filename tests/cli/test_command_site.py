@@ -272,19 +272,6 @@ def test_inspect_and_site_show_a_site_with_a_pdf(tmp_path: Path) -> None:
     assert (floor["width_m"], floor["plan"]) == (pytest.approx(20.0), "floor_1/plan.pdf")
 
 
-@pytest.mark.parametrize(
-    ("command", "example"),
-    [
-        ("init", "vislam2tag site init old-survey"),
-        ("show", "vislam2tag site show survey --floor 1 --out floor-1.pdf"),
-        ("write", "vislam2tag site write survey --out published"),
-        ("rebase", "vislam2tag site rebase survey --by rebase.toml --out new-landmarks"),
-    ],
-)
-def test_help_has_examples(command: str, example: str) -> None:
-    assert example in vislam2tag("site", command, "--help").stdout
-
-
 @pytest.mark.parametrize("value", ["nan", "inf"])
 def test_a_height_that_cannot_be_is_told(value: str, tmp_path: Path) -> None:
     site = tmp_path / "site"

@@ -91,9 +91,3 @@ def test_wrong_usage_is_told(folder: Path, arguments: tuple[str, ...], message: 
 
 def test_no_data_set_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
     assert "is no data set" in the_error(vislam2tag("split", tmp_path))
-
-
-def test_help_has_examples() -> None:
-    done = vislam2tag("split", "--help")
-    assert done.returncode == 0
-    assert "--by block --block-m 8" in done.stdout

@@ -55,13 +55,6 @@ def test_wrong_usage_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
     assert "is no data set" in the_error(vislam2tag(*arguments, "--model", "weighted-knn"))
 
 
-def test_help_lists_the_models() -> None:
-    done = vislam2tag("train", "--help")
-    assert done.returncode == 0
-    for text in ("weighted-knn", "cell-density", "multi-cel", "--fold Pixel"):
-        assert text in done.stdout
-
-
 def test_values_are_read_as_json_or_text() -> None:
     texts = ["k=5", "exponent=2.5", "distance=cosine", "on=true", "heads=[1, 2]", "a=b=c", "none="]
     assert parameters_of(texts) == {
