@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import inspect
 import subprocess
@@ -10,7 +9,6 @@ import sys
 import typing
 from collections.abc import Iterable, Iterator
 from operator import attrgetter
-from pathlib import Path
 from types import UnionType
 from typing import Any
 
@@ -50,25 +48,6 @@ def fields_of(made: type) -> list[object]:
     if dataclasses.is_dataclass(made) or issubclass(made, BaseModel):
         return [hint for name, hint in typing.get_type_hints(made).items() if not name.startswith("_")]
     return []
-
-
-def test_types_and_names_are_of_the_same_modules() -> None:
-    nodes = list(ast.walk(ast.parse(Path(api.__file__).read_text(encoding="utf-8"))))
-    imported = {
-        alias.asname: (node.module, alias.name)
-        for node in nodes
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vislam2tag.")
-        for alias in node.names
-        if alias.asname
-    }
-    commands = {
-        node.targets[0].id: imported[node.value.id]
-        for node in nodes
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and isinstance(node.value, ast.Name)
-        if node.value.id in imported
-    }
-    own = {name: place for name, place in imported.items() if not name.startswith("_")}
-    assert own | commands == api._PLACES
 
 
 def test_every_name_can_be_imported_and_no_other() -> None:

@@ -13,11 +13,14 @@ Lower-level pieces (readers, strategies, labels) are plain functions over frozen
 data set of labels, ``import_format`` one of others' files, ``open_dataset`` opens one: its tables are Polars' lazy
 frames. ``benchmark`` trains and tests positioning models on one.
 
-A name is imported when it is first used, so that a script loads only what it takes.
+A name is imported when it is first used, so that a script loads only what it takes. The imports below list all names
+once: type checkers run them, and at run time they are read as text.
 """
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vislam2tag import __version__ as __version__
@@ -233,110 +236,21 @@ if TYPE_CHECKING:
     split = _make_split
     verify = _compare
 
-_NAMES = {
-    "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",
-    "common.findings": "Finding",
-    "common.progress": "Stage",
-    "core.status": "Status",
-    "core.tracks": "CameraTrack LandmarkLog Landmarks Trajectory",
-    "dataset.changes": "SurveyChanges",
-    "dataset.comparison": "Comparison verify=compare",
-    "dataset.coverage": "CoverageRecord",
-    "dataset.description": "Description",
-    "dataset.folder": "open_dataset write_dataset",
-    "dataset.model": "Dataset Split Storey",
-    "dataset.privacy": "Privacy",
-    "dataset.settings": "CoverageSettings DatasetSettings ImuWindowSettings RadioMapSettings SplitKind SplitSettings",
-    "dataset.splits": "split=make_split",
-    "dataset.statistics_record": "FieldWork",
-    "quality.diagnosis.alignment": "WalkPasses",
-    "quality.diagnosis.record": "Diagnosis",
-    "quality.diagnosis.stream_faults": "StreamSigns",
-    "quality.diagnosis.wifi_clock": "ClockOffset HeardOnWalk",
-    "quality.evaluation.metrics": "ErrorSummary",
-    "quality.evaluation.record": "SessionEvaluation SurveyEvaluation",
-    "estimation.settings": "HeightSettings SmootherSettings",
-    "intake.ids": "IdShift",
-    "labeling.mapped_walk": "MappedWalk",
-    "labeling.readings": "label_readings mark_uncertain",
-    "labeling.results": "SessionResult Summary",
-    "labeling.settings": "LabelRule LabelSettings ProcessSettings",
-    "estimation.strategy": "MappingStrategy strategies_for_poses strategy_named strategy_names",
-    "pipeline.datasets.build": "BuildOptions SessionStep build_dataset dataset=build_dataset",
-    "pipeline.datasets.export": "ExportOptions ExportRecord export",
-    "pipeline.datasets.figures": "figures=make_dataset_figures",
-    "pipeline.datasets.finish": "add_split",
-    "pipeline.datasets.import_format": "ImportOptions import_=import_format import_format",
-    "pipeline.datasets.join": "join",
-    "pipeline.datasets.radio_maps": "RadioMapIndex radio_maps=write_radio_maps",
-    "pipeline.demo": "demo=run_demo",
-    "pipeline.fleet.add": "fleet_add=add_surveys",
-    "pipeline.fleet.catalogue": "FleetTotals fleet_list fleet_status",
-    "pipeline.fleet.process": "SessionOutcome fleet_process=process_fleet",
-    "pipeline.fleet.raw_copy": "AddedSurvey",
-    "pipeline.fleet.reduction": "SurveyOutcome",
-    "pipeline.fleet.report": "fleet_report=write_fleet_report",
-    "pipeline.labels.attach": "Attached attach",
-    "pipeline.labels.checking.check": "check",
-    "pipeline.labels.diagnosing.diagnose": "diagnose",
-    "pipeline.labels.diagnosing.diagnose_session": "DiagnosedSession MappedShare",
-    "pipeline.labels.evaluating.evaluate": "evaluate",
-    "pipeline.labels.label_table": "TableLabels label",
-    "pipeline.labels.joining.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
-    "pipeline.labels.map_walk": "map_walk",
-    "pipeline.labels.process": "process",
-    "pipeline.labels.session": "Outcome",
-    "pipeline.labels.sightings": "SightingsFound sightings",
-    "pipeline.paper.reproduce": "ReproducedPaper paper=reproduce",
-    "pipeline.positioning.benchmark": "BenchmarkPlan benchmark public_dataset",
-    "pipeline.positioning.locate": "LocatedScans WalkPlan locate",
-    "pipeline.positioning.train": "TrainPlan TrainedModel train",
-    "pipeline.run.selection": "Selection",
-    "pipeline.run.workers": "Executor",
-    "pipeline.site.init": "NewFloor site_init=add_floor",
-    "pipeline.site.plan": "PlanRequest plan=write_plans",
-    "pipeline.site.rebase": "site_rebase=rebase site_write=write_published",
-    "pipeline.site.register": "FloorFiles register",
-    "pipeline.site.show": "SiteSummary WalkableFloor site_show=summarise_site site_walkable=write_walkable",
-    "pipeline.survey_run": "SurveyRun run=run_survey run_survey",
-    "preparation.planning.records": "PlanSummary",
-    "preparation.planning.settings": "CameraSettings PlanSettings",
-    "positioning.benchmark_protocol": "ModelChoice",
-    "positioning.benchmark_record": "Benchmark",
-    "positioning.learning_data": "LearningData learning_data",
-    "positioning.model_choice": "ModelTrial TriedModel",
-    "positioning.model_file": "ModelOrigin SavedModel load_model save_model",
-    "positioning.model_update": "ModelUpdate",
-    "positioning.registry": "Positioner model_named",
-    "positioning.scan_file": "Tracks",
-    "positioning.settings": "SequenceMethod",
-    "preparation.registration.names": "NameRules",
-    "preparation.registration.point_file": "PointColumn",
-    "preparation.registration.record": "Registration RegistrationSettings",
-    "quality.self_check_record": "SessionCheck SurveyCheck",
-    "sessions.inspection": "Inspection inspect=inspect_survey",
-    "sessions.model": "Attachment FindingSettings Session",
-    "sessions.registry": "open_survey read_session",
-    "sessions.companion_ties": "TableColumns Tie",
-    "sessions.foreign_tables": "Clock",
-    "settings": "Settings read_settings",
-    "preparation.sheets.sheet_folder": "SheetOptions SheetsRecord sheets=make_sheets",
-    "simulation.choices": "Climb Locale SessionLayout SiteColumn",
-    "simulation.scenario": "Scenario paper_evaluation regular_survey",
-    "simulation.settings": "BuildingSettings WalkSettings",
-    "simulation.survey": "WritingOptions simulate",
-    "site.frame_change": "FrameChanges",
-    "site.model": "Floor SessionKey SessionRef Site Survey",
-    "site.settings": "SurveySettings",
-    "site.site_file": "GeoreferencePart SiteFile",
-    "site.walkable.settings": "WalkableSettings",
-}
-"""What each module of the package holds of the interface, ``name=its name there`` where a command's name differs."""
-_PLACES = {
-    word.partition("=")[0]: (f"vislam2tag.{module}", word.rpartition("=")[2])
-    for module, words in _NAMES.items()
-    for word in words.split()
-}
+
+def _listed() -> dict[str, tuple[str, str]]:
+    """Module and name of everything that the imports above list, and of the commands' functions below them."""
+    tree = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If) and isinstance(node.test, ast.Name))
+    places: dict[str, tuple[str, str]] = {}
+    for node in block.body:
+        if isinstance(node, ast.ImportFrom):
+            places |= {str(alias.asname): (str(node.module), alias.name) for alias in node.names}
+        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Name):
+            places[ast.unparse(node.targets[0])] = places[node.value.id]
+    return {name: place for name, place in places.items() if not name.startswith("_")}
+
+
+_PLACES = _listed()
 __all__ = sorted(_PLACES)
 
 

@@ -70,6 +70,7 @@ def test_help_fits_80_columns(words: tuple[str, ...]) -> None:
     assert shown.exit_code == 0
     assert [line for line in shown.stdout.splitlines() if len(line) > 80] == []
     assert "..." not in shown.stdout.partition("\nCommands:")[2], "no sentence is cut"
+    assert "\nCommands:" in shown.stdout or "Example" in shown.stdout or words == ("--help",)
     assert ("--out" in shown.stdout) == ("-o, --out" in shown.stdout) or words[0] == "--help"
     assert re.findall(r"<[a-zA-Z].*|[{}]", shown.stdout) == [], "no types of Python, no marks of the parser"
     shown_ones = [option for option in command_of(words[:-1]).params if not getattr(option, "hidden", False)]

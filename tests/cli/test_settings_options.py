@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import fields
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from tests.docs.settings_page import settings_page
 from vislam2tag.cli.app import app
-from vislam2tag.cli.settings_options import option_of, settings_of, settings_page
+from vislam2tag.cli.command_process import ProcessOptions
+from vislam2tag.cli.settings_options import option_of, settings_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import part_of, setting_fields
 
@@ -63,9 +67,9 @@ def test_process_blames_the_option_that_was_typed(name: str, value: float) -> No
 
 
 def test_every_number_of_process_is_tried() -> None:
-    shown = CliRunner().invoke(app, ["process", "--help"], terminal_width=120).stdout
-    numbers = set(re.findall(r"--([\w-]+) NUMBER", shown)) - {"floor", "jobs"}
-    assert numbers == {option_of(name).removeprefix("--") for name in PROCESS}
+    hints = get_type_hints(ProcessOptions)
+    numbers = [each for each in fields(ProcessOptions) if hints[each.name] == float | None]
+    assert {name for each in numbers for name in each.metadata["sets"]} == set(PROCESS)
 
 
 @pytest.mark.parametrize(

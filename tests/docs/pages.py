@@ -7,8 +7,8 @@ from pathlib import Path
 from tests.cli.first_mistakes import page as mistakes_page
 from tests.docs.finding_pages import findings_page
 from tests.docs.program_pages import api_page, commands_page
+from tests.docs.settings_page import settings_page
 from tests.docs.tutorial_pages import tutorial_page
-from vislam2tag.cli.settings_options import settings_page
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = {

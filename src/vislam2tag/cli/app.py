@@ -16,8 +16,8 @@ from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
 from vislam2tag.cli.addresses import take_addresses
-from vislam2tag.cli.native_output import native_output_last
-from vislam2tag.cli.terminal import hide_progress, say
+from vislam2tag.cli.records import help_of
+from vislam2tag.cli.terminal import hide_progress, native_output_last, say
 from vislam2tag.common.commit import commit_of_package
 from vislam2tag.common.errors import Vislam2tagError, first_line
 from vislam2tag.common.extras import missing_extra
@@ -69,19 +69,10 @@ COMMANDS = {
     },
 }
 """Every command, by what it is for; ``--help`` shows this without importing any of them."""
-PACKAGES = {
-    "Prepare": "prepare",
-    "Collect": "collect",
-    "Map and label": "label",
-    "Data sets": "datasets",
-    "Positioning": "positioning",
-    "All of it": "showcase",
-}
-"""Where the commands of each group stand."""
 
 
 class _Commands(TyperGroup):
-    """Imports ``PACKAGE.command_NAME`` when its command is asked for; each such module has ``register(app)``."""
+    """Imports ``command_NAME`` when its command is asked for; each such module has ``NAME_command``."""
 
     # Any: it depends on the version of Typer whether the classes are those of the package Click or its own.
 
@@ -96,9 +87,13 @@ class _Commands(TyperGroup):
             return None
         single = typer.Typer(rich_markup_mode=None)
         single.callback()(lambda: None)  # a group, so that the command keeps its name
-        package = next(PACKAGES[title] for title, commands in COMMANDS.items() if cmd_name in commands)
-        module = f"vislam2tag.cli.{package}.command_{cmd_name.replace('-', '_')}"
-        importlib.import_module(module).register(single)
+        name = cmd_name.replace("-", "_")
+        module = importlib.import_module(f"vislam2tag.cli.command_{name}")
+        work = getattr(module, f"{name}_command")
+        if isinstance(work, typer.Typer):
+            single.add_typer(work, name=cmd_name)
+        else:
+            single.command(cmd_name, help=help_of(work), epilog=getattr(module, "EPILOG", None))(work)
         return take_addresses(_with_switches(typer.main.get_group(single).commands[cmd_name]), cmd_name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

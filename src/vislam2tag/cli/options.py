@@ -1,27 +1,35 @@
-"""What several commands share: their arguments, how wrong values are reported, the exit code of an interrupt."""
+"""Options that several commands share, and the values that they stand for."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from vislam2tag.cli.records import option
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import DATASET_FORMATS
 
 if TYPE_CHECKING:
     from vislam2tag.datasets.privacy import Privacy
     from vislam2tag.pipeline.run.selection import Selection
+    from vislam2tag.pipeline.run.workers import Executor
+
 
 INTERRUPTED = 130
 """Exit code of a command ended by Ctrl-C, as shells have it."""
 ALL_CORES = os.cpu_count() or 1
 
 SurveyFolder: TypeAlias = Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")]
+SiteFolder: TypeAlias = Annotated[Path, typer.Argument(metavar="SITE", help="Survey folder.")]
 LandmarkFile: TypeAlias = Annotated[
     Path | None,
     typer.Option(
@@ -29,8 +37,7 @@ LandmarkFile: TypeAlias = Annotated[
         help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
     ),
 ]
-Floors: TypeAlias = Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")]
-Devices: TypeAlias = Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")]
+Floors: TypeAlias = Annotated[tuple[int, ...], typer.Option(help="Only this floor; repeatable.")]
 Replace: TypeAlias = Annotated[
     bool,
     typer.Option("--replace", help="Replace what another strategy or command wrote in OUT, the whole folder."),
@@ -42,6 +49,11 @@ FollowLinks: TypeAlias = Annotated[
 DryRun: TypeAlias = Annotated[bool, typer.Option("--dry-run", help="Say what would run, and why, and write nothing.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, show_default="all cores", help="Processes to run at once.")]
+Description: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
+]
+Technology: TypeAlias = Annotated[str, typer.Option(help="Fingerprints of which radio.")]
 
 
 def format_help(otherwise: str = "") -> str:
@@ -50,36 +62,103 @@ def format_help(otherwise: str = "") -> str:
     return f"One of those above{f', or of other packages: {names}' if names else ''}{otherwise}."
 
 
-def selection_of(floors: list[int] | None, devices: list[str] | None) -> Selection:
-    """Choose the sessions of these floors and devices; none given: all."""
-    from vislam2tag.pipeline.run.selection import Selection
+@dataclass(frozen=True, kw_only=True)
+class SessionOptions:
+    """Which sessions of a survey; none given: all."""
 
-    return Selection(floors=tuple(floors or ()), devices=tuple(devices or ()))
+    floor: Floors = ()
+    device: tuple[str, ...] = option((), "Only this device; repeatable.")
+
+    @property
+    def selection(self) -> Selection:
+        """The sessions of these floors and devices."""
+        from vislam2tag.pipeline.run.selection import Selection
+
+        return Selection(floors=self.floor, devices=self.device)
 
 
-IncludeNomap: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--include-nomap", help="Keep networks named ..._nomap; they are left out otherwise, as their owners ask."
-    ),
-]
-HashBssid: TypeAlias = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="KEYFILE",
-        help="Replace BSSIDs by keyed hashes; the file holds a secret of at least 16 bytes. "
+@dataclass(frozen=True, kw_only=True)
+class PrivacyOptions:
+    """What is left out of a data set, or hashed in it."""
+
+    include_nomap: bool = option(
+        False, "Keep networks named ..._nomap; they are left out otherwise, as their owners ask."
+    )
+    hash_bssid: Path | None = option(
+        None,
+        "Replace BSSIDs by keyed hashes; the file holds a secret of at least 16 bytes. "
         "Sets hashed with one key can be joined.",
-    ),
-]
-NoSsid: TypeAlias = Annotated[bool, typer.Option("--no-ssid", help="Leave the names of networks out.")]
+        metavar="KEYFILE",
+    )
+    no_ssid: bool = option(False, "Leave the names of networks out.")
+
+    @property
+    def privacy(self) -> Privacy:
+        """The wish; raises UsageError for a key that cannot be used."""
+        from vislam2tag.dataset.privacy import Privacy
+
+        return Privacy(include_nomap=self.include_nomap, hash_key=key_of(self.hash_bssid), keep_ssids=not self.no_ssid)
 
 
-def privacy_of(include_nomap: bool, hash_bssid: Path | None, no_ssid: bool) -> Privacy:
-    """Make the wish of these options' values; raises UsageError for a key that cannot be used."""
-    from vislam2tag.datasets.privacy import Privacy, read_key
+def key_of(file: Path | None) -> bytes | None:
+    """Read the secret for hashes; raises UsageError for a file that cannot be used."""
+    from vislam2tag.dataset.privacy import read_key
 
-    key = None if hash_bssid is None else read_key(hash_bssid)
-    return Privacy(include_nomap=include_nomap, hash_key=key, keep_ssids=not no_ssid)
+    return None if file is None else read_key(file)
+
+
+class ExecutorName(Enum):
+    """Where sessions run."""
+
+    LOCAL = "local"
+    DASK = "dask"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExecutorOptions:
+    """Where sessions run."""
+
+    executor: ExecutorName = option(
+        ExecutorName.LOCAL, "Where sessions run: in --jobs processes here, or on a Dask cluster."
+    )
+    scheduler: str | None = option(
+        None, "Of a Dask scheduler, tcp://HOST:8786, for --executor dask.", metavar="ADDRESS"
+    )
+    cluster: Path | None = option(
+        None, "Cluster to make for --executor dask, as TOML (docs/how-to/fleets.md).", metavar="FILE"
+    )
+
+    @contextmanager
+    def opened(self, jobs: int, on_cluster: Callable[[Any, Callable[[str], None]], Executor]) -> Iterator[Executor]:
+        """Yield what runs sessions; raises UsageError for options that do not go together.
+
+        ``on_cluster`` makes it of a ``distributed.Client`` and a function that prints a line.
+        """
+        if self.executor is ExecutorName.LOCAL:
+            from functools import partial
+
+            from vislam2tag.pipeline.run.workers import process_all
+
+            if self.scheduler is not None or self.cluster is not None:
+                raise UsageError("--scheduler and --cluster go with --executor dask: add that")
+            yield partial(process_all, workers=jobs)
+            return
+        from vislam2tag.pipeline.run.cluster import connected
+
+        tell = lambda line: say(line, err=True)
+        with connected(self.scheduler, self.cluster, tell) as client:
+            yield on_cluster(client, tell)
+
+
+def one_of(*known: str) -> Callable[[str, str], str]:
+    """Return what reads an option with these values."""
+
+    def read(text: str, name: str) -> str:
+        if text not in known:
+            raise UsageError(f"{name} {text}: there are {', '.join(known)}")
+        return text
+
+    return read
 
 
 def value_of(text: str) -> Any:

@@ -1,33 +1,59 @@
-"""A progress bar over sessions on a terminal, and a line for each session that fails anywhere."""
+"""Progress of a command on standard error, and the one line of a command that was interrupted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vislam2tag.cli.terminal import progress_is_shown, visible_console
+import typer
+
+from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.terminal import print_line, progress_is_shown, say, visible_console
+from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.files.store import shown
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
+
+    from vislam2tag.common.progress import Stage
 
 _LINES = 20
 """So many at most, evenly among the sessions."""
 
 
 class SessionBar:
-    """Counts sessions; make it by :func:`session_bar`."""
+    """Counts sessions, or other steps; make it by :func:`session_bar`."""
 
-    def __init__(self, console: Console, bar: Progress, lines: bool) -> None:
+    def __init__(self, console: Console, bar: Progress, name: str, lines: bool) -> None:
         self._console, self._bar, self._lines = console, bar, lines
-        self._task = bar.add_task("", total=None, rate="")
+        self._task = bar.add_task(name, total=None, rate="")
         self._rows = 0
         self._reached = 0.0
         self.done = 0
         """Sessions finished so far."""
         self.failed = 0
         """Those of them, and other things, that failed."""
+
+    def count(self, _step: object, total: int) -> None:
+        """Count one step of ``total`` that cannot fail."""
+        self.advance(total, None)
+
+    def enter(self, stage: str) -> None:
+        """Go on with another stage of the work, whose steps are counted from the start."""
+        from rich.markup import escape
+
+        name = escape(stage)
+        if self._bar.tasks[0].description != name:
+            self.done, self._reached = 0, 0.0
+            self._bar.reset(self._task, description=name, total=None)
+
+    def show(self, stage: Stage, total: int) -> None:
+        """Show a stage by its name, and how far it is."""
+        self.enter(stage.name)
+        self.reach(stage.done, total)
 
     def advance(self, total: int, error: str | None, rows: int = 0) -> None:
         """Count one finished session of ``total``, and say why it failed if it did; ``rows`` are those written."""
@@ -69,28 +95,83 @@ class SessionBar:
 
     def print_line(self, what: str, colour: str, text: str) -> None:
         """Print a line above the bar."""
-        from rich.text import Text
-
-        self._console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
+        print_line(what, f"bold {colour}", text, self._console)
 
 
 @contextmanager
-def session_bar(name: str, *, lines: bool = False) -> Iterator[SessionBar]:
+def session_bar(name: str, *, lines: bool = False, share: bool = False) -> Iterator[SessionBar]:
     """Show a bar on standard error while sessions are worked at; ``name`` is what is counted.
 
-    With ``lines``, for work of hours, what is no terminal gets a line now and then.
+    With ``lines``, for work of hours, what is no terminal gets a line now and then. With ``share`` the bar shows the
+    share of the work that is done instead of a count.
     """
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich import progress
 
     console = visible_console(stderr=True)
-    rate = TextColumn("{task.fields[rate]}")
-    columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), rate, TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        yield SessionBar(console, bar, lines and progress_is_shown() and not console.is_terminal)
+    columns = (
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.TaskProgressColumn() if share else progress.MofNCompleteColumn(),
+        progress.TextColumn("{task.fields[rate]}"),
+        progress.TimeElapsedColumn(),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        yield SessionBar(console, bar, name, lines and progress_is_shown() and not console.is_terminal)
+
+
+@contextmanager
+def interrupted_with(there: str | Callable[[], str]) -> Iterator[None]:
+    """End an interrupted block with one line, what is ``there`` then, and the exit code of an interrupt."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        say(f"interrupted: {there if isinstance(there, str) else there()}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def outputs_of_interrupted(*outputs: Path | None) -> Iterator[None]:
+    """End an interrupted block with the names of those of its files and folders that were written until then."""
+    wanted = [path for path in outputs if path is not None]
+    before = [_state(path) for path in wanted]
+
+    def there() -> str:
+        written = [shown(path) for path, state in zip(wanted, before, strict=True) if _state(path) != state]
+        if written:
+            return f"{' and '.join(written)} written; run the same command again"
+        return "nothing was written" + (f" to {' or '.join(map(shown, wanted))}" if wanted else "")
+
+    with interrupted_with(there):
+        yield
+
+
+def labels_there(out: Path) -> str:
+    """How many sessions an output folder for labels contains, which may be in a store."""
+    from vislam2tag.pipeline.run.outputs import output_at
+
+    with suppress(Vislam2tagError, OSError):
+        if count := len(output_at(out).finished()):
+            return f"{shown(out)} contains the labels of {count} sessions; run the same command again to go on"
+    return f"no session was finished in {shown(out)}"
+
+
+def contents_there(out: Path, parts: dict[str, str]) -> str:
+    """Which parts a folder contains, named by their paths in it."""
+    found = [name for path, name in parts.items() if _has_content(out / path)]
+    if not found:
+        return f"nothing was written to {out}"
+    return f"{out} contains {', '.join(found)}; run the same command again to go on"
+
+
+def _has_content(path: Path) -> bool:
+    return any(path.iterdir()) if path.is_dir() else path.exists()
+
+
+def _state(path: Path) -> object:
+    """What changes when a file or folder is written or replaced; None if it does not exist."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return None
+    return stat.st_ino, stat.st_mtime_ns, stat.st_size

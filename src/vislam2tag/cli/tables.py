@@ -1,45 +1,70 @@
-"""Tables on the terminal."""
+"""Tables and findings on the terminal."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.findings import Severity
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+    from rich.console import Console, RenderableType
+    from rich.measure import Measurement
+    from rich.table import Column, Table
+    from rich.text import Text
 
     from vislam2tag.common.findings import Finding
-    from vislam2tag.pipeline.site.show import SiteSummary
     from vislam2tag.positioning.benchmark_tables import Table4
+
+    Row: TypeAlias = Sequence[str | Text] | None
+    """Cells of a table's row; None for a line between rows."""
 
 _PIPE_WIDTH = 140
 """Columns where the output is no terminal, unless the environment's COLUMNS says how many."""
 
 
-def table_console() -> Console:
-    """Return a console for tables: as wide as the terminal, or wide enough for a pipe."""
-    console = visible_console(highlight=False)
-    if console.is_terminal or "COLUMNS" in os.environ:
-        return console
-    return visible_console(highlight=False, width=_PIPE_WIDTH)
+def print_table(
+    title: str, texts: Sequence[str], numbers: Sequence[str], rows: Iterable[Row], *, pipe_width: int = _PIPE_WIDTH
+) -> None:
+    """Print a table with columns of text, then of numbers: as wide as the terminal, or wide enough for a pipe."""
+    show_table(table(title, texts, numbers, rows), pipe_width)
 
 
-def table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
-    """Return an empty table with columns of text, then of numbers."""
+def show_table(made: Table, pipe_width: int = _PIPE_WIDTH) -> None:
+    """Print a table in as many parts as the width needs."""
+    console = visible_console()
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console = visible_console(width=pipe_width)
+    for part in tables_that_fit(made, console):
+        console.print(part)
+
+
+def table(title: str, texts: Sequence[str], numbers: Sequence[str], rows: Iterable[Row]) -> Table:
+    """Return a table with columns of text, then of numbers."""
     from rich import box
+    from rich.markup import escape
     from rich.table import Table
 
-    empty = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    made = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     for name in texts:
-        empty.add_column(name, overflow="fold")
+        made.add_column(name, overflow="fold")
     for name in numbers:
-        empty.add_column(name, justify="right")
-    return empty
+        made.add_column(name, justify="right")
+    for row in rows:
+        if row is None:
+            made.add_section()
+        else:
+            made.add_row(*(escape(cell) if isinstance(cell, str) else cell for cell in row))
+    return made
+
+
+def red(text: str) -> Text:
+    """Return a cell of a table in red."""
+    from rich.text import Text
+
+    return Text(text, "red")
 
 
 def metres(value: float | None) -> str:
@@ -47,66 +72,23 @@ def metres(value: float | None) -> str:
     return "-" if value is None else f"{value:.2f} m"
 
 
+def or_dash(value: float | None, form: str) -> str:
+    """Write a number in a form such as ``{:.1f} m``; a dash where it is not known."""
+    return "-" if value is None else form.format(value)
+
+
 def print_table_4(made: Table4) -> None:
     """Print it on standard output."""
-    from rich.markup import escape
-
     from vislam2tag.positioning.benchmark_tables import TABLE_4_TITLE
 
-    shown = table(TABLE_4_TITLE, ("test data", "model"), made.heads)
-    for row in made.rows:
-        shown.add_row(escape(row.test), escape(row.model), *row.cells())
-    table_console().print(shown)
-
-
-def print_site(summary: SiteSummary) -> None:
-    """Print a site's floors and what is odd about them on standard output."""
-    from rich.markup import escape
-
-    rows = table("Floors", ("floor", "name", "plan"), ("elevation", "x", "y", "pixel", "landmarks", "control points"))
-    for each in summary.floors:
-        floor = each.floor
-        left, right, low, high = floor.extent_m or (None, None, None, None)
-        rows.add_row(
-            str(floor.number),
-            escape(floor.name),
-            escape(floor.plan.name if floor.plan else "none"),
-            "-" if floor.elevation_m is None else f"{floor.elevation_m:g} m",
-            "unknown" if left is None else f"{left:.2f} to {right:.2f} m",
-            "unknown" if low is None else f"{low:.2f} to {high:.2f} m",
-            "-" if each.pixel_m is None else f"{100 * each.pixel_m:.1f} cm",
-            each.landmarks.short,
-            str(len(floor.control_points.ids)),
-        )
-    table_console().print(rows)
-    print_findings(summary.findings)
-
-
-def site_record(summary: SiteSummary) -> dict[str, Any]:
-    """A site's floors and findings, as JSON has them."""
-    floors = [
-        {
-            "floor": each.floor.number,
-            "name": each.floor.name,
-            "plan": each.floor.plan.name if each.floor.plan else None,
-            "elevation_m": each.floor.elevation_m,
-            "extent_m": each.floor.extent_m,
-            "pixel_m": each.pixel_m,
-            "landmarks": each.landmarks.total,
-            "planned": each.landmarks.planned,
-            "unsurveyed": each.landmarks.without_position,
-            "control_points": len(each.floor.control_points.ids),
-        }
-        for each in summary.floors
-    ]
-    return {"floors": floors, "findings": summary.findings, "judgement": summary.judgement}
+    rows = ((row.test, row.model, *row.cells()) for row in made.rows)
+    print_table(TABLE_4_TITLE, ("test data", "model"), made.heads, rows)
 
 
 def print_findings(findings: Iterable[Finding]) -> None:
     """Print each finding with its file on standard output."""
-    console = table_console()
     for finding in findings:
-        console.print(_finding_line(finding), soft_wrap=True, markup=False)
+        say(_finding_line(finding))
 
 
 def print_warnings(findings: Iterable[Finding]) -> None:
@@ -119,3 +101,70 @@ def print_warnings(findings: Iterable[Finding]) -> None:
 def _finding_line(finding: Finding) -> str:
     place = ":".join((finding.file, *map(str, finding.lines[:1])))
     return ": ".join(filter(None, (finding.severity, place, finding.message)))
+
+
+def tables_that_fit(table: Table, console: Console) -> list[Table]:
+    """Split a table too wide for a console into several, each with its columns of text, so that no number is cut."""
+    texts = [i for i, column in enumerate(table.columns) if column.justify == "left"]
+    spans = [_span_of(column, console) for column in table.columns]
+    least, most = [span.minimum for span in spans], [span.maximum for span in spans]
+    beside = (_span(table, console).maximum - sum(most)) / max(len(most), 1)
+
+    def fits(columns: Sequence[int], widths: Sequence[int]) -> bool:
+        return sum(widths[i] + beside for i in columns) <= console.width
+
+    if fits(range(len(spans)), most):
+        return [table]
+    groups: list[list[int]] = [[*texts]]
+    for i in (i for i in range(len(spans)) if i not in texts):
+        if len(groups[-1]) > len(texts) and not fits([*groups[-1], i], least):
+            groups.append([*texts])
+        groups[-1].append(i)
+    parts = []
+    for group in groups:
+        room = int(console.width - beside * len(group))
+        widths = _shared(room, [least[i] for i in group], [most[i] for i in group])
+        parts.append(_part(table, dict(zip(group, widths, strict=True))))
+    return parts
+
+
+def _span(text: RenderableType, console: Console) -> Measurement:
+    from rich.measure import Measurement
+
+    return Measurement.get(console, console.options.update(max_width=10_000), text)
+
+
+def _span_of(column: Column, console: Console) -> Measurement:
+    """The least and the most width that a column takes; a number stays in its line."""
+    from rich.measure import Measurement
+
+    head, cells = _span(column.header, console), [_span(cell, console) for cell in column.cells]
+    words = [cell.minimum if column.justify == "left" else cell.maximum for cell in cells]
+    return Measurement(max([head.minimum, *words]), max([head.maximum, *(cell.maximum for cell in cells)]))
+
+
+def _part(table: Table, widths: Mapping[int, int]) -> Table:
+    """A table of some of another's columns, with these widths."""
+    from rich.table import Table
+
+    made = Table(title=table.title, title_justify="left", box=table.box)
+    for i, width in widths.items():
+        old = table.columns[i]
+        made.add_column(old.header, justify=old.justify, overflow=old.overflow, width=width)
+    cells = [list(table.columns[i].cells) for i in widths]
+    for number, row in enumerate(zip(*cells, strict=True)):
+        made.add_row(*row, end_section=table.rows[number].end_section)
+    return made
+
+
+def _shared(width: int, least: Sequence[int], most: Sequence[int]) -> list[int]:
+    """Widths of columns that share this one, each with its least where that can be, and with no more than its most.
+
+    Where the least alone is too wide, the widest columns give.
+    """
+    widths = list(least)
+    while sum(widths) > width and max(widths) > 1:
+        widths[widths.index(max(widths))] -= 1
+    while sum(widths) < width and (short := [i for i in range(len(widths)) if widths[i] < most[i]]):
+        widths[min(short, key=widths.__getitem__)] += 1
+    return widths

@@ -1,1 +1,0 @@
-"""Commands that collect: receive, inspect, attach, sightings, simulate."""

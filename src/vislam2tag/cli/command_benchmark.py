@@ -1,0 +1,186 @@
+"""``vislam2tag benchmark``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson, Technology, value_of
+from vislam2tag.cli.progress import interrupted_with, session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.tables import print_table, print_table_4
+from vislam2tag.cli.terminal import answer, print_line, say
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.plugins import MODELS
+
+if TYPE_CHECKING:
+    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.positioning.benchmark_protocol import ModelChoice
+    from vislam2tag.positioning.benchmark_record import Benchmark, BestModel
+
+
+_SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkOptions:
+    """Arguments and options of ``vislam2tag benchmark``."""
+
+    folder: Path | None = argument("Data set; or give --dataset and --data.", None, metavar="[DS]")
+    out: Path = option(..., "Output folder: new, empty or from an earlier benchmark.")
+    model: tuple[str, ...] = option((), "Model to run; repeatable.")
+    set_: tuple[str, ...] = option((), "A model's parameter; repeatable.", "--set", metavar="MODEL.PARAMETER=VALUE")
+    split: tuple[str, ...] = option(
+        (), "Split of the data set; repeatable. Default: official where there is one, else random."
+    )
+    seeds: int = option(5, "Runs of each model that draws random numbers.", least=1)
+    technology: Technology = "wifi"
+    paper: bool = option(
+        False, "The paper's models, as published for this data set; of DS on the paper's splits, as its Table IV."
+    )
+    dataset: str | None = option(
+        None, "A public data set: tampere, ujiindoorloc, utsindoorloc, wifine, uji-library.", metavar="NAME"
+    )
+    data: Path | None = option(None, "Folder or archive of --dataset.", metavar="FILES")
+    json: AsJson = False
+
+
+@command
+def benchmark_command(given: BenchmarkOptions) -> None:
+    """Benchmark positioning models on a data set: train, test, score, compare.
+
+    Each model is trained on the training part of each fold, with each seed, and tested on the rest; everything is
+    learned from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.json, report.html, figures/
+    (SVG, PDF) and runs/ with the record and the predictions of every run. docs/how-to/benchmark.md tells what each
+    figure is. Stop it at any moment and give the same command again: runs that are done are not repeated.
+
+    Models: {models}.
+
+    Exit code: 0 all right, 1 at least one run failed, 2 wrong usage, no data set, files that are not of the public set,
+    or OUT cannot be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag benchmark fingerprints --model weighted-knn --model multi-cel \\
+          --split random --split device --out compared
+      vislam2tag benchmark fingerprints --model multi-cel \\
+          --set multi-cel.cell_m=5 --seeds 3 --out fine_cells
+      vislam2tag benchmark fingerprints --paper --out table_4
+      vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz \\
+          --model weighted-knn --out tampere
+    """
+    from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark
+    from vislam2tag.positioning.benchmark_protocol import published_choices
+    from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS
+
+    chosen = list(published_choices(given.dataset)) if given.paper else []
+    chosen = with_parameters(_with_models(chosen, given.model), given.set_)
+    if not chosen:
+        raise UsageError(f"--model: name at least one; there are: {', '.join(MODELS.names())}")
+    table_wanted = given.paper and given.dataset is None
+    splits = given.split or (TABLE_4_SPLITS if table_wanted else ())
+    plan = BenchmarkPlan(chosen, splits, given.seeds, given.technology, table_wanted)
+    with (
+        interrupted_with(lambda: _there(given.out)),
+        _opened(given) as opened,
+        session_bar("reading", share=True) as bar,
+    ):
+        found = benchmark(opened, given.out, plan, bar.show)
+    answer(found, given.json, lambda: _print(found, given, table_wanted), failed=bool(found.failed))
+
+
+def _there(out: Path) -> str:
+    from vislam2tag.pipeline.positioning.benchmark import RUNS
+
+    count = len(list(out.glob(f"{RUNS}/*.json")))
+    return f"{out} contains {count} runs; the same command goes on" if count else f"no run was finished in {out}"
+
+
+def _with_models(chosen: Sequence[ModelChoice], names: Sequence[str]) -> list[ModelChoice]:
+    from vislam2tag.positioning.benchmark_protocol import ModelChoice
+
+    there = {one.name: one for one in chosen}
+    return list((there | {name: ModelChoice(name) for name in names if name not in there}).values())
+
+
+def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list[ModelChoice]:
+    """Set ``MODEL.PARAMETER=VALUE``: numbers, true, false, null and lists as JSON has them, else text.
+
+    Raises UsageError for what is not of this form, and for models that are not chosen.
+    """
+    from vislam2tag.positioning.benchmark_protocol import ModelChoice
+
+    parameters: dict[str, dict[str, Any]] = {one.name: dict(one.parameters) for one in chosen}
+    for text in texts:
+        place, equals, value = text.partition("=")
+        name, dot, parameter = place.partition(".")
+        if not (equals and dot and parameter):
+            raise UsageError(f"--set {text}: give MODEL.PARAMETER=VALUE, such as weighted-knn.k=5")
+        if name not in parameters:
+            raise UsageError(f"--set {text}: '{name}' is none of the models to run: {', '.join(parameters)}")
+        parameters[name][parameter] = value_of(value)
+    return [ModelChoice(name, own) for name, own in parameters.items()]
+
+
+@contextmanager
+def _opened(given: BenchmarkOptions) -> Iterator[Dataset]:
+    """Open DS, or the public data set from its files."""
+    from vislam2tag.dataset.folder import open_dataset
+    from vislam2tag.pipeline.positioning.benchmark import public_dataset
+
+    folder, dataset, data = given.folder, given.dataset, given.data
+    if folder is not None and dataset is None and data is None:
+        yield open_dataset(folder)
+    elif folder is None and dataset is not None and data is not None:
+        with public_dataset(dataset, data) as opened:
+            yield opened
+    else:
+        raise UsageError("give either DS, or --dataset NAME with --data FILES")
+
+
+def _tell_next(found: Benchmark, out: Path, folder: Path | None) -> None:
+    """Go on with the model that the page recommends for the first split."""
+    from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
+
+    if found.failed or not found.best:
+        next_step("benchmark, failed")
+    elif folder is None:
+        next_step("benchmark, public", page=out / PAGE_FILE)
+    else:
+        next_step("benchmark", dataset=folder, model=found.best[0].model)
+
+
+def _said_of(best: BestModel) -> str:
+    """Name the winner, and how far behind the next one is."""
+    said = f"best on split {best.split}: {best.model}, {best.mean_m:.2f} m"
+    if best.runner_up is None:
+        return said
+    said += f"; {best.runner_up} errs {best.behind_m:.2f} m more"
+    if best.behind_interval_m is None:
+        return f"{said} (too few walks for an interval)"
+    low, high = best.behind_interval_m
+    return f"{said} (95 % interval over walks: {low:.2f} to {high:.2f} m)"
+
+
+def _print(found: Benchmark, given: BenchmarkOptions, beside_paper: bool) -> None:
+    from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
+    from vislam2tag.positioning.benchmark_tables import HEADS, figure_text, fold_name, table_4
+
+    for split, rows in groupby(found.rows, key=lambda row: row.split):
+        cells = (
+            (fold_name(row.fold), row.model, *(figure_text(name, row.figures[name]) for name in _SHOWN)) for row in rows
+        )
+        print_table(f"Split {split}", ("test", "model"), tuple(HEADS[name] for name in _SHOWN), cells)
+    for best in found.best:
+        say(_said_of(best))
+    if beside_paper:
+        print_table_4(table_4(found.rows))
+    for one in found.failed:
+        print_line("failed:", "red", f"{one.run}: {one.error}")
+    say(f"page: {given.out / PAGE_FILE}")
+    _tell_next(found, given.out, given.folder)

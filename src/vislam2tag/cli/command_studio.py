@@ -1,0 +1,173 @@
+"""``vislam2tag studio``: look, find and correct in the browser."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, key_of
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.tables import print_warnings
+from vislam2tag.cli.terminal import answer, say, say_json
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.store import address_of, shown
+
+if TYPE_CHECKING:
+    from vislam2tag.studio.sharing.export import ExportRecord
+    from vislam2tag.studio.workspace import Workspace
+
+
+LOOPBACK = "127.0.0.1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudioOptions:
+    """Arguments and options of ``vislam2tag studio``."""
+
+    survey: Path = argument("Survey folder (with floor_K/DEVICE/SESSION below); with --export a fleet, too.")
+    labels: Path | None = option(
+        None, "Labels as process makes them, existing or not.  [default: SURVEY-labels beside the survey]"
+    )
+    compare: tuple[Path, ...] = option((), "Further labels to compare with; repeatable.")
+    host: str = option(LOOPBACK, "Address to listen on; 0.0.0.0: the whole network.")
+    port: int = option(8770, "Port to listen on; 0: any free one.", least=0, most=65535)
+    export: Path | None = option(
+        None, "Write the page as files that only show, and end; replaces an earlier one.", metavar="DIR"
+    )
+    hash_bssid: Path | None = option(
+        None,
+        "With --export: hash BSSIDs with the secret of at least 16 bytes in this file.  [default: a new one]",
+        metavar="KEYFILE",
+    )
+    only: tuple[str, ...] = option(
+        (), "With --export of a fleet: only this survey; repeatable.", "--survey", metavar="NAME"
+    )
+    follow_links: FollowLinks = False
+    browser: bool = option(True, "Open the page in this computer's browser.")
+    jobs: Jobs = ALL_CORES
+    json: AsJson = False
+    config: ConfigFile = None
+
+
+@command
+def studio_command(given: StudioOptions) -> None:
+    """Look at a survey and its labels in the browser, find what is wrong, correct it.
+
+    Opens a page on this computer. What is changed there is a line in the survey's corrections.toml, as if typed;
+    sessions that it touches are mapped again into the folder of --labels, as by process. Raw files are never changed.
+    Ctrl-C ends it.
+
+    With --export DIR nothing is opened: DIR becomes the same page on files, which only shows, for any web server or
+    bucket. Names of networks, networks that opted out (_nomap) and what people wrote beside corrections are left out,
+    addresses of networks are hashed; what is told of the building and of devices, stays. Sessions and site files that
+    links lead to outside SURVEY are left out, unless --follow-links is given. Where SURVEY is a fleet, or a fleet's
+    address, the page is a list of its surveys to search, and the walks of each that has labels are behind it; --survey
+    chooses.
+
+    The address that is shown works once, for one browser; the page gives further ones. Only this computer can open it
+    unless --host says more: then use a network that you trust, what is sent can be read there.
+
+    Exit code: 0 ended by Ctrl-C, or DIR is written; 2 not a survey, the address cannot be listened on, a store cannot
+    be read, or DIR cannot be written.
+
+    \b
+    Examples:
+      vislam2tag studio survey
+      vislam2tag studio survey --labels out/labels --compare before
+      vislam2tag studio survey --host 0.0.0.0
+      vislam2tag studio survey --export page
+      vislam2tag studio s3://walks/hospitals --export page
+    """
+    from vislam2tag.pipeline.fleet.catalogue import is_fleet
+
+    survey = given.survey
+    if is_fleet(survey):
+        if given.export is None or given.labels or given.compare:
+            raise UsageError(
+                f"{shown(survey)}: is a fleet; give --export DIR and neither --labels nor --compare, or open one of "
+                f"its surveys: vislam2tag studio {shown(survey)}/surveys/NAME --labels {shown(survey)}/labels/NAME"
+            )
+        _export_fleet(given, given.export)
+    if given.only:
+        raise UsageError(f"--survey: {shown(survey)} is no fleet; leave the option out")
+    if address_of(survey):
+        raise UsageError(f"{shown(survey)}: is no fleet; copy the survey to this machine (docs/how-to/fleets.md)")
+    if given.export is not None:
+        _export(given, given.export)
+    _serve(given, _opened(given))
+
+
+def _opened(given: StudioOptions) -> Workspace:
+    from vislam2tag.studio.workspace import Workspace, beside
+
+    out = given.labels or beside(given.survey, "labels")
+    return Workspace(given.survey, out, settings_of(given.config, {}, given.survey), given.compare)
+
+
+def _export_fleet(given: StudioOptions, out: Path) -> None:
+    from vislam2tag.studio.sharing.fleet import export_fleet
+
+    with session_bar("surveys") as bar:
+        record = export_fleet(
+            given.survey,
+            out,
+            lambda folder: settings_of(given.config, {}, folder),
+            given.only,
+            key_of(given.hash_bssid),
+            bar.count,
+            follow_links=given.follow_links,
+            tell=print_warnings,
+        )
+    _end(record, out, given.json)
+
+
+def _export(given: StudioOptions, out: Path) -> None:
+    from vislam2tag.studio.sharing.export import export_survey
+
+    with closing(_opened(given)) as workspace, session_bar("steps") as bar:
+        record = export_survey(
+            workspace,
+            out,
+            key_of(given.hash_bssid),
+            bar.count,
+            follow_links=given.follow_links,
+            tell=print_warnings,
+        )
+    _end(record, out, given.json)
+
+
+def _end(record: ExportRecord, out: Path, as_json: bool) -> None:
+    def show() -> None:
+        surveys = f"{record.surveys} surveys, " if record.surveys > 1 else ""
+        say(f"{out}: {surveys}{record.sessions} sessions, {record.files} files, {record.size_bytes / 1e6:.1f} MB")
+        next_step("studio, export", out=out)
+
+    answer({"export": out, **record.model_dump()}, as_json, show)
+
+
+def _serve(given: StudioOptions, workspace: Workspace) -> None:
+    # Only a server needs these; starting quickly matters to all other commands.
+    import webbrowser
+
+    from vislam2tag.receiving.address import code_of, listen
+    from vislam2tag.studio.serving import opened_studio, serve_studio
+
+    with (
+        listen(given.host, given.port) as opened,
+        opened_studio(workspace, given.host, opened, given.jobs) as (url, app),
+    ):
+        if given.json:
+            say_json({"url": url, "labels": workspace.out})
+        else:
+            code = "" if given.host == LOOPBACK else code_of(url)
+            say(f"{code}\n{url}\n\nlabels: {workspace.out}\nCtrl-C ends it.")
+        if given.browser:
+            webbrowser.open(url)
+        serve_studio(app, opened)
+    if not given.json:
+        next_step("studio", labels=workspace.out)

@@ -1,1 +1,0 @@
-"""Commands for data sets: build, split, import, export, join, compare, draw."""

@@ -1,1 +1,0 @@
-"""Commands that map and label: from run and process to evaluate."""

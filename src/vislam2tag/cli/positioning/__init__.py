@@ -1,1 +1,0 @@
-"""Commands for positioning models: train, locate, benchmark."""

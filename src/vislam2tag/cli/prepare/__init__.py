@@ -1,1 +1,0 @@
-"""Commands that prepare a survey: site, plan, sheets, register."""

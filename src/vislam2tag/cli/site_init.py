@@ -1,0 +1,318 @@
+"""``vislam2tag site init``: begins a site, or adds a floor to it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson, SiteFolder
+from vislam2tag.cli.records import command, option
+from vislam2tag.cli.tables import or_dash, print_findings, print_table
+from vislam2tag.cli.terminal import answer, say
+from vislam2tag.common.errors import UsageError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from vislam2tag.pipeline.site.init import NewFloor
+    from vislam2tag.pipeline.site.show import SiteSummary
+    from vislam2tag.survey.plans.source import PlanSource
+    from vislam2tag.survey.site_file import GeoreferencePart
+
+    Made = TypeVar("Made", bound=BaseModel)
+
+_LARGEST_M = 1000.0
+"""Few buildings are larger; more drawings are in other units than was thought."""
+_PAGE = "page"
+"""``--area``: all of it."""
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_POINT = "PX,PY=X,Y: the plan's own coordinates, then metres"
+
+
+def _numbers(count: int, form: str) -> Callable[[str, str], list[float]]:
+    """Return what reads so many numbers with commas between them."""
+
+    def read(text: str, name: str) -> list[float]:
+        numbers = _found(text)
+        if numbers is None or len(numbers) != count:
+            raise UsageError(f"{name} {text}: give {form}")
+        return numbers
+
+    return read
+
+
+def _found(text: str) -> list[float] | None:
+    parts = [part.strip() for part in text.split(",")]
+    return [float(part) for part in parts] if all(_NUMBER.fullmatch(part) for part in parts) else None
+
+
+def _area(text: str, name: str) -> list[float] | str:
+    form = "X,Y,X,Y, two opposite corners in the plan's units, or page"
+    return text if text == _PAGE else _numbers(4, form)(text, name)
+
+
+def _scale(text: str, name: str) -> float:
+    one, _, number = text.partition(":")
+    if one.strip() != "1" or not _NUMBER.fullmatch(number.strip()):
+        raise UsageError(f"{name} {text}: give 1:N as the drawing says, such as 1:100")
+    return float(number)
+
+
+def _point(text: str, name: str) -> dict[str, list[float]]:
+    plan, _, bcs = text.partition("=")
+    read = _numbers(2, _POINT)
+    return {"plan": read(plan, name), "bcs_m": read(bcs, name)}
+
+
+def _georeference(text: str, name: str) -> GeoreferencePart:
+    """Read ``EPSG:CODE,EASTING,NORTHING[,ROTATION]`` or ``LATITUDE,LONGITUDE[,BEARING]``; raises UsageError."""
+    from vislam2tag.survey.site_file import GeoreferencePart
+
+    system = re.fullmatch(r"EPSG:(\d+),(.*)", text, re.IGNORECASE)
+    numbers = _found(system.group(2) if system else text)
+    if numbers is None or len(numbers) not in (2, 3):
+        form = "EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING"
+        raise UsageError(f"{name} {text}: give {form}")
+    names = ("easting_m", "northing_m", "rotation_deg") if system else ("latitude_deg", "longitude_deg", "bearing_deg")
+    values: dict[str, Any] = dict(zip(names, numbers, strict=False))
+    if system:
+        values["epsg"] = int(system.group(1))
+    return _made(GeoreferencePart, values, f"{name} {text}: ")
+
+
+def _made(kind: type[Made], values: Mapping[str, Any], blamed: str = "") -> Made:
+    """Make a record; raises UsageError that blames an option for values that cannot be."""
+    from pydantic import ValidationError
+
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        place = ", ".join(str(part) for part in wrong["loc"])
+        why = wrong["msg"].removeprefix("Value error, ")
+        raise UsageError(f"{blamed}{place}{': ' if place else ''}{why}") from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class InitOptions:
+    """Arguments and options of ``vislam2tag site init``."""
+
+    site: SiteFolder
+    plan: Path | None = option(None, "The floor's plan.")
+    floor: int | None = option(None, "The floor's number; 1 if not given.")
+    name: str = option("", "The floor's name.")
+    elevation_m: float | None = option(None, "Of the floor above the zero.", metavar="METRES")
+    building: str = option("", "Name of the building.")
+    width_m: float | None = option(None, "What the plan shows from left to right; alone will do.", metavar="METRES")
+    height_m: float | None = option(None, "What the plan shows from bottom to top.", metavar="METRES")
+    lower_left: list[float] | None = option(
+        None,
+        "BCS coordinates of the plan's lower left corner; 0,0 if not given.",
+        metavar="X,Y",
+        parse=_numbers(2, "X,Y in metres"),
+    )
+    point: tuple[dict[str, list[float]], ...] = option(
+        (), "A point in the plan's units and the BCS; give two.", metavar="PX,PY=X,Y", parse=_point
+    )
+    distance: list[float] | None = option(
+        None,
+        "Two points of the plan and how far they are apart.",
+        metavar="X,Y,X,Y,METRES",
+        parse=_numbers(5, "X,Y,X,Y,METRES, the points in the plan's units"),
+    )
+    scale: float | None = option(
+        None, "Scale on paper, of a PDF, or an SVG in mm, cm, in, pt or pc.", metavar="1:N", parse=_scale
+    )
+    area: list[float] | str | None = option(
+        None,
+        "Two corners of what the building is of a picture or page, in the plan's units; page: all of it.",
+        metavar="X,Y,X,Y",
+        parse=_area,
+    )
+    stretch: bool = option(False, "Take width and height though the plan has another shape.")
+    measure: Path | None = option(
+        None, "Write no site but an HTML page to click a known distance on, and open it.", metavar="FILE"
+    )
+    unit_m: float | None = option(None, "A unit of the file, whose axes are the BCS's.", metavar="METRES")
+    page: int | None = option(None, "Page of a PDF; 1 if not given.")
+    level: str | None = option(None, "Level of an IMDF archive: id, ordinal or short name.")
+    layer: tuple[str, ...] = option((), "Layer of a DXF that holds walls (* and ?); repeatable.")
+    others: str | None = option(None, "Polygons that do not say their use: walkable or obstacle.", metavar="USE")
+    epsg: int | None = option(None, "Reference system of the plan's own coordinates.")
+    georeference: Any = option(
+        None,
+        "Of the site's origin: EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING.",
+        metavar="PLACE",
+        parse=_georeference,
+    )
+    json: AsJson = False
+
+
+@command
+def init_command(given: InitOptions) -> None:
+    """Begin a site, or add a floor to it: writes SITE/site.toml.
+
+    PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor's folder of the Indoor Location Competition 2.0;
+    it is copied into SITE. Its scale: the size of what it shows (--width-m, --height-m), two known points (--point,
+    twice), a known distance (--measure writes a page to click it on), the scale on paper (--scale 1:100), or metres a
+    unit. DXF files with units, and GeoJSON and IMDF on a site with a georeference, need none. Of a page with a frame,
+    the drawing in it is taken (--area). Without --plan a survey in the published layout is described.
+
+    Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag site init survey --plan ground.pdf --page 2 --floor 0 \\
+          --width-m 62.5 --height-m 31
+      vislam2tag site init survey --plan first.pdf --floor 1 --scale 1:100
+      vislam2tag site init survey --plan first.svg --measure scale.html
+      vislam2tag site init survey --plan first.png --floor 1 \\
+          --point 120,840=0,0 --point 1950,850=45.6,0
+      vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL \\
+          --georeference EPSG:25832,294405,5628801,-12
+      vislam2tag site init old-survey
+    """
+    from vislam2tag.pipeline.site.init import add_floor, describe_published
+    from vislam2tag.pipeline.site.show import summarise_site
+    from vislam2tag.survey.site_file import SITE_FILE
+
+    file = given.site / SITE_FILE
+    if given.plan is None:
+        describe_published(given.site, given.building, given.georeference)
+        lines, summary = [f"written: {file}"], summarise_site(given.site)
+    else:
+        new, notes = _new_floor(given, given.plan)
+        add_floor(given.site, new, given.building, given.georeference)
+        summary = _before_landmarks(summarise_site(given.site))
+        notes += [
+            f"floor {each.floor.number} is {each.floor.width_m:g} m wide: were its sizes in metres?"
+            for each in summary.floors
+            if max(each.floor.width_m or 0.0, each.floor.height_m or 0.0) > _LARGEST_M
+        ]
+        lines = [f"floor {new.part.number} added: {file}", *(f"note: {note}" for note in notes)]
+    answer(site_record(summary) | {"notes": lines}, given.json, lambda: _print(lines, summary, given.site))
+
+
+def _print(lines: list[str], summary: SiteSummary, site: Path) -> None:
+    for line in lines:
+        say(line)
+    print_site(summary)
+    next_step("site init", site=site)
+
+
+def _new_floor(given: InitOptions, plan: Path) -> tuple[NewFloor, list[str]]:
+    """The floor to add, and notes about how its plan is read."""
+    from vislam2tag.pipeline.site.init import NewFloor, competition_floor, is_competition_floor
+    from vislam2tag.pipeline.site.plan_scale import settled_source
+    from vislam2tag.survey.site_file import FloorPart
+
+    if is_competition_floor(plan):
+        return competition_floor(plan, given.floor), []
+    if plan.is_dir():
+        raise UsageError(f"--plan {plan}: is a folder; give the file of the floor's plan")
+    source = _source(given, plan)
+    if given.measure is not None:
+        _measure(given, plan, source, given.measure)
+    source, notes = settled_source(plan, source, whole=given.area == _PAGE, stretch=given.stretch)
+    number = 1 if given.floor is None else given.floor
+    values = {"number": number, "name": given.name, "elevation_m": given.elevation_m, "plan": source}
+    return NewFloor(plan, _made(FloorPart, values)), notes
+
+
+def _source(given: InitOptions, plan: Path) -> PlanSource:
+    """How a plan is read; raises UsageError where the options cannot be meant so."""
+    from vislam2tag.survey.plans.source import PlanSource
+
+    own = {name: getattr(given, name) for name in ("unit_m", "page", "level", "others", "epsg")}
+    values: dict[str, Any] = {"file": plan.name} | {name: value for name, value in own.items() if value is not None}
+    corner = {} if given.lower_left is None else {"lower_left_m": given.lower_left}
+    if given.layer:
+        values["layers"] = given.layer
+    if given.width_m is not None or given.height_m is not None:
+        values["extent"] = {"width_m": given.width_m, "height_m": given.height_m} | corner
+    if given.area is not None and given.area != _PAGE:
+        values["area"] = given.area
+    if given.scale is not None:
+        values["scale"] = {"one_to": given.scale} | corner
+    if given.point:
+        if len(given.point) != 2:
+            raise UsageError(f"--point: given {len(given.point)} times; two known points are needed")
+        values["points"] = given.point
+    if given.distance is not None:
+        x0, y0, x1, y1, metres = given.distance
+        values["distance"] = {"from": (x0, y0), "to": (x1, y1), "metres": metres} | corner
+    if corner and values.keys().isdisjoint(("extent", "scale", "distance")):
+        raise UsageError("--lower-left: goes with --width-m and --height-m, with --distance or with --scale")
+    return _made(PlanSource, values)
+
+
+def _before_landmarks(summary: SiteSummary) -> SiteSummary:
+    """Leave out that floors have no landmarks yet: to plan or measure them is the next step, which is told."""
+    from vislam2tag.survey.landmark_file import LANDMARK_FILE
+
+    kept = [one for one in summary.findings if one.kind != "missing_file" or Path(one.file).name != LANDMARK_FILE]
+    return replace(summary, findings=tuple(kept))
+
+
+def _measure(given: InitOptions, plan: Path, source: PlanSource, page: Path) -> None:
+    """Write the page to click a known distance on, open it, and end."""
+    import shlex
+    import sys
+    import webbrowser
+
+    from vislam2tag.report.pages.measure_page import write_measure_page
+
+    words = ["vislam2tag", "site", "init", str(given.site), "--plan", str(plan)]
+    words += [] if given.floor is None else ["--floor", str(given.floor)]
+    words += [] if source.page == 1 else ["--page", str(source.page)]
+    write_measure_page(page, plan, source, shlex.join(words))
+
+    def show() -> None:
+        next_step("site init, measure", page=page)
+        if sys.stdout.isatty():
+            webbrowser.open(page.resolve().as_uri())
+
+    answer({"page": page}, given.json, show)
+
+
+def print_site(summary: SiteSummary) -> None:
+    """Print a site's floors and what is odd about them on standard output."""
+    rows = []
+    for each in summary.floors:
+        floor = each.floor
+        left, right, low, high = floor.extent_m or (None, None, None, None)
+        texts = (str(floor.number), floor.name, floor.plan.name if floor.plan else "none")
+        sizes = (
+            or_dash(floor.elevation_m, "{:g} m"),
+            "unknown" if left is None else f"{left:.2f} to {right:.2f} m",
+            "unknown" if low is None else f"{low:.2f} to {high:.2f} m",
+            "-" if each.pixel_m is None else f"{100 * each.pixel_m:.1f} cm",
+        )
+        rows.append((*texts, *sizes, each.landmarks.short, str(len(floor.control_points.ids))))
+    heads = ("elevation", "x", "y", "pixel", "landmarks", "control points")
+    print_table("Floors", ("floor", "name", "plan"), heads, rows)
+    print_findings(summary.findings)
+
+
+def site_record(summary: SiteSummary) -> dict[str, Any]:
+    """A site's floors and findings, as JSON has them."""
+    floors = [
+        {
+            "floor": each.floor.number,
+            "name": each.floor.name,
+            "plan": each.floor.plan.name if each.floor.plan else None,
+            "elevation_m": each.floor.elevation_m,
+            "extent_m": each.floor.extent_m,
+            "pixel_m": each.pixel_m,
+            "landmarks": each.landmarks.total,
+            "planned": each.landmarks.planned,
+            "unsurveyed": each.landmarks.without_position,
+            "control_points": len(each.floor.control_points.ids),
+        }
+        for each in summary.floors
+    ]
+    return {"floors": floors, "findings": summary.findings, "judgement": summary.judgement}

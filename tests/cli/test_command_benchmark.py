@@ -1,0 +1,79 @@
+"""``vislam2tag benchmark`` as its users run it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.positioning.benchmarked import benchmark_dataset
+from vislam2tag.cli.command_benchmark import with_parameters
+from vislam2tag.common.errors import UsageError
+from vislam2tag.positioning.benchmark_protocol import ModelChoice
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("benchmark") / "ds"
+    benchmark_dataset(folder)
+    return folder
+
+
+@pytest.mark.usefixtures("undrawn_figures")
+def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
+    done = vislam2tag(
+        "benchmark", dataset, "--model", "weighted-knn", "--set", "weighted-knn.k=2", "--out", tmp_path / "out"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Split random" in done.stdout
+    assert "best on split random: weighted-knn, " in done.stdout
+    assert (
+        f"page: {tmp_path / 'out' / 'report.html'}\nnext: vislam2tag train {dataset} --model weighted-knn "
+        in done.stdout
+    )
+    found = json.loads((tmp_path / "out" / "benchmark.json").read_text())
+    assert [(run["model"], run["parameters"]["k"]) for run in found["runs"]] == [("weighted-knn", 2)]
+    assert (tmp_path / "out" / "times.csv").read_text().splitlines()[0].startswith("model,fit_s,")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "--model: name at least one; there are: "),
+        (("--model", "psychic"), "no positioning model is called 'psychic'; there are: "),
+        (
+            ("--model", "weighted-knn", "--split", "weather"),
+            "--split weather: small has no such split; it has: block, day",
+        ),
+        (("--model", "probabilistic"), "the model probabilistic was removed; use weighted-knn"),
+        (
+            ("--model", "weighted-knn", "--set", "k=3"),
+            "--set k=3: give MODEL.PARAMETER=VALUE, such as weighted-knn.k=5",
+        ),
+        (
+            ("--model", "weighted-knn", "--set", "other.k=3"),
+            "--set other.k=3: 'other' is none of the models to run: weighted-knn",
+        ),
+        (("--model", "weighted-knn", "--set", "weighted-knn.legs=3"), "model weighted-knn has no parameter 'legs'"),
+        (("--model", "weighted-knn", "--dataset", "tampere"), "give either DS, or --dataset NAME with --data FILES"),
+    ],
+)
+def test_wrong_usage_is_one_line(arguments: tuple[str, ...], message: str, dataset: Path, tmp_path: Path) -> None:
+    assert message in the_error(vislam2tag("benchmark", dataset, "--out", tmp_path / "out", *arguments))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_public_sets_need_their_files(tmp_path: Path) -> None:
+    command = ("benchmark", "--dataset", "ujiindoorloc", "--model", "weighted-knn", "--out", tmp_path / "out")
+    assert "give either DS" in the_error(vislam2tag(*command))
+    assert "no such file or folder; --data is where" in the_error(vislam2tag(*command, "--data", tmp_path / "gone"))
+
+
+def test_values_are_read_as_json_or_text() -> None:
+    texts = ["net.layers=[512, 256]", "net.rate=1e-3", "net.scale=powed", "net.fast=true"]
+    (choice,) = with_parameters([ModelChoice("net", {"cell_m": 20.0})], texts)
+    assert choice.parameters == {"cell_m": 20.0, "layers": (512, 256), "rate": 1e-3, "scale": "powed", "fast": True}
+    with pytest.raises(UsageError, match="give MODEL"):
+        with_parameters([ModelChoice("net")], ["net="])

@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import polars as pl
+import pytest
+from typer.testing import CliRunner
+
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.cli.app import app
+from vislam2tag.cli.command_dataset import seconds_of
+from vislam2tag.common.errors import UsageError, Vislam2tagError
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.pipeline.labels.process import process
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_survey(tmp_path_factory.mktemp("survey") / "campus", seconds=60.0)
+
+
+@pytest.fixture(scope="module")
+def labels(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("labels") / "labels"
+    process(survey, out)
+    return out
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("1s", 1.0), ("500ms", 0.5), (" 2.5 s ", 2.5), ("1.5min", 90.0)])
+def test_durations(text: str, seconds: float) -> None:
+    assert seconds_of(text, "--window") == pytest.approx(seconds)
+
+
+@pytest.mark.parametrize("text", ["", "1", "s", "0s", "-1s", "1h", "1e3s", "1,5s", "0.0 ms", "0.9ms"])
+def test_other_texts_are_no_durations(text: str) -> None:
+    with pytest.raises(UsageError, match=r"--window .*such as 500ms, 2s"):
+        seconds_of(text, "--window")
+
+
+def test_a_survey_becomes_a_data_set(survey: Path, labels: Path, tmp_path: Path) -> None:
+    done = vislam2tag("dataset", survey, "--out", tmp_path / "set", "--jobs", "1", "--people", "2", "--hours", "0.5")
+    assert done.returncode == 0, done.stderr
+    assert "fingerprints" in done.stdout.splitlines()[0]
+    assert f"page: {tmp_path / 'set/report.html'}" in done.stdout
+    assert done.stderr == ""
+    built = open_dataset(tmp_path / "set")
+    assert built.info.name == "campus"
+    statistics = json.loads((tmp_path / "set/statistics.json").read_text())
+    assert statistics["effort"]["person_hours"] == 1.0
+    assert (tmp_path / "set/plans/floor_0.jpg").is_file()
+    of_labels = vislam2tag(
+        "dataset", labels, "--survey", survey, "--out", tmp_path / "again", "--people", "2", "--hours", "0.5"
+    )
+    assert of_labels.returncode == 0
+    assert bytes_of(tmp_path / "again") == bytes_of(tmp_path / "set")
+
+
+def test_a_file_of_settings_says_how_a_survey_is_processed_and_grouped(survey: Path, tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("strategy = 'local'\n[dataset]\nble_window_s = 2.0\nmagnetic_window_s = 1.0\n")
+    config = ("--config", file, "--magnetic-window", "2s")
+    done = vislam2tag("dataset", survey, "--out", tmp_path / "set", "--jobs", "1", *config)
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "set/dataset.json").read_text())["sources"][0]["settings"]
+    assert told["process"]["strategy"] == "local"
+    assert (told["dataset"]["ble_window_s"], told["dataset"]["magnetic_window_s"]) == (2.0, 2.0)
+
+
+def test_options_reach_the_data_set(labels: Path, tmp_path: Path) -> None:
+    (tmp_path / "key").write_text("a secret of at least sixteen bytes")
+    (tmp_path / "about.toml").write_text('title = "Our building"\nlicence = "CC-BY-4.0"\n')
+    done = vislam2tag(
+        *("dataset", labels, "--out", tmp_path / "set", "--name", "lab", "--window", "500ms", "--ble-window", "2s"),
+        *("--magnetic-window", "1s", "--imu-window", "2s", "--max-sigma-m", "0.05", "--building", "main", "--no-ssid"),
+        *("--hash-bssid", tmp_path / "key", "--describe", tmp_path / "about.toml", "--radios", "--jobs", "1"),
+    )
+    assert done.returncode == 0, done.stderr
+    built = open_dataset(tmp_path / "set")
+    assert (built.info.name, built.info.title, built.info.licence) == ("lab", "Our building", "CC-BY-4.0")
+    assert built.info.groupings[0].window_s == 0.5
+    assert built.info.bssid_key is not None
+    points = built.access_points.collect()
+    assert points["ssid"].null_count() == len(points) > 0
+    assert points["bssid"].str.len_chars().unique().to_list() == [32]
+    scans = built.fingerprints.collect()
+    assert set(scans["building"]) == {"main"}
+    assert "uncertain" in set(scans["status"])
+    windows = built.tables["imu_windows"].collect()
+    assert windows["accelerometer"].list.len().unique().to_list() == [300]
+    spans = built.tables["magnetic"].select((pl.col("end_ns") - pl.col("start_ns")).max()).collect().item()
+    assert 0.9e9 < spans < 1e9
+
+
+def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
+    for arguments, part in (
+        ((labels, "--window", "soon"), "--window soon"),
+        ((labels, "--imu-window", "0s"), "--imu-window 0s"),
+        ((tmp_path / "missing",), "no such folder"),
+        ((labels, labels), "give each walk once"),
+        ((labels, "--people", "2"), "--people 2: give --hours"),
+        ((labels, "--hours", "1e308"), "--people 1 --hours 1e+308: no survey took so much"),
+        ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
+        ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
+        ((labels, "--describe", tmp_path / "missing"), "cannot be read"),
+        ((labels, "--out", labels), "holds what `vislam2tag process` wrote"),
+    ):
+        done = CliRunner().invoke(app, ["dataset", "--out", str(tmp_path / "set"), *map(str, arguments)])
+        assert isinstance(done.exception, Vislam2tagError)
+        assert part in str(done.exception)
+        assert "\n" not in str(done.exception)
+    assert "no such folder" in the_error(vislam2tag("dataset", tmp_path / "missing", "--out", tmp_path / "set"))
+    assert not (tmp_path / "set").exists()
+
+
+def test_a_walk_without_label_is_exit_code_1(survey: Path, tmp_path: Path) -> None:
+    lone = make_survey(tmp_path / "lone", devices=("LG",), seconds=30.0)
+    for file in lone.glob("floor_0/LG/*/initPoses.csv"):
+        file.unlink()
+    done = vislam2tag("dataset", lone, "--out", tmp_path / "set", "--jobs", "1")
+    assert done.returncode == 1
+    assert "session_without_label: 1 " in done.stdout
+    assert "failed" in done.stderr
+    assert open_dataset(tmp_path / "set").fingerprints.collect()["x"].is_null().all()
+
+
+def test_a_georeference_that_came_later_reaches_the_set(survey: Path, labels: Path, tmp_path: Path) -> None:
+    placed = tmp_path / "campus"
+    shutil.copytree(survey, placed)
+    assert vislam2tag("site", "init", placed, "--georeference", "50.78,6.06,12").returncode == 0
+    done = vislam2tag("dataset", labels, "--survey", placed, "--out", tmp_path / "set", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    georeference = open_dataset(tmp_path / "set").info.floors[0].georeference
+    assert georeference is not None
+    assert georeference.latitude_deg == pytest.approx(50.78)
