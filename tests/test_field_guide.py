@@ -9,7 +9,7 @@ import pypdfium2
 import pytest
 from markdown_it import MarkdownIt
 
-from tests.report.browser import running_browser
+from tests.views.browser import running_browser
 from vislam2tag.planning.settings import CameraSettings
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 

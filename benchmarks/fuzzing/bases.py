@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 from PIL import Image
 from tests.dead_reckoning.ilc20 import make_site
-from tests.receiving.zips import session_zip
+from tests.studio.receiving.zips import session_zip
 from tests.survey.plans import drawn_floor
 
 from fuzzing.invocation import cli, first_walk

@@ -12,14 +12,14 @@ import time
 from unittest import mock
 
 from tests.mutations import mutate
-from tests.receiving.signing import signed
-from tests.receiving.zips import session_files, session_zip
+from tests.studio.receiving.signing import signed
+from tests.studio.receiving.zips import session_files, session_zip
 
 from fuzzing.invocation import cli
 from fuzzing.mutations import Rng
 from fuzzing.targets import Run
-from vislam2tag.receiving import token as tokens
-from vislam2tag.receiving.server import UPLOADS
+from vislam2tag.studio.receiving import token as tokens
+from vislam2tag.studio.receiving.server import UPLOADS
 
 _TOKEN = "A" * tokens.LENGTH
 _REQUESTS = 6

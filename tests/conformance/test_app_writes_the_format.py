@@ -21,13 +21,13 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.receiving.filing import file_zip
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.studio.receiving.filing import file_zip
 from vislam2tag.survey.model import Survey
 
 pytestmark = pytest.mark.slow

@@ -11,11 +11,11 @@ import httpx
 import pytest
 from PIL import Image
 
-from vislam2tag.receiving.address import listen
-from vislam2tag.receiving.connections import Limits, serving
 from vislam2tag.settings import Settings
 from vislam2tag.studio.app import ALL_ENDPOINTS
 from vislam2tag.studio.queries import NoQuery
+from vislam2tag.studio.receiving.address import listen
+from vislam2tag.studio.receiving.connections import Limits, serving
 from vislam2tag.studio.serving import opened_studio
 from vislam2tag.studio.workspace import Workspace
 
@@ -148,4 +148,4 @@ def ended(connection: socket.socket) -> bool:
 def test_all_servers_have_the_same_limits() -> None:
     """No other module runs a server of its own."""
     found = [path.relative_to(SRC).as_posix() for path in SRC.rglob("*.py") if "import uvicorn" in path.read_text()]
-    assert found == ["receiving/connections.py"]
+    assert found == ["studio/receiving/connections.py"]

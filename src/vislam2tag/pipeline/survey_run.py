@@ -28,12 +28,12 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
-from vislam2tag.report.pages.conflict_page import write_conflict_page
-from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.self_check.record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.links import left_out_of, shared_survey
+from vislam2tag.views.pages.conflict_page import write_conflict_page
+from vislam2tag.views.pages.index_page import IndexLink, write_index_page
 
 LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"

@@ -21,14 +21,14 @@ from vislam2tag.common.errors import OutputError, SessionError, SurveyError, Usa
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.receiving.connections import admit
-from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
 from vislam2tag.studio.corrections_view import corrections_view
 from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, Studio
 from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, OwnHeaders
 from vislam2tag.studio.prepare.dropped import MOST_FILE
 from vislam2tag.studio.prepare.endpoints import PREPARE
 from vislam2tag.studio.queries import NoQuery
+from vislam2tag.studio.receiving.connections import admit
+from vislam2tag.studio.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
 from vislam2tag.studio.work_messages import ConflictView, EnterRequest, Problem
 from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
 from vislam2tag.survey.corrections.merging import Conflict, ConflictError

@@ -12,7 +12,6 @@ from typing import TypeVar
 import numpy as np
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.receiving.address import code_of, url_for
 from vislam2tag.studio import corrections_view, diagnosis_view, session_view, survey_view, tracks
 from vislam2tag.studio import series as charts
 from vislam2tag.studio.collect.covered import covered_floors
@@ -37,6 +36,7 @@ from vislam2tag.studio.queries import (
     WindowQuery,
 )
 from vislam2tag.studio.radio.messages import RadioView
+from vislam2tag.studio.receiving.address import code_of, url_for
 from vislam2tag.studio.sharing.shared import SharedView, shared_view
 from vislam2tag.studio.work_messages import (
     ComparisonView,

@@ -8,8 +8,6 @@ from contextlib import contextmanager
 
 from starlette.applications import Starlette
 
-from vislam2tag.receiving.address import url_for
-from vislam2tag.receiving.connections import serve
 from vislam2tag.studio.app import studio_app
 from vislam2tag.studio.collect.handover import Handover
 from vislam2tag.studio.diagnosis_view import Diagnoses
@@ -19,6 +17,8 @@ from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue
 from vislam2tag.studio.prepare.dropped import DroppedFiles
 from vislam2tag.studio.prepare.work import Worker
+from vislam2tag.studio.receiving.address import url_for
+from vislam2tag.studio.receiving.connections import serve
 from vislam2tag.studio.workspace import Workspace
 
 

@@ -15,9 +15,9 @@ from starlette.applications import Starlette
 from starlette.routing import Mount
 from starlette.staticfiles import StaticFiles
 
-from tests.report.browser import note_problems
-from vislam2tag.receiving.address import listen
-from vislam2tag.receiving.connections import serving
+from tests.views.browser import note_problems
+from vislam2tag.studio.receiving.address import listen
+from vislam2tag.studio.receiving.connections import serving
 
 LATEST_MS = 60_000
 

@@ -12,8 +12,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.cli.command import vislam2tag
-from tests.report.browser import running_browser
 from tests.studio.sharing.file_servers import LATEST_MS, barriers, plain_server, range_server, shown
+from tests.views.browser import running_browser
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.labels.process import process

@@ -178,7 +178,7 @@ def _serve(workspace: Workspace, host: str, port: int, browser: bool, jobs: int,
     # Only a server needs these; starting quickly matters to all other commands.
     import webbrowser
 
-    from vislam2tag.receiving.address import code_of, listen
+    from vislam2tag.studio.receiving.address import code_of, listen
     from vislam2tag.studio.serving import opened_studio, serve_studio
 
     with (

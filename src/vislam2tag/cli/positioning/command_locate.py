@@ -138,8 +138,8 @@ def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None
     from vislam2tag.pipeline.positioning.locate_app import locate_app
     from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
     from vislam2tag.positioning.model_file import load_model
-    from vislam2tag.receiving.address import listen
-    from vislam2tag.receiving.connections import serve
+    from vislam2tag.studio.receiving.address import listen
+    from vislam2tag.studio.receiving.connections import serve
 
     answers = ServedAnswers(load_model(model), plans)
     with listen(LOOPBACK, port) as opened:

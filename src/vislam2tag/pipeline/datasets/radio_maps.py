@@ -21,9 +21,9 @@ from vislam2tag.dataset.radio_maps import FloorMaps, RadioMap, radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
 from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
 from vislam2tag.figures.style import rendered
-from vislam2tag.report.pages.radio_map_page import MapFloor, write_radio_map_page
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.names import unique_slugs
+from vislam2tag.views.pages.radio_map_page import MapFloor, write_radio_map_page
 
 INDEX_FILE, PAGE_FILE = "radio_maps.json", "index.html"
 FIGURES, IMAGES = "figures", "geotiff"

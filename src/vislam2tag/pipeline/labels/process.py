@@ -48,9 +48,6 @@ from vislam2tag.pipeline.run.output_store import REPORT_FILE
 from vislam2tag.pipeline.run.outputs import claimed, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import Executor, process_all
-from vislam2tag.report.pages.conflict_page import write_conflict_page
-from vislam2tag.report.run_page.html import write_report
-from vislam2tag.report.run_page.summary import findings_by_kind, summarise
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
@@ -59,6 +56,9 @@ from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.links import is_described_from_outside, shared_survey
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.views.pages.conflict_page import write_conflict_page
+from vislam2tag.views.run_page.html import write_report
+from vislam2tag.views.run_page.summary import findings_by_kind, summarise
 
 REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
 """Faults that findings of the site or of sessions report already."""

@@ -36,7 +36,7 @@ from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.positioning.benchmark_protocol import published_choices
 from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS, table_4
-from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
+from vislam2tag.views.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
 
 PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3, TABLE_4 = "index.html", "walks.csv", "table_3", "table_4"

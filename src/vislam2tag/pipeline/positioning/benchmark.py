@@ -66,9 +66,9 @@ from vislam2tag.positioning.benchmark_tables import (
 )
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.registry import model_modules
-from vislam2tag.report.pages.benchmark_page import write_benchmark_page
-from vislam2tag.report.pages.paper_page import FigurePart
 from vislam2tag.survey.names import unique_slugs
+from vislam2tag.views.pages.benchmark_page import write_benchmark_page
+from vislam2tag.views.pages.paper_page import FigurePart
 
 Drawn = tuple[FigurePart, dict[str, bytes]]
 Predictions = Mapping[Path, RunRecord]

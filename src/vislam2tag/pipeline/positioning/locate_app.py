@@ -26,8 +26,8 @@ from vislam2tag.pipeline.positioning.served_answers import (
     ServedAnswers,
     ServedModel,
 )
-from vislam2tag.receiving.connections import admit
-from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
+from vislam2tag.studio.receiving.connections import admit
+from vislam2tag.studio.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
 
 MOST_BODY = 1 << 20
 """Bytes that a request may bring."""

@@ -24,7 +24,6 @@ from vislam2tag.planning.floor import STEPS, FloorConstraints, FloorDesign, plan
 from vislam2tag.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.site_files import marker_text, planned_states, read_forbidden
-from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
 from vislam2tag.survey.discover import floor_folders, read_site
 from vislam2tag.survey.landmark_file import LANDMARK_FILE, table_path
 from vislam2tag.survey.landmark_states import write_states
@@ -34,6 +33,7 @@ from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.site_table import read_site_table
 from vislam2tag.survey.table_columns import LANDMARKS
 from vislam2tag.survey.written_files import write_in_survey
+from vislam2tag.views.pages.plan_page import PlannedMap, write_plan_page
 from vislam2tag.walkable.correction import floor_mask
 from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings

@@ -28,13 +28,13 @@ from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.labels.process import floor_records, site_hashes
 from vislam2tag.pipeline.site.rebase_dataset import rebase_dataset
 from vislam2tag.pipeline.site.write import write_changed_site
-from vislam2tag.report.run_page.html import write_report
-from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.survey.changed_files import changed_landmarks_text
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
 from vislam2tag.survey.links import is_described_from_outside, left_out_of
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.views.run_page.html import write_report
+from vislam2tag.views.run_page.summary import summarise
 
 REPORT_FILE = "report.html"
 

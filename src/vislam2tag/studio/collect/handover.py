@@ -10,14 +10,14 @@ import segno
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.receiving.address import EVERYWHERE, listen, url_for
-from vislam2tag.receiving.connections import serving
-from vislam2tag.receiving.filing import FiledSession
-from vislam2tag.receiving.server import Listener, Receiver
-from vislam2tag.receiving.token import Guard, grouped, new_token
-from vislam2tag.receiving.uploads import Uploads
 from vislam2tag.studio.collect.messages import CollectingView, ReceivedSession
 from vislam2tag.studio.jobs import JobQueue
+from vislam2tag.studio.receiving.address import EVERYWHERE, listen, url_for
+from vislam2tag.studio.receiving.connections import serving
+from vislam2tag.studio.receiving.filing import FiledSession
+from vislam2tag.studio.receiving.server import Listener, Receiver
+from vislam2tag.studio.receiving.token import Guard, grouped, new_token
+from vislam2tag.studio.receiving.uploads import Uploads
 from vislam2tag.studio.work_messages import JobRequest
 from vislam2tag.studio.workspace import Workspace
 
