@@ -32,7 +32,7 @@ from vislam2tag.planning.sigma_map import sigma_map
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.survey.landmark_file import read_control_points
-from vislam2tag.views.pages.check_page import _gain_map
+from vislam2tag.views.check_page import _gain_map
 from vislam2tag.walkable.open_areas import _net_places
 from vislam2tag.walkable.space import WalkableSpace
 

@@ -8,8 +8,8 @@ from matplotlib.patches import Rectangle
 from tests.dataset.changing import Survey, surveyed, usual_places
 from vislam2tag.dataset.changes import CHANGED, Changes, survey_changes
 from vislam2tag.dataset.model import Storey
-from vislam2tag.figures.change_figures import PLACES, ChangedFloor, change_map
-from vislam2tag.figures.style import rendered
+from vislam2tag.views.coverage_figures import PLACES, ChangedFloor, change_map
+from vislam2tag.views.panels import rendered
 
 
 @pytest.fixture(scope="module")

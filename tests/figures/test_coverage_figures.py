@@ -6,8 +6,8 @@ import pytest
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.coverage import FloorCoverage, gap_walks
 from vislam2tag.dataset.model import Storey
-from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
 from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.views.coverage_figures import CoveredFloor, coverage_map
 
 FLOOR = Floor(1, "first", 30.0, 10.0, None, None, ControlPoints((), np.zeros((0, 2))))
 

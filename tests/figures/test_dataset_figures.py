@@ -14,7 +14,7 @@ from vislam2tag.dataset.statistics_record import (
     SigmaDistribution,
     TechnologyStatistics,
 )
-from vislam2tag.figures.dataset_figures import (
+from vislam2tag.views.dataset_figures import (
     access_points_heard,
     fingerprints_by_device_and_floor,
     fingerprints_over_time,

@@ -9,7 +9,7 @@ from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.schema import REQUIRED, empty_table
 from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
+from vislam2tag.views.dataset_figures import covered_floors, dataset_figures
 
 
 def test_every_figure_that_there_is_data_for_is_made() -> None:

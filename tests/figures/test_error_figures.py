@@ -8,14 +8,14 @@ from tests.walks import landmarks_at
 from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors
 from vislam2tag.evaluation.pooling import ErrorCurve
 from vislam2tag.evaluation.reliability import CoverageCurve
-from vislam2tag.figures.error_figures import (
+from vislam2tag.views.error_figures import (
     control_point_errors,
     coverage_accuracy,
     error_by_landmark_movement,
     error_distributions,
     station_overlay,
 )
-from vislam2tag.figures.style import rendered
+from vislam2tag.views.panels import rendered
 
 LANDMARKS = landmarks_at({"1": (0.0, 1.0), "2": (10.0, 1.0)})
 FLOOR = floor_with(np.array([(2.0, 0.3), (6.0, 0.3)]), number=0)

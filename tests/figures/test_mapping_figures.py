@@ -12,10 +12,10 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
-from vislam2tag.figures.style import rendered
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.views.error_figures import landmark_distances, local_mapping, strategies_compared
+from vislam2tag.views.panels import rendered
 
 BCS_T_ACS = Similarity2(np.exp(0.4j), 2 - 1j)
 STATIONS = {"a": (5.0, 0.4), "b": (15.0, -0.4), "c": (30.0, 0.4)}

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tests.planning.floors import nothing_given, ring
-from vislam2tag.figures.planning_figures import ASIDE_M, SHEET_IN, landmark_plan, sigma_figure
-from vislam2tag.figures.style import rendered
 from vislam2tag.planning.floor import FloorDesign, plan_floor
 from vislam2tag.planning.records import FloorPlanRecord, floor_summary, new_ids
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.plan_page import ASIDE_M, SHEET_IN, landmark_plan, sigma_figure
 
 SETTINGS = PlanSettings(further=2)
 FLOOR = Floor(2, "Second", 30.0, 16.0, None, None, ControlPoints((), np.empty((0, 2))))

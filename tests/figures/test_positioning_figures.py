@@ -4,16 +4,16 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.figures.positioning_figures import (
+from vislam2tag.positioning.benchmark_protocol import PREDICTIONS, with_errors
+from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.positioning_figures import (
     ErrorFloor,
     calibration,
     error_distributions_by_model,
     error_map,
     floor_confusion,
 )
-from vislam2tag.figures.style import rendered
-from vislam2tag.positioning.benchmark_protocol import PREDICTIONS, with_errors
-from vislam2tag.survey.model import ControlPoints, Floor
 
 FLOOR = Floor(0, "ground", 30.0, 20.0, None, None, ControlPoints((), np.zeros((0, 2))))
 

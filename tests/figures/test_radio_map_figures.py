@@ -13,7 +13,9 @@ from tests.dataset.factory import small_dataset
 from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.radio_maps import FloorMaps, radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
-from vislam2tag.figures.radio_map_figures import (
+from vislam2tag.survey.model import Floor
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.radio_map_page import (
     SCALES,
     SHEET,
     THRESHOLDS_DBM,
@@ -24,8 +26,6 @@ from vislam2tag.figures.radio_map_figures import (
     strongest_signal,
     thumbnail,
 )
-from vislam2tag.figures.style import rendered
-from vislam2tag.survey.model import Floor
 
 SCALE = Scale("x", "dB", 0.0, 10.0, "viridis")
 

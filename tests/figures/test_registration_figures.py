@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 
 from tests.registration.networks import survey
-from vislam2tag.figures.registration_figures import residual_figure
-from vislam2tag.figures.style import rendered
 from vislam2tag.registration.register import FloorMeasurements, register_floor
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.site_figures import residual_figure
 
 FLOOR = Floor(1, "", 60.0, 30.0, None, None, ControlPoints((), np.empty((0, 2))))
 

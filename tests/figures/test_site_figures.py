@@ -10,11 +10,11 @@ from PIL import Image
 from tests.evaluation.maps import floor_with
 from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
-from vislam2tag.figures.style import rendered
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.survey.model import ControlPoints, Floor, Site
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.site_figures import landmark_configuration, scan_labels, workflow
 
 LANDMARKS = landmarks_at({"7": (1.0, 2.0), "9": (18.0, 8.0)})
 

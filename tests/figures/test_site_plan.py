@@ -11,9 +11,9 @@ from matplotlib.patches import Rectangle
 
 from tests.survey.plans import drawn_floor
 from tests.survey.plans.drawn_floor import HERE, floor_with
-from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.survey.landmark_file import landmarks_from
 from vislam2tag.survey.model import Floor
+from vislam2tag.views.site_figures import site_plan
 
 
 def floor_of(folder: Path, lower_left_m: tuple[float, float] = (0.0, 0.0)) -> Floor:

@@ -7,8 +7,8 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
-from vislam2tag.figures.style import colour_of, name_of, print_quality, rendered
 from vislam2tag.mapping.registry import strategy_names
+from vislam2tag.views.panels import colour_of, name_of, print_quality, rendered
 
 
 @print_quality
@@ -45,7 +45,7 @@ def test_every_strategy_has_a_colour_and_only_the_two_global_ones_share_it() -> 
 
 def test_no_window_system_is_touched() -> None:
     code = (
-        "import sys, vislam2tag.figures.site_figures, vislam2tag.figures.error_figures, "
-        "vislam2tag.figures.error_figures; sys.exit('matplotlib.pyplot' in sys.modules)"
+        "import sys, vislam2tag.views.site_figures, vislam2tag.views.error_figures, "
+        "vislam2tag.views.error_figures; sys.exit('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 
 from tests.walkable.hand_made import plan
-from vislam2tag.figures.style import rendered
-from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.site_figures import walkable_figure
 from vislam2tag.walkable.graph import NodeKind, corridor_graph
 from vislam2tag.walkable.space import walkable_space
 

@@ -16,8 +16,8 @@ from tests.views.factory import make_result, make_results, make_survey
 from vislam2tag.core.faults import EventKind
 from vislam2tag.labeling.results import Drawing, Polyline, SessionResult, Stretch
 from vislam2tag.settings import Settings
-from vislam2tag.views.run_page.html import write_report
-from vislam2tag.views.run_page.summary import summarise
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import summarise
 
 pytestmark = pytest.mark.slow
 EVIL = "</script><img src=x onerror=alert(1)>"

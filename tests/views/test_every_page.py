@@ -37,14 +37,19 @@ from vislam2tag.positioning.benchmark_tables import best_models
 from vislam2tag.settings import Settings
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.plans.source import PlanSource
-from vislam2tag.views.pages.benchmark_page import write_benchmark_page
-from vislam2tag.views.pages.click_page import write_click_page
-from vislam2tag.views.pages.dataset_page import dataset_page
-from vislam2tag.views.pages.evaluation_page import write_evaluation_page
-from vislam2tag.views.pages.measure_page import write_measure_page
-from vislam2tag.views.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
-from vislam2tag.views.run_page.html import write_report
-from vislam2tag.views.run_page.summary import summarise
+from vislam2tag.views.click_pages import write_click_page, write_measure_page
+from vislam2tag.views.dataset_page import dataset_page
+from vislam2tag.views.evaluation_page import write_evaluation_page
+from vislam2tag.views.result_pages import (
+    CollectionPart,
+    FigurePart,
+    PositioningPart,
+    TablePart,
+    write_benchmark_page,
+    write_paper_page,
+)
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import summarise
 
 pytestmark = pytest.mark.slow
 PICTURE = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 700 200"><path d="M0 0L700 200"/></svg>'

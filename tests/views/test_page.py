@@ -12,8 +12,8 @@ from plotly.offline import get_plotlyjs
 
 from tests.views.factory import make_results, make_survey
 from vislam2tag.settings import Settings
-from vislam2tag.views.run_page.html import write_report
-from vislam2tag.views.run_page.summary import summarise
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import summarise
 
 TEMPLATES = [part for part in (resources.files("vislam2tag.views") / "templates").iterdir() if part.is_file()]
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from vislam2tag.views import wording
+from vislam2tag.views import page
 
 
 def unbroken(text: str) -> str:
@@ -14,7 +14,7 @@ def unbroken(text: str) -> str:
     [(None, "–"), (0.0, "0 %"), (0.001, "< 1 %"), (0.5, "50 %"), (0.994, "99 %"), (0.9999, "> 99 %"), (1.0, "100 %")],
 )
 def test_percent_never_rounds_to_all_or_nothing(share: float | None, text: str) -> None:
-    assert wording.percent(share) == unbroken(text)
+    assert page.percent(share) == unbroken(text)
 
 
 @pytest.mark.parametrize(
@@ -30,15 +30,15 @@ def test_percent_never_rounds_to_all_or_nothing(share: float | None, text: str) 
     ],
 )
 def test_duration(seconds: float | None, text: str) -> None:
-    assert wording.duration(seconds) == unbroken(text)
+    assert page.duration(seconds) == unbroken(text)
 
 
 def test_numbers_carry_units() -> None:
-    assert wording.distance(1234.4) == unbroken("1\u202f234 m")
-    assert wording.distance(12_340) == unbroken("12.3 km")
-    assert wording.distance(None) == "–"
-    assert wording.number(1.236, 2, "m/s") == unbroken("1.24 m/s")
-    assert wording.number(None, 2, "m/s") == "–"
-    assert wording.size(1_500) == unbroken("1.5 kB")
-    assert wording.size(2_300_000) == unbroken("2.3 MB")
-    assert wording.words("scan_throttling") == "scan throttling"
+    assert page.distance(1234.4) == unbroken("1\u202f234 m")
+    assert page.distance(12_340) == unbroken("12.3 km")
+    assert page.distance(None) == "–"
+    assert page.number(1.236, 2, "m/s") == unbroken("1.24 m/s")
+    assert page.number(None, 2, "m/s") == "–"
+    assert page.size(1_500) == unbroken("1.5 kB")
+    assert page.size(2_300_000) == unbroken("2.3 MB")
+    assert page.words("scan_throttling") == "scan throttling"

@@ -50,7 +50,7 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
         ("vislam2tag.mapping.strategies.local", False),
         ("vislam2tag.pipeline.labels.evaluating.evaluate", False),
         ("vislam2tag.views.page", False),
-        ("vislam2tag.figures.style", False),
+        ("vislam2tag.views.panels", False),
         ("vislam2tag.cli.app", False),
     ],
 )

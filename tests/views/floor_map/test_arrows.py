@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.labeling.results import LandmarkContradiction
-from vislam2tag.views.floor_map.arrows import arrows, size_m
+from vislam2tag.views.floor_map import arrows, size_m
 
 
 def contradiction(offset_m: tuple[float, float], landmark: str = "7") -> LandmarkContradiction:

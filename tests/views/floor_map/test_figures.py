@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.views.factory import HEIGHT_M, WIDTH_M, make_survey
 from vislam2tag.survey.model import ControlPoints, Floor, Survey
-from vislam2tag.views.floor_map.figures import TimeBar, floor_figure, time_figure
+from vislam2tag.views.floor_map import TimeBar, floor_figure, time_figure
 
 PLAN = "data:image/jpeg;base64,"
 

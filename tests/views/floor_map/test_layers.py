@@ -6,7 +6,7 @@ from tests.views.factory import failed_result, make_result, make_survey
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.labeling.results import Drawing, EventMark, SessionResult, Stretch, VisitMark
-from vislam2tag.views.floor_map.layers import BAND, RAW, VISITS, WIFI, event_layer, session_part, session_traces
+from vislam2tag.views.floor_map import BAND, RAW, VISITS, WIFI, event_layer, session_part, session_traces
 
 
 def result_with(tmp_path: Path, **changes: object) -> SessionResult:

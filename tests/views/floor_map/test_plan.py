@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from vislam2tag.survey.model import ControlPoints, Floor
-from vislam2tag.views.floor_map.plan import MAX_PIXELS, plan_data_uri
+from vislam2tag.views.floor_map import MAX_PIXELS, plan_data_uri
 
 
 def floor_with(plan: Path) -> Floor:

@@ -16,7 +16,7 @@ from vislam2tag.self_check.gain_map import GainMap, session_gains
 from vislam2tag.self_check.landmark_gain import Gains
 from vislam2tag.self_check.record import BadLandmark, Fault, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.views.pages.check_page import median_left_out_m, write_check_page
+from vislam2tag.views.check_page import median_left_out_m, write_check_page
 
 MARK = LeftOutMark(
     floor=1,

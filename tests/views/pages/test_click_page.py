@@ -16,7 +16,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.registration.clicks import read_clicks
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.survey.model import ControlPoints, Floor
-from vislam2tag.views.pages.click_page import write_click_page
+from vislam2tag.views.click_pages import write_click_page
 
 pytestmark = pytest.mark.slow
 IDS = ("7", "8", "</script>")

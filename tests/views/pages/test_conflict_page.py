@@ -11,7 +11,7 @@ from tests.views.markup import own_part, tags_in_figures
 from vislam2tag.diagnosis.references import OddReference, Reference, References
 from vislam2tag.landmark_survey.comparison import Verdict
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.views.pages.conflict_page import write_conflict_page
+from vislam2tag.views.conflict_page import write_conflict_page
 
 ODD = Reference(
     floor=1,

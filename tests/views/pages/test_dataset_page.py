@@ -23,7 +23,7 @@ from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS
 from vislam2tag.dataset.splits import standard_splits
 from vislam2tag.dataset.statistics import dataset_statistics
 from vislam2tag.dataset.statistics_record import FieldWork
-from vislam2tag.views.pages import dataset_map, dataset_page
+from vislam2tag.views import dataset_page
 from vislam2tag.walkable.walked.walked_record import WalkedArea, WalkedFloor, WalkToFill
 
 EVIL = "</script><img src=x onerror=alert(1)>"
@@ -122,7 +122,7 @@ def test_splits_tell_how_they_leak(text: str) -> None:
 
 
 def test_many_fingerprints_are_thinned_and_the_page_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dataset_map, "MOST_POINTS", 5)
+    monkeypatch.setattr(dataset_page, "MOST_POINTS", 5)
     monkeypatch.setattr(dataset_page, "MOST_SESSIONS", 1)
     dataset = small_dataset()
     page = dataset_page.dataset_page(dataset, dataset_statistics(dataset))

@@ -15,7 +15,7 @@ from tests.views.markup import tags_in_figures
 from vislam2tag.common.findings import Finding
 from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import DenseRow, SurveyEvaluation
-from vislam2tag.views.pages.evaluation_page import ranking, write_evaluation_page
+from vislam2tag.views.evaluation_page import ranking, write_evaluation_page
 
 
 def evaluation() -> SurveyEvaluation:

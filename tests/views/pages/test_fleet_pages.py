@@ -9,8 +9,8 @@ import numpy as np
 
 from tests.views.factory import make_results, make_survey
 from vislam2tag.labeling.results import Drawing, SessionResult, Stretch
-from vislam2tag.views.pages.fleet_pages import ROWS, fleet_pages, session_page, survey_pages
-from vislam2tag.views.run_page.summary import summarise
+from vislam2tag.views.fleet_pages import ROWS, fleet_pages, session_page, survey_pages
+from vislam2tag.views.run_summary import summarise
 
 MOST_BYTES = 2_000_000
 LONG = "a-name-as-long-as-anybody-gives-to-a-survey-of-a-hospital"

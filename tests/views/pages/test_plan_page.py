@@ -7,7 +7,7 @@ import math
 import pytest
 
 from vislam2tag.planning.records import PlannedLandmark
-from vislam2tag.views.pages.plan_page import _sheets
+from vislam2tag.views.plan_page import _sheets
 
 
 def sheet(name: str, heading_rad: float) -> PlannedLandmark:

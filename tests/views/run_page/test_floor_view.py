@@ -8,7 +8,7 @@ import pytest
 
 from tests.views.factory import make_survey
 from vislam2tag.survey.model import Floor, Survey
-from vislam2tag.views.run_page.floor_view import FloorView
+from vislam2tag.views.run_report import FloorView
 
 
 def view_of(survey: Survey, floor: Floor | None = None) -> FloorView:

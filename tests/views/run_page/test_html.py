@@ -23,8 +23,8 @@ from vislam2tag.labeling.results import Drawing, SessionResult, Stretch
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.settings import Settings
 from vislam2tag.survey.model import SessionKey, Survey
-from vislam2tag.views.run_page.html import write_report
-from vislam2tag.views.run_page.summary import summarise
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import summarise
 
 EVIL = "</script><script>alert(1)</script><!--\"'&amp;"
 """Text that must stay text wherever it lands."""

@@ -7,7 +7,7 @@ import pytest
 
 from tests.views.factory import make_result, make_results, make_survey
 from vislam2tag.labeling.results import ContradictionMark, SessionResult, Summary
-from vislam2tag.views.run_page.summary import LandmarkTally, summarise
+from vislam2tag.views.run_summary import LandmarkTally, summarise
 
 
 @pytest.fixture

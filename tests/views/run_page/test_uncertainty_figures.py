@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve
-from vislam2tag.views.run_page.uncertainty_figures import coverage_figure, reliability_figure
+from vislam2tag.views.uncertainty import coverage_figure, reliability_figure
 
 COVERAGE = CoverageCurve(
     np.array([np.nan, 0.1, 0.4, 0.8]), np.array([0.1, 0.5, 0.8, 0.9]), np.array([1.0, 0.5, 0.6, 0.7]), np.full(4, 2.0)

@@ -10,14 +10,14 @@ import pytest
 from tests.views.factory import make_result, make_survey, sigma_statistics
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.labeling.results import Summary
-from vislam2tag.views.run_page.summary import summarise
-from vislam2tag.views.run_page.verdict import (
+from vislam2tag.views.run_summary import (
     MOST_FINDINGS,
     TOGETHER,
     accuracy_sentence,
     expected_error,
     joining_helps,
     problems,
+    summarise,
 )
 
 

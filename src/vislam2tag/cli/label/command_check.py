@@ -175,7 +175,7 @@ def _session_table(found: SurveyCheck) -> Table:
 
 
 def _session_cells(session: SessionCheck) -> tuple[str, ...]:
-    from vislam2tag.views.pages.check_page import median_left_out_m
+    from vislam2tag.views.check_page import median_left_out_m
 
     if session.error is not None:
         return ("[red]failed[/]",)
@@ -200,7 +200,7 @@ def _session_cells(session: SessionCheck) -> tuple[str, ...]:
 def _bad_table(found: list[BadLandmark]) -> Table:
     from rich.markup import escape
 
-    from vislam2tag.views.pages.check_page import FAULTS
+    from vislam2tag.views.check_page import FAULTS
 
     rows = table("Bad landmarks", ("floor", "landmark", "what it may be"), ("off by", "sigma", "sessions"))
     for bad in found:

@@ -123,7 +123,7 @@ def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
 def _write_conflicts(page: Path, survey: Path, settings: Settings, found: Diagnosis, follow_links: bool) -> None:
     from vislam2tag.sessions.registry import open_survey
     from vislam2tag.survey.links import left_out_of, shared_survey
-    from vislam2tag.views.pages.conflict_page import write_conflict_page
+    from vislam2tag.views.conflict_page import write_conflict_page
 
     opened = open_survey(survey, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
     shown = shared_survey(opened, follow_links=follow_links)

@@ -157,7 +157,7 @@ def _after(found: Registration, write: bool) -> str:
 def _write_page(page: Path, site: Site, floor: Floor) -> None:
     import numpy as np
 
-    from vislam2tag.views.pages.click_page import write_click_page
+    from vislam2tag.views.click_pages import write_click_page
 
     here = site.landmarks.on_floor(floor.number)
     placed = np.flatnonzero(here.surveyed).tolist()

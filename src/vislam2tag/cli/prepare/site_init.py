@@ -189,7 +189,7 @@ def _measure(page: Path, site: Path, plan: Path, floor: int | None, source: Plan
     import sys
     import webbrowser
 
-    from vislam2tag.views.pages.measure_page import write_measure_page
+    from vislam2tag.views.click_pages import write_measure_page
 
     words = ["vislam2tag", "site", "init", str(site), "--plan", str(plan)]
     words += [] if floor is None else ["--floor", str(floor)]

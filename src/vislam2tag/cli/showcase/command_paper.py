@@ -15,7 +15,7 @@ from vislam2tag.cli.terminal import say_json, visible_console
 if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
     from vislam2tag.pipeline.paper.reproduce import ReproducedPaper
-    from vislam2tag.views.pages.paper_page import CollectionPart, PositioningPart, TablePart
+    from vislam2tag.views.result_pages import CollectionPart, PositioningPart, TablePart
 
 HELP = """
 Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from its data, beside the paper's figures.

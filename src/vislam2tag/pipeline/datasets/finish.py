@@ -25,7 +25,7 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, Storey
 from vislam2tag.dataset.splits import split_findings, standard_splits
 from vislam2tag.dataset.statistics import dataset_statistics
 from vislam2tag.dataset.statistics_record import DatasetStatistics, FieldWork
-from vislam2tag.views.pages.dataset_page import dataset_page
+from vislam2tag.views.dataset_page import dataset_page
 from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 STATISTICS_FILE = "statistics.json"

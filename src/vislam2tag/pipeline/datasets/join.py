@@ -25,9 +25,9 @@ from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share
 from vislam2tag.dataset.joining import join_datasets
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Storey
 from vislam2tag.dataset.settings import CHANGE_CELL_M
-from vislam2tag.figures.change_figures import ChangedFloor, change_map
-from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.finish import finish_dataset
+from vislam2tag.views.coverage_figures import ChangedFloor, change_map
+from vislam2tag.views.panels import rendered
 
 CHANGES = "changes"
 """Folder of the data set that tells what changed."""

@@ -19,11 +19,10 @@ from vislam2tag.dataset.map_process import MapKernel
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.radio_maps import FloorMaps, RadioMap, radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
-from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
-from vislam2tag.figures.style import rendered
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.names import unique_slugs
-from vislam2tag.views.pages.radio_map_page import MapFloor, write_radio_map_page
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.radio_map_page import MapFloor, access_point_map, contact_sheet, write_radio_map_page
 
 INDEX_FILE, PAGE_FILE = "radio_maps.json", "index.html"
 FIGURES, IMAGES = "figures", "geotiff"

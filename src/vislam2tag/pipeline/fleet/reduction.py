@@ -24,7 +24,7 @@ from vislam2tag.pipeline.labels.process import opened_run
 from vislam2tag.pipeline.labels.stored_session import Output
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.survey.stored_survey import survey_at_hand
-from vislam2tag.views.pages.fleet_pages import session_page, survey_pages
+from vislam2tag.views.fleet_pages import session_page, survey_pages
 
 _PAGE = re.compile(r"(index(_\d+)?|floor_.*)\.html")
 """Names of the pages about a survey and its sessions; what else people put beside them stays."""

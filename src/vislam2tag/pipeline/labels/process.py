@@ -56,9 +56,9 @@ from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.links import is_described_from_outside, shared_survey
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
-from vislam2tag.views.pages.conflict_page import write_conflict_page
-from vislam2tag.views.run_page.html import write_report
-from vislam2tag.views.run_page.summary import findings_by_kind, summarise
+from vislam2tag.views.conflict_page import write_conflict_page
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import findings_by_kind, summarise
 
 REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
 """Faults that findings of the site or of sessions report already."""

@@ -16,16 +16,6 @@ from vislam2tag.evaluation.metrics import frames_within_sigma, strategy_errors
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
 from vislam2tag.evaluation.pooling import error_curve
 from vislam2tag.evaluation.reliability import coverage_curve, reduce_errors
-from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
-from vislam2tag.figures.error_figures import (
-    control_point_errors,
-    coverage_accuracy,
-    error_by_landmark_movement,
-    error_distributions,
-    station_overlay,
-)
-from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
-from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import ProcessSettings
@@ -34,6 +24,18 @@ from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import Floor, SessionKey
+from vislam2tag.views.dataset_figures import fingerprints_by_device_and_floor
+from vislam2tag.views.error_figures import (
+    control_point_errors,
+    coverage_accuracy,
+    error_by_landmark_movement,
+    error_distributions,
+    landmark_distances,
+    local_mapping,
+    station_overlay,
+    strategies_compared,
+)
+from vislam2tag.views.site_figures import landmark_configuration, scan_labels, workflow
 
 SPLIT = SessionKey(4, "Subtrajectory_split", "2022-01-14T16:35:30")
 FLAWED = SessionKey(1, "OnePlus_ref", "2022-01-19T15:51:00")

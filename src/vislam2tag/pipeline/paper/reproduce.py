@@ -25,7 +25,6 @@ from vislam2tag.dataset.statistics_record import (
 from vislam2tag.evaluation.paper.table_text import csv_text, latex_text, markdown_text, walks_csv
 from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, table_2
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_shares
-from vislam2tag.figures.style import name_of, rendered
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.collection import paper_collection
 from vislam2tag.pipeline.paper.data import open_paper_data
@@ -36,7 +35,8 @@ from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.positioning.benchmark_protocol import published_choices
 from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS, table_4
-from vislam2tag.views.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
+from vislam2tag.views.panels import name_of, rendered
+from vislam2tag.views.result_pages import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
 
 PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3, TABLE_4 = "index.html", "walks.csv", "table_3", "table_4"

@@ -18,8 +18,6 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
-from vislam2tag.figures.style import rendered
 from vislam2tag.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
 from vislam2tag.planning.settings import PlanSettings
@@ -33,7 +31,8 @@ from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.site_table import read_site_table
 from vislam2tag.survey.table_columns import LANDMARKS
 from vislam2tag.survey.written_files import write_in_survey
-from vislam2tag.views.pages.plan_page import PlannedMap, write_plan_page
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.plan_page import PlannedMap, landmark_plan, sigma_figure, write_plan_page
 from vislam2tag.walkable.correction import floor_mask
 from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings

@@ -33,8 +33,8 @@ from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
 from vislam2tag.survey.links import is_described_from_outside, left_out_of
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
-from vislam2tag.views.run_page.html import write_report
-from vislam2tag.views.run_page.summary import summarise
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import summarise
 
 REPORT_FILE = "report.html"
 

@@ -11,14 +11,14 @@ from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.findings import Finding, Severity, count_of
 from vislam2tag.common.judgement import Judgement, counted
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.figures.site_plan import site_plan
-from vislam2tag.figures.style import rendered
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.landmark_states import LandmarkCounts
 from vislam2tag.survey.links import site_name
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.views.page import data_uri, write_page
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.site_figures import site_plan
 
 KINDS = ("png", "pdf", "svg", "html")
 

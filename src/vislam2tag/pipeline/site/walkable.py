@@ -16,12 +16,12 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.figures.style import rendered
-from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.links import left_out_of
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.site_figures import walkable_figure
 from vislam2tag.walkable.correction import GREEN, RED, floor_mask
 from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings

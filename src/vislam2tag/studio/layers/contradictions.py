@@ -6,7 +6,7 @@ from vislam2tag.common.findings import Severity
 from vislam2tag.studio.layer_registry import register
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.views.run_page.summary import LandmarkTally
+from vislam2tag.views.run_summary import LandmarkTally
 
 
 class Contradictions:

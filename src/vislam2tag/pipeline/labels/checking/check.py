@@ -36,7 +36,7 @@ from vislam2tag.self_check.record import FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.links import left_out_of, shared_survey
-from vislam2tag.views.pages.check_page import write_check_page
+from vislam2tag.views.check_page import write_check_page
 from vislam2tag.walkable.settings import WalkableSettings
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"

@@ -40,7 +40,7 @@ from vislam2tag.pipeline.run.store import OutputFolder, claim, without_sessions
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.views.pages.evaluation_page import write_evaluation_page
+from vislam2tag.views.evaluation_page import write_evaluation_page
 
 PROGRAM = "vislam2tag evaluate"
 RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"
