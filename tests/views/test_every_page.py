@@ -18,11 +18,11 @@ from tests.survey.plans import drawn_floor
 from tests.undrawn import undrawn
 from tests.views.browser import note_problems, running_browser
 from tests.views.factory import make_results, make_survey
-from tests.views.pages.test_check_page import write_page_of_a_check
-from tests.views.pages.test_conflict_page import write_page_of_conflicts
-from tests.views.pages.test_dataset_page import make_dataset
-from tests.views.pages.test_evaluation_page import evaluation
-from tests.views.pages.test_fleet_pages import write_fleet_page, write_session_page
+from tests.views.test_check_page import write_page_of_a_check
+from tests.views.test_conflict_page import write_page_of_conflicts
+from tests.views.test_dataset_page import make_dataset
+from tests.views.test_evaluation_page import evaluation
+from tests.views.test_fleet_pages import write_fleet_page, write_session_page
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.settings import RadioMapSettings
 from vislam2tag.dataset.statistics import dataset_statistics

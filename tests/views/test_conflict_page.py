@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from tests.survey.site import write_survey
-from tests.views.markup import own_part, tags_in_figures
+from tests.views.browser import own_part, tags_in_figures
 from vislam2tag.diagnosis.references import OddReference, Reference, References
 from vislam2tag.landmark_survey.comparison import Verdict
 from vislam2tag.sessions.registry import open_survey

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.test_pooling import session, walk
-from tests.views.markup import tags_in_figures
+from tests.views.browser import tags_in_figures
 from vislam2tag.common.findings import Finding
 from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import DenseRow, SurveyEvaluation

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.survey.site import write_survey
-from tests.views.markup import own_part, tags_in_figures
+from tests.views.browser import own_part, tags_in_figures
 from vislam2tag.self_check.gain_map import GainMap, session_gains
 from vislam2tag.self_check.landmark_gain import Gains
 from vislam2tag.self_check.record import BadLandmark, Fault, LeftOutMark, SessionCheck, SurveyCheck

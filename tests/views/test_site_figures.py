@@ -8,13 +8,16 @@ import pytest
 from PIL import Image
 
 from tests.evaluation.maps import floor_with
+from tests.registration.networks import survey
 from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.registration.register import FloorMeasurements, register_floor
+from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 from vislam2tag.views.panels import rendered
-from vislam2tag.views.site_figures import landmark_configuration, scan_labels, workflow
+from vislam2tag.views.site_figures import landmark_configuration, residual_figure, scan_labels, workflow
 
 LANDMARKS = landmarks_at({"7": (1.0, 2.0), "9": (18.0, 8.0)})
 
@@ -72,3 +75,23 @@ def test_walk_without_wifi_still_has_its_workflow(plan: Path) -> None:
     figure = workflow(planned_floor(plan), landmarks, camera, log, mapped, nothing)
     assert len(figure.axes) == 4
     assert rendered(figure, "svg").startswith(b"<?xml")
+
+
+FLOOR = Floor(1, "", 60.0, 30.0, None, None, ControlPoints((), np.empty((0, 2))))
+
+
+def test_points_regions_and_residuals_are_drawn() -> None:
+    drawn = survey(1)
+    found = register_floor(1, FloorMeasurements(shots=drawn.shots, known=drawn.known), RegistrationSettings())
+    figure = residual_figure(FLOOR, found)
+    plan, residuals = figure.axes
+    assert plan.get_xlim() == (0, 60)
+    assert {text.get_text() for text in plan.texts} == {one.point for one in found.landmarks}
+    assert "times as large" in plan.get_title(loc="left")
+    assert sum(patch.get_height() for patch in residuals.patches) == len(found.residuals)  # type: ignore[attr-defined]
+    assert rendered(figure, "svg") == rendered(residual_figure(FLOOR, found), "svg")
+
+
+def test_nothing_registered_is_still_a_figure() -> None:
+    empty = register_floor(1, FloorMeasurements(), RegistrationSettings())
+    assert rendered(residual_figure(FLOOR, empty), "png").startswith(b"\x89PNG")

@@ -10,21 +10,22 @@ import numpy as np
 import pytest
 from markupsafe import escape
 
+from tests.views.browser import own_part, tags_in_figures
 from tests.views.factory import failed_result, make_result, make_results, make_survey, sigma_statistics
-from tests.views.markup import own_part, tags_in_figures
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.folder import UNFINISHED
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.status import STATUS_LABELS
-from vislam2tag.evaluation.reliability import reduce_errors
+from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve, reduce_errors
 from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.labeling.results import Drawing, SessionResult, Stretch
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.settings import Settings
-from vislam2tag.survey.model import SessionKey, Survey
-from vislam2tag.views.run_report import write_report
+from vislam2tag.survey.model import Floor, SessionKey, Survey
+from vislam2tag.views.run_report import FloorView, write_report
 from vislam2tag.views.run_summary import summarise
+from vislam2tag.views.uncertainty import coverage_figure, reliability_figure
 
 EVIL = "</script><script>alert(1)</script><!--\"'&amp;"
 """Text that must stay text wherever it lands."""
@@ -268,3 +269,68 @@ def test_a_floor_that_walks_only_led_to_has_its_map(tmp_path: Path) -> None:
     assert '<section class="floor" id="floor-2">' not in written(
         tmp_path, survey, [result.model_copy(update={"elsewhere": {}}) for result in results]
     )
+
+
+def view_of(survey: Survey, floor: Floor | None = None) -> FloorView:
+    return FloorView(floor or survey.site.floors[0], survey.site.landmarks, iter(()))
+
+
+def test_a_floor_with_its_plan_needs_no_note(tmp_path: Path) -> None:
+    view = view_of(make_survey(tmp_path, floors=1, sessions=1))
+    assert view.notes == []
+    assert "images" in json.loads(view.figure)["layout"]
+    assert view.unplaced == ["7", "8"]
+
+
+@pytest.mark.parametrize("content", [b"", b"<html>", b"\xff\xd8\xff\xe0half a JPEG"])
+def test_a_plan_that_is_no_image_is_said(tmp_path: Path, content: bytes) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1)
+    plan = survey.site.floors[0].plan
+    assert plan is not None
+    plan.write_bytes(content)
+    view = view_of(survey)
+    assert view.notes == ["floorplan.jpg cannot be read as an image: a grid is drawn instead."]
+    assert "images" not in json.loads(view.figure)["layout"]
+
+
+def test_a_missing_plan_and_a_plan_of_unknown_size_are_said(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1)
+    floor = survey.site.floors[0]
+    assert view_of(survey, replace(floor, plan=None)).notes == [
+        "There is no plan of this floor: a grid is drawn instead."
+    ]
+    view = view_of(survey, replace(floor, width_m=None))
+    assert view.notes == ["floorplan.jpg is not drawn, as no file gives the floor's size: a grid is drawn instead."]
+    assert "images" not in json.loads(view.figure)["layout"]
+
+
+def test_surveyed_landmarks_outside_the_plan_are_named(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=2, sessions=2)
+    position = survey.site.landmarks.position_bcs
+    for landmark, place in {0: (-38, 5), 2: (5, 43.5), 3: (84.5, -0.5), 6: (-9, 9), 8: (-9, 9)}.items():
+        position[landmark] = place
+    (note,) = view_of(survey).notes
+    assert note == "Surveyed landmarks outside the plan of 84 m x 42 m: 1, 3. Check their positions or its size."
+
+
+COVERAGE = CoverageCurve(
+    np.array([np.nan, 0.1, 0.4, 0.8]), np.array([0.1, 0.5, 0.8, 0.9]), np.array([1.0, 0.5, 0.6, 0.7]), np.full(4, 2.0)
+)
+
+
+def test_reliability_stands_against_the_diagonal() -> None:
+    curve = ReliabilityCurve(np.arange(1, 100) / 100, np.linspace(0, 1, 99), 50)
+    diagonal, labels = json.loads(reliability_figure(curve))["data"]
+    assert diagonal["x"] == diagonal["y"] == [0, 100]
+    assert labels["x"] == list(range(1, 100))
+    assert labels["y"][49] == pytest.approx(50)
+
+
+@pytest.mark.parametrize(("limit_m", "at"), [(0.5, [80.0]), (0.05, [10.0]), (9.0, [90.0]), (float("inf"), [])])
+def test_coverage_marks_the_limit_that_is_set(limit_m: float, at: list[float]) -> None:
+    figure = json.loads(coverage_figure(COVERAGE, limit_m))
+    mean, p95 = figure["data"]
+    assert mean["x"] == p95["x"] == [10, 50, 80, 90]
+    assert (mean["y"], p95["y"]) == ([1.0, 0.5, 0.6, 0.7], [2.0] * 4)
+    assert mean["hovertext"][:2] == ["no sigma stated", "sigma up to 0.10 m"]
+    assert [shape["x0"] for shape in figure["layout"].get("shapes", [])] == at

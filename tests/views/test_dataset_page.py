@@ -15,8 +15,7 @@ from PIL import Image
 from playwright.sync_api import Page
 
 from tests.dataset.factory import SCANS, small_dataset
-from tests.views.browser import note_problems, running_browser
-from tests.views.markup import own_part, tags_in_figures
+from tests.views.browser import note_problems, own_part, running_browser, tags_in_figures
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
