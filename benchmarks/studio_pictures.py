@@ -32,7 +32,7 @@ from vislam2tag.pipeline.fleet.add import looked_at  # noqa: E402
 from vislam2tag.pipeline.fleet.catalogue import DONE, Fleet  # noqa: E402
 from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS  # noqa: E402
 from vislam2tag.settings import Settings  # noqa: E402
-from vislam2tag.studio.sharing.fleet import export_fleet  # noqa: E402
+from vislam2tag.studio.fleet import export_fleet  # noqa: E402
 
 SETTLED_MS = 2500
 """The map has been drawn and animations have ended."""

@@ -21,7 +21,7 @@ from vislam2tag.positioning.model_file import load_model
 from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.tape_file import read_distances, read_targets
-from vislam2tag.studio.receiving.session_zip import unpack
+from vislam2tag.studio.receiving.zips import unpack
 from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.discover import read_site
 

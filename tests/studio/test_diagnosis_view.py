@@ -11,7 +11,7 @@ import pytest
 
 from vislam2tag.common.judgement import Answer, Judgement
 from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind
-from vislam2tag.studio import diagnosis_view
+from vislam2tag.studio import corrections_view
 from vislam2tag.studio.outputs import LABELS
 
 FAULT = Fault(kind=FaultKind.PLANNED, floor=0, summary="a landmark is only planned", evidence="its table")
@@ -34,9 +34,9 @@ def workspace_of(root: Path, *, labelled: bool, faults: list[Fault]) -> Any:
 
 @pytest.mark.parametrize("labelled", [False, True])
 def test_open_faults_are_something_wrong(labelled: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosis_view, "kept_faults", lambda *_: ([], SOUND))
-    view = diagnosis_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[FAULT])).view()
+    monkeypatch.setattr(corrections_view, "kept_faults", lambda *_: ([], SOUND))
+    view = corrections_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[FAULT])).view()
     assert [fault.kind for fault in view.faults] == ["planned"]
     assert view.judgement.answer is Answer.WRONG
-    none = diagnosis_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[])).view()
+    none = corrections_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[])).view()
     assert none.judgement.answer is (Answer.NOTHING_WRONG if labelled else Answer.NOT_LOOKED_AT)

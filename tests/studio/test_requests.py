@@ -11,12 +11,11 @@ import httpx
 import pytest
 from PIL import Image
 
+from vislam2tag.common.serving import Limits, listen, serving
 from vislam2tag.settings import Settings
-from vislam2tag.studio.app import ALL_ENDPOINTS
-from vislam2tag.studio.queries import NoQuery
-from vislam2tag.studio.receiving.address import listen
-from vislam2tag.studio.receiving.connections import Limits, serving
-from vislam2tag.studio.serving import opened_studio
+from vislam2tag.studio.app import opened_studio
+from vislam2tag.studio.messages import NoQuery
+from vislam2tag.studio.routing import ENDPOINTS
 from vislam2tag.studio.workspace import Workspace
 
 SRC = Path(__file__).parents[2] / "src" / "vislam2tag"
@@ -90,9 +89,9 @@ def test_no_body_enters_without_a_token(studio: tuple[str, str], body: bytes) ->
     assert refused(answer), answer.text
 
 
-@pytest.mark.parametrize("path", sorted({one.path for one in ALL_ENDPOINTS if one.body is not NoQuery}))
+@pytest.mark.parametrize("path", sorted({one.path for one in ENDPOINTS if one.body is not NoQuery}))
 def test_a_body_that_no_page_sends_is_refused(browser: httpx.Client, path: str) -> None:
-    endpoint = next(one for one in ALL_ENDPOINTS if one.path == path and one.body is not NoQuery)
+    endpoint = next(one for one in ENDPOINTS if one.path == path and one.body is not NoQuery)
     for body in BODIES:
         headers = {"Content-Type": "application/json", "If-Match": '"none"'}
         answer = browser.request(endpoint.method, path, content=body, headers=headers)
@@ -101,7 +100,7 @@ def test_a_body_that_no_page_sends_is_refused(browser: httpx.Client, path: str) 
 
 @pytest.mark.parametrize("number", ["9" * 9, "9" * 10, "9" * 5000, "-9", "x", "%00", "%ff"])
 def test_a_path_that_names_nothing_is_refused(browser: httpx.Client, number: str) -> None:
-    for endpoint in (one for one in ALL_ENDPOINTS if "{" in one.path):
+    for endpoint in (one for one in ENDPOINTS if "{" in one.path):
         path = endpoint.path.replace("{number:short}", number).replace("{id}", number).replace("{name}", number)
         answer = browser.request(endpoint.method, path, params={"floor": "9" * 5000})
         assert refused(answer), (path[:50], answer.status_code, answer.text)
@@ -148,4 +147,4 @@ def ended(connection: socket.socket) -> bool:
 def test_all_servers_have_the_same_limits() -> None:
     """No other module runs a server of its own."""
     found = [path.relative_to(SRC).as_posix() for path in SRC.rglob("*.py") if "import uvicorn" in path.read_text()]
-    assert found == ["studio/receiving/connections.py"]
+    assert found == ["common/serving.py"]

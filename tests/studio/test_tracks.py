@@ -5,8 +5,8 @@ import polars as pl
 import pytest
 
 from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.studio.outputs import Track, arrow, overview, track_of, window
 from vislam2tag.studio.series import Series, series_columns, thinned
-from vislam2tag.studio.tracks import Track, arrow, overview, track_of, window
 
 SECOND_NS = 1_000_000_000
 FRAMES = 100

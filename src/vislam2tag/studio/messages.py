@@ -1,15 +1,19 @@
-"""What the server tells of the survey and its sessions, as JSON; metres, seconds and radians unless a name says else.
+"""What the server answers about the survey and its sessions, as JSON, and what stands behind the question mark of its
+addresses; metres, seconds and radians unless a name says else.
 
 ``openapi.json`` is made of these records, and the page's types of that.
 """
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, field_validator
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.sessions.corrected_taps import SAME_TAP_S
+from vislam2tag.studio.outputs import LABELS, WINDOW_POINTS
 
 Point: TypeAlias = tuple[float, float]
 Box: TypeAlias = tuple[float, float, float, float]
@@ -266,3 +270,75 @@ class NewLabels(FiniteRecord):
 
     sessions: list[str]
     version: str
+
+
+MOST_PIXELS = 4096
+"""Longer side of a plan's picture."""
+Text = Annotated[str, Field(max_length=300)]
+
+
+class NoQuery(FiniteRecord):
+    """An endpoint without parameters."""
+
+
+class OfOutput(FiniteRecord):
+    """Of which labels."""
+
+    output: Text = LABELS
+
+
+class WindowQuery(OfOutput):
+    """Part of a floor, metres in its BCS; ``sessions``: indices with commas, absent: all; ``points`` at most."""
+
+    floor: int
+    left: float
+    right: float
+    low: float
+    high: float
+    sessions: list[int] | None = None
+    points: Annotated[int, Field(ge=1000, le=WINDOW_POINTS)] = WINDOW_POINTS
+
+    @field_validator("sessions", mode="before")
+    @classmethod
+    def _split(cls, value: object) -> object:
+        return [part for part in value.split(",") if part] if isinstance(value, str) else value
+
+
+class SeriesQuery(OfOutput):
+    """A span of a walk, seconds after its first frame, and how many points of each series may come."""
+
+    points: Annotated[int, Field(ge=2, le=100_000)] = 2000
+    start: float = Field(default=-1e9, alias="from")
+    end: float = Field(default=1e9, alias="to")
+
+
+class PlanQuery(FiniteRecord):
+    """Longer side of the picture, pixels; ``stamp`` is the plan's, for the browser to keep it."""
+
+    side: Annotated[int, Field(ge=64, le=MOST_PIXELS)] = 2048
+    stamp: Text = ""
+
+
+class CompareQuery(FiniteRecord):
+    """Names of two outputs."""
+
+    a: Text
+    b: Text
+
+
+RadioLayer: TypeAlias = Literal["strongest", "number", "mean_dbm", "deviation_db", "sigma_db", "heard"]
+
+
+class RadioQuery(FiniteRecord):
+    """A layer of the radio maps of a floor; ``bssid`` where it is of one access point."""
+
+    floor: int
+    technology: Text
+    layer: RadioLayer
+    bssid: Text = ""
+
+
+class FloorQuery(FiniteRecord):
+    """A floor by its number."""
+
+    floor: int

@@ -13,7 +13,7 @@ from vislam2tag.dataset.label_comparison import mean_error_m
 from vislam2tag.labeling.results import Drawing, SessionResult
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
-from vislam2tag.studio import tracks
+from vislam2tag.studio import outputs
 from vislam2tag.studio.messages import (
     Box,
     ContradictionView,
@@ -28,7 +28,7 @@ from vislam2tag.studio.messages import (
     TapView,
     VisitView,
 )
-from vislam2tag.studio.tracks import Columns
+from vislam2tag.studio.outputs import Columns
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.survey.corrections.file import session_start
 from vislam2tag.survey.model import SessionKey
@@ -188,7 +188,7 @@ def overview(workspace: Workspace, output: str) -> tuple[Columns, int]:
     results = [workspace.result(id, output) for id in ids]
     frames = sum(_positioned_frames(result) for result in results if result)
     found = ((i, track) for i, id in enumerate(ids) if (track := workspace.track(id, output)) is not None)
-    return tracks.overview(found, frames)
+    return outputs.overview(found, frames)
 
 
 def _positioned_frames(result: SessionResult) -> int:

@@ -22,8 +22,7 @@ from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.registry import SurveyFiles, survey_files
 from vislam2tag.settings import Settings
 from vislam2tag.studio.messages import Versions
-from vislam2tag.studio.outputs import BEFORE, LABELS, Output
-from vislam2tag.studio.tracks import Track
+from vislam2tag.studio.outputs import BEFORE, LABELS, Output, Track
 from vislam2tag.survey.corrections.edits import corrections_of
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.survey.corrections.lines import corrections_text

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.studio.receiving.address import code_of, listen, local_address, url_for
+from vislam2tag.common.serving import code_of, listen, local_address, url_for
 
 
 def test_the_token_stands_in_the_fragment() -> None:

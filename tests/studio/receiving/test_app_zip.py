@@ -15,10 +15,9 @@ from tests.sessions.apps.recordings import APPS
 from tests.studio.receiving.zips import packed
 from tests.surveys import bytes_of
 from vislam2tag.sessions.registry import format_of
-from vislam2tag.studio.receiving.app_zip import AppPlace
 from vislam2tag.studio.receiving.filing import file_zip, is_filed
-from vislam2tag.studio.receiving.session_zip import RefusedZipError
 from vislam2tag.studio.receiving.uploads import Uploads
+from vislam2tag.studio.receiving.zips import AppPlace, RefusedZipError
 
 PLENTY = 10_000_000
 SHARED = [app for app in APPS if app not in ("TUM", "EuRoC", "MCAP", "Stray Scanner, lens of each frame")]

@@ -13,7 +13,7 @@ from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route
 from uvicorn.server import ServerState
 
-from vislam2tag.studio.receiving.connections import (
+from vislam2tag.common.serving import (
     MAX_CONNECTIONS,
     LimitedConfig,
     LimitedConnection,
@@ -210,7 +210,7 @@ def test_only_so_many_are_admitted_and_others_get_an_answer() -> None:
 
 def test_connections_leave_files_for_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     assert default_limits().waiting + default_limits().admitted <= MAX_CONNECTIONS
-    monkeypatch.setattr("vislam2tag.studio.receiving.connections.open_file_limit", lambda: 256)
+    monkeypatch.setattr("vislam2tag.common.serving.open_file_limit", lambda: 256)
     assert default_limits() == Limits(waiting=32, admitted=32)
 
 

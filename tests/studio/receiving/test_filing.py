@@ -7,7 +7,7 @@ import pytest
 from tests.studio.receiving.zips import HEADER, SESSION, session_files, session_zip
 from tests.surveys import bytes_of
 from vislam2tag.studio.receiving.filing import WORK_FOLDER, file_zip
-from vislam2tag.studio.receiving.session_zip import RefusedZipError
+from vislam2tag.studio.receiving.zips import RefusedZipError
 
 PLENTY = 1_000_000
 PLACE = f"floor_4/LG/{SESSION}"

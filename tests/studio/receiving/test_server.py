@@ -14,10 +14,9 @@ from PIL import Image
 
 from tests.studio.receiving.signing import signed, signed_path
 from tests.studio.receiving.zips import SESSION, digest, session_zip
-from vislam2tag.studio.receiving.connections import REPORTED_A_MINUTE
+from vislam2tag.common.serving import REPORTED_A_MINUTE
 from vislam2tag.studio.receiving.filing import FiledSession
-from vislam2tag.studio.receiving.page import PAGE
-from vislam2tag.studio.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, Listener, Receiver
+from vislam2tag.studio.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, PAGE, Listener, Receiver
 from vislam2tag.studio.receiving.token import Guard, answer_mac
 from vislam2tag.studio.receiving.uploads import Uploads
 

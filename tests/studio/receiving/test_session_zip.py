@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.studio.receiving.zips import HEADER, SESSION, packed, record, session_files, session_zip, sums
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.studio.receiving.session_zip import RefusedZipError, unpack
+from vislam2tag.studio.receiving.zips import RefusedZipError, unpack
 
 PLENTY = 1_000_000
 

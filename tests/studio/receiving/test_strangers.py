@@ -12,8 +12,7 @@ import pytest
 
 from tests.studio.receiving.signing import signed
 from tests.studio.receiving.zips import digest, session_zip
-from vislam2tag.studio.receiving.address import listen
-from vislam2tag.studio.receiving.connections import Limits, serving
+from vislam2tag.common.serving import Limits, listen, serving
 from vislam2tag.studio.receiving.server import Listener, Receiver
 from vislam2tag.studio.receiving.token import Guard
 from vislam2tag.studio.receiving.uploads import Uploads

@@ -8,7 +8,7 @@ from PIL import Image
 
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.studio.receiving.survey_facts import PLAN_SIDE_PX, plan_jpeg, survey_facts
+from vislam2tag.studio.receiving.server import PLAN_SIDE_PX, plan_jpeg, survey_facts
 from vislam2tag.survey.discover import read_site
 
 

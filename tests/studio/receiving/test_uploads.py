@@ -11,7 +11,6 @@ import pytest
 from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip
 from vislam2tag.common.errors import OutputError
 from vislam2tag.studio.receiving.filing import WORK_FOLDER
-from vislam2tag.studio.receiving.session_zip import RefusedZipError
 from vislam2tag.studio.receiving.uploads import (
     EXPIRY_S,
     MOST_WAITING_SIZES,
@@ -22,6 +21,7 @@ from vislam2tag.studio.receiving.uploads import (
     WrongLengthError,
     WrongOffsetError,
 )
+from vislam2tag.studio.receiving.zips import RefusedZipError
 
 PLENTY = 1_000_000
 DATA = session_zip()

@@ -16,8 +16,7 @@ from starlette.routing import Mount
 from starlette.staticfiles import StaticFiles
 
 from tests.views.browser import note_problems
-from vislam2tag.studio.receiving.address import listen
-from vislam2tag.studio.receiving.connections import serving
+from vislam2tag.common.serving import listen, serving
 
 LATEST_MS = 60_000
 

@@ -20,8 +20,8 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.studio.radio.maps import Radio
-from vislam2tag.studio.sharing import export
+from vislam2tag.studio import export
+from vislam2tag.studio.radio import Radio
 from vislam2tag.studio.workspace import Workspace
 
 REASON = "Ms Miller took it down"

@@ -20,7 +20,7 @@ from tests.views.browser import running_browser
 from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.fleet.catalogue import Fleet
 from vislam2tag.settings import Settings
-from vislam2tag.studio.sharing.fleet import FIRST_ROWS, export_fleet
+from vislam2tag.studio.fleet import FIRST_ROWS, export_fleet
 
 SURVEYS = 1000
 PAINTED_BYTES = 250_000

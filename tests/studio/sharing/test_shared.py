@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from vislam2tag.studio.sharing.shared import shared_view
+from vislam2tag.studio.export import shared_view
 
 
 def test_only_what_is_whole_is_told_and_what_is_older_than_the_labels(tmp_path: Path) -> None:

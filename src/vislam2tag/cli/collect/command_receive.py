@@ -11,14 +11,14 @@ from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.studio.receiving.address import EVERYWHERE, code_of, listen, url_for
+from vislam2tag.common.serving import EVERYWHERE, code_of, listen, url_for
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
-    from vislam2tag.studio.receiving.app_zip import AppPlace
     from vislam2tag.studio.receiving.filing import FiledSession
+    from vislam2tag.studio.receiving.zips import AppPlace
 
 HELP = """
 Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESSION.
@@ -68,7 +68,7 @@ def _receive(
 ) -> None:
     if not survey.is_dir():
         raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
-    from vislam2tag.studio.receiving.app_zip import app_place
+    from vislam2tag.studio.receiving.zips import app_place
 
     place = app_place(floor, device)
     if zips:
@@ -90,7 +90,7 @@ def _receive(
 def _filed(survey: Path, path: Path, max_bytes: int, place: AppPlace, *, tell: bool) -> FiledSession | None:
     """File one zip and tell it; tell and return None where it is refused."""
     from vislam2tag.studio.receiving.filing import file_zip
-    from vislam2tag.studio.receiving.session_zip import RefusedZipError
+    from vislam2tag.studio.receiving.zips import RefusedZipError
 
     try:
         if path.stat().st_size > max_bytes:
@@ -148,7 +148,7 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, 
     # Only a server needs these; starting quickly matters to all other commands.
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
-    from vislam2tag.studio.receiving.connections import serve
+    from vislam2tag.common.serving import serve
     from vislam2tag.studio.receiving.server import Listener, Receiver
     from vislam2tag.studio.receiving.token import Guard, new_token
     from vislam2tag.studio.receiving.uploads import Uploads

@@ -19,7 +19,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.store import address_of, shown
 
 if TYPE_CHECKING:
-    from vislam2tag.studio.sharing.export import ExportRecord
+    from vislam2tag.studio.export import ExportRecord
     from vislam2tag.studio.workspace import Workspace
 
 HELP = """
@@ -128,7 +128,7 @@ def _export_fleet(
     follow_links: bool,
     json: bool,
 ) -> None:
-    from vislam2tag.studio.sharing.fleet import export_fleet
+    from vislam2tag.studio.fleet import export_fleet
 
     with session_bar("surveys") as bar:
         record = export_fleet(
@@ -145,7 +145,7 @@ def _export_fleet(
 
 
 def _export(workspace: Workspace, out: Path, key: Path | None, follow_links: bool, json: bool) -> None:
-    from vislam2tag.studio.sharing.export import export_survey
+    from vislam2tag.studio.export import export_survey
 
     with closing(workspace), session_bar("steps") as bar:
         record = export_survey(
@@ -178,8 +178,8 @@ def _serve(workspace: Workspace, host: str, port: int, browser: bool, jobs: int,
     # Only a server needs these; starting quickly matters to all other commands.
     import webbrowser
 
-    from vislam2tag.studio.receiving.address import code_of, listen
-    from vislam2tag.studio.serving import opened_studio, serve_studio
+    from vislam2tag.common.serving import code_of, listen
+    from vislam2tag.studio.app import opened_studio, serve_studio
 
     with (
         listen(host, port) as opened,

@@ -135,11 +135,10 @@ def _after(found: LocatedScans) -> str:
 def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None:
     """Answer until Ctrl-C."""
     # Only a server needs these; starting quickly matters to all other commands.
+    from vislam2tag.common.serving import listen, serve
     from vislam2tag.pipeline.positioning.locate_app import locate_app
     from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
     from vislam2tag.positioning.model_file import load_model
-    from vislam2tag.studio.receiving.address import listen
-    from vislam2tag.studio.receiving.connections import serve
 
     answers = ServedAnswers(load_model(model), plans)
     with listen(LOOPBACK, port) as opened:

@@ -11,15 +11,19 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.sessions.phone.record import RECORD_FILE
-from vislam2tag.studio.receiving.app_zip import (
+from vislam2tag.studio.receiving.zips import (
+    SUMS_FILE,
     AppPlace,
     AppRecording,
+    RefusedZipError,
+    UnpackedSession,
     files_digest,
     holds_all_of,
     is_of_our_app,
+    parse_checksums,
+    unpack,
     unpack_app,
 )
-from vislam2tag.studio.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, parse_checksums, unpack
 from vislam2tag.survey.discover import floor_folders
 from vislam2tag.survey.names import same_name
 

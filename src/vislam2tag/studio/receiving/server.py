@@ -1,10 +1,11 @@
-"""The HTTP side of receiving: requests into calls of :class:`Uploads`, and answers.
+"""The HTTP side of receiving: requests into calls of :class:`Uploads`, answers, the page and facts about the survey.
 
-docs/reference/phone-handover.md tells more.
+docs/reference/phone-handover.md describes the protocol.
 """
 
 from __future__ import annotations
 
+import base64
 import errno
 import hashlib
 import io
@@ -12,6 +13,7 @@ import re
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from importlib import resources
 from pathlib import Path
 
 from starlette.applications import Starlette
@@ -21,20 +23,12 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from vislam2tag.studio.receiving.connections import RefusalLog, admit
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.serving import RefusalLog, admit, blocks, drain
+from vislam2tag.core.tracks import Landmarks
 from vislam2tag.studio.receiving.filing import FiledSession
-from vislam2tag.studio.receiving.limited_requests import blocks, drain
-from vislam2tag.studio.receiving.page import PAGE, PAGE_HEADERS
-from vislam2tag.studio.receiving.session_zip import RefusedZipError
-from vislam2tag.studio.receiving.survey_facts import plan_jpeg, survey_facts
-from vislam2tag.studio.receiving.token import (
-    SCHEME,
-    WRONG_PROOF,
-    Guard,
-    SignedRequest,
-    answer_mac,
-    authorization_mac,
-)
+from vislam2tag.studio.receiving.token import SCHEME, WRONG_PROOF, Guard, SignedRequest, answer_mac, authorization_mac
 from vislam2tag.studio.receiving.uploads import (
     UPLOAD_NAME,
     BusyError,
@@ -44,6 +38,11 @@ from vislam2tag.studio.receiving.uploads import (
     WrongLengthError,
     WrongOffsetError,
 )
+from vislam2tag.studio.receiving.zips import RefusedZipError
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.links import site_name
+from vislam2tag.survey.model import Floor
+from vislam2tag.survey.plans.load import plan_picture
 
 MOST_PER_REQUEST = 8 << 20
 """Bytes of a zip that one request may bring."""
@@ -275,3 +274,99 @@ def _go_on(message: str, state: UploadState) -> RefusalError:
 def _signed(request: Request, nonce: str) -> SignedRequest:
     offset, length, body = (request.headers.get(name, "") for name in ("Upload-Offset", "Upload-Length", BODY_SHA256))
     return SignedRequest(request.method, str(request.scope["path"]), offset, length, body, nonce)
+
+
+_TEXT = resources.files("vislam2tag.studio.receiving").joinpath("page.html").read_text(encoding="utf-8")
+PAGE = _TEXT
+"""HTML without anything of the survey in it; the token stays in the address's fragment, which browsers send nowhere."""
+
+
+def _hash_of(tag: str) -> str:
+    """Hash of the one inline element of a tag, for the content security policy."""
+    content = _TEXT.split(f"<{tag}>", 1)[1].split(f"</{tag}>", 1)[0]
+    return f"'sha256-{base64.b64encode(hashlib.sha256(content.encode()).digest()).decode()}'"
+
+
+PAGE_HEADERS = {
+    "Content-Security-Policy": "; ".join(
+        (
+            "default-src 'none'",
+            f"script-src {_hash_of('script')}",
+            f"style-src {_hash_of('style')}",
+            "connect-src 'self'",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        )
+    ),
+    "Referrer-Policy": "no-referrer",
+}
+
+
+PLAN_SIDE_PX = 2000
+"""Longer side of a plan's picture: more a phone's screen does not show."""
+_QUALITY = 85
+
+
+class FloorFacts(FiniteRecord):
+    """A floor: its extent left, right, low, high in the BCS, metres (None: not known), whether it has a plan, and where
+    its surveyed landmarks hang, x and y in the BCS, metres.
+    """
+
+    number: int
+    name: str
+    extent_m: tuple[float, float, float, float] | None
+    plan: bool
+    landmarks: dict[str, tuple[float, float]]
+
+
+class SurveyFacts(FiniteRecord):
+    """A survey's name and its floors, lowest first."""
+
+    name: str
+    floors: tuple[FloorFacts, ...]
+
+
+def survey_facts(root: Path) -> SurveyFacts:
+    """Read a survey's site; one without floors has none. The name is that of ``site.toml``, else the folder's.
+
+    What links lead to outside the survey is left out.
+    """
+    try:
+        name = site_name(root)
+        site, _ = read_site(root)
+    except SurveyError:
+        return SurveyFacts(name=root.resolve().name, floors=())
+    floors = [
+        FloorFacts(
+            number=floor.number,
+            name=floor.name,
+            extent_m=floor.extent_m,
+            plan=_has_plan(floor),
+            landmarks=_places(site.landmarks.on_floor(floor.number)),
+        )
+        for floor in site.floors
+    ]
+    return SurveyFacts(name=name or root.resolve().name, floors=tuple(sorted(floors, key=lambda floor: floor.number)))
+
+
+def plan_jpeg(root: Path, number: int) -> bytes | None:
+    """Draw a floor's plan as JPEG, which fills exactly its extent; None where there is none that can be drawn."""
+    try:
+        floor = read_site(root)[0].floor(number)
+        if not _has_plan(floor):
+            return None
+        buffer = io.BytesIO()
+        plan_picture(floor, PLAN_SIDE_PX).convert("RGB").save(buffer, "jpeg", quality=_QUALITY)
+    except (SurveyError, KeyError, OSError):
+        return None
+    return buffer.getvalue()
+
+
+def _places(landmarks: Landmarks) -> dict[str, tuple[float, float]]:
+    rows = zip(landmarks.ids, landmarks.position_bcs.tolist(), landmarks.surveyed.tolist(), strict=True)
+    return {name: (x, y) for name, (x, y), surveyed in rows if surveyed}
+
+
+def _has_plan(floor: Floor) -> bool:
+    return floor.plan is not None and floor.extent_m is not None

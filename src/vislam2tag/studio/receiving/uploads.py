@@ -18,9 +18,8 @@ from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
-from vislam2tag.studio.receiving.app_zip import AppPlace
 from vislam2tag.studio.receiving.filing import WORK_FOLDER, FiledSession, file_zip, is_filed
-from vislam2tag.studio.receiving.session_zip import RefusedZipError
+from vislam2tag.studio.receiving.zips import AppPlace, RefusedZipError
 
 UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
 _SHORT = 12

@@ -23,9 +23,8 @@ from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, Fleet, FleetTotals, t
 from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS
 from vislam2tag.pipeline.fleet.process import chosen
 from vislam2tag.settings import Settings
-from vislam2tag.studio.sharing.export import ExportRecord, new_export, recorded, write_page, write_survey
-from vislam2tag.studio.sharing.private import without_addresses
-from vislam2tag.studio.sharing.tables import write_rows
+from vislam2tag.studio.answers import without_addresses
+from vislam2tag.studio.export import ExportRecord, new_export, recorded, write_page, write_rows, write_survey
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.survey.stored_survey import survey_at_hand
 

@@ -1,6 +1,6 @@
-"""Radio maps: of any access point, of all together, and what changed between the labels and other outputs.
+"""Radio maps for the page: of any access point, of all together, and what changed between the labels and other outputs.
 
-A data set is made of the labels in a folder that nobody keeps, and maps of it, both as by the command line
+A data set is made of the labels in a temporary folder, and maps of it, both as by the command line
 (``vislam2tag dataset``, ``vislam2tag radio-maps``, ``vislam2tag join``).
 """
 
@@ -9,19 +9,63 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from vislam2tag.common.files.folder import scratch_folder
-from vislam2tag.dataset.changes import SurveyChanges, survey_changes, survey_record
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.dataset.changes import ChangedPoint, SurveyChanges, survey_changes, survey_record
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.privacy import Privacy
 from vislam2tag.dataset.radio_maps import FloorMaps, MapLayer, radio_maps
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.settings import Settings
+from vislam2tag.studio.messages import Box, Point
 from vislam2tag.studio.outputs import BEFORE, LABELS
-from vislam2tag.studio.radio.messages import RadioChanges, RadioFloor, RadioPoint, RadioView
 from vislam2tag.studio.workspace import Workspace
+
+
+class RadioPoint(FiniteRecord):
+    """An access point with a map."""
+
+    bssid: str
+    ssid: str | None
+    readings: int
+    loudest_dbm: float | None
+    rms_db: float | None
+    """Of readings that were predicted without their own walk."""
+    place_m: Point | None
+    """Where it is estimated to be: where its map is loudest, BCS."""
+
+
+class RadioFloor(FiniteRecord):
+    """The maps of a floor and technology, most heard first; all of the same cells."""
+
+    floor: int
+    technology: str
+    extent_m: Box
+    rows: int
+    columns: int
+    access_points: list[RadioPoint]
+
+
+class RadioChanges(FiniteRecord):
+    """What changed between the labels and another output."""
+
+    output: str
+    technology: str
+    counts: dict[str, int]
+    changed: list[ChangedPoint]
+
+
+class RadioView(FiniteRecord):
+    """All radio maps; ``stale``: labels have changed since."""
+
+    state: Literal["none", "stale", "ready"]
+    floors: list[RadioFloor]
+    changes: list[RadioChanges]
+
 
 STRONGEST, NUMBER = "strongest", "number"
 """Layers of all access points together; the others are those of :class:`FloorMaps`."""

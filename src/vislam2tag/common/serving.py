@@ -1,18 +1,20 @@
-"""Connections of our servers: those of `receive`, the studio and `locate --serve` have the same limits.
+"""Our servers: addresses to listen on and to show as a code, limits of connections, and limits of requests' bodies.
 
-A connection waits until the application admits it: after a proof of the token, a right cookie, or a complete request.
-Waiting and admitted connections have separate room, so strangers cannot take the room of senders that are known.
+They are the same for `receive`, the studio and `locate --serve`. A connection waits until the application admits it:
+after a proof of the token, a right cookie, or a complete request. Waiting and admitted connections have separate room,
+so strangers cannot take the room of senders that are known.
 """
 
 from __future__ import annotations
 
 import asyncio
+import io
 import math
 import signal
 import socket
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from ipaddress import IPv6Address, ip_address
@@ -21,9 +23,12 @@ from typing import Any, Literal
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import Request
+from starlette.convertors import IntegerConvertor, register_url_convertor
+from starlette.requests import ClientDisconnect, Request
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
+
+from vislam2tag.common.errors import UsageError
 
 MAX_CONNECTIONS = 200
 MINUTE_S, REPORTED_A_MINUTE = 60.0, 10
@@ -248,3 +253,108 @@ def serving(
 def serve(app: Starlette, opened: socket.socket, lifespan: Literal["on", "off"] = "off") -> None:
     """Serve an application on an open socket until SIGINT or SIGTERM."""
     _Server(LimitedConfig(app, default_limits(), lifespan)).run(sockets=[opened])
+
+
+class ShortNumber(IntegerConvertor):
+    """A whole number in a path, ``{number:short}``; a longer one than any of ours is another path."""
+
+    regex = "-?[0-9]{1,9}"
+
+    def to_string(self, value: int) -> str:
+        """Write a number into a path."""
+        return str(value)
+
+
+register_url_convertor("short", ShortNumber())
+
+
+class BrokenBodyError(Exception):
+    """A body did not arrive completely, or not in time."""
+
+
+class LargeBodyError(Exception):
+    """A body has more bytes than a request may bring."""
+
+
+async def whole_body(request: Request, most: int, seconds: float) -> bytes:
+    """Return a body of ``most`` bytes at most, which must be complete within so many seconds.
+
+    A larger body is read and dropped before it is refused: clients read no answer while they send.
+    Raises LargeBodyError or BrokenBodyError.
+    """
+    content, size = bytearray(), 0
+    try:
+        async with asyncio.timeout(seconds):
+            async for block in request.stream():
+                size += len(block)
+                if size <= most:
+                    content += block
+    except (TimeoutError, ClientDisconnect):
+        raise BrokenBodyError from None
+    if size > most:
+        raise LargeBodyError
+    return bytes(content)
+
+
+async def blocks(request: Request, silent_s: float) -> AsyncIterator[bytes]:
+    """Yield a body as it comes; raises TimeoutError if nothing comes for ``silent_s`` seconds."""
+    stream = request.stream()
+    while True:
+        try:
+            async with asyncio.timeout(silent_s):
+                block = await anext(stream)
+        except StopAsyncIteration:
+            return
+        yield block
+
+
+async def drain(request: Request, most: int, silent_s: float) -> None:
+    """Read and drop what a client still sends, ``most`` bytes at most: it reads no answer before."""
+    left = most
+    try:
+        async for block in blocks(request, silent_s):
+            left -= len(block)
+            if left < 0:
+                return
+    except (ClientDisconnect, TimeoutError, RuntimeError):  # gone, silent, or all was read before
+        return
+
+
+_ELSEWHERE = ("192.0.2.1", 9)
+"""An address for documentation (RFC 5737): choosing a way there sends nothing."""
+EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Open a socket to listen on; raises UsageError where that cannot be."""
+    try:
+        family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
+        return socket.create_server((host, port), family=family, backlog=64)
+    except (OSError, UnicodeError) as error:
+        why = getattr(error, "strerror", None) or "no name of a computer"
+        raise UsageError(f"--host {host} --port {port}: cannot be listened on: {why}") from error
+
+
+def local_address() -> str:
+    """This computer's address on the network that leads out of it; 127.0.0.1 where there is none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_ELSEWHERE)
+            return str(probe.getsockname()[0])
+        except OSError:
+            return "127.0.0.1"
+
+
+def url_for(host: str, port: int, token: str) -> str:
+    """Address for phones; the token stands in the fragment, which browsers do not send."""
+    address = local_address() if host in EVERYWHERE else host
+    return f"http://{f'[{address}]' if ':' in address else address}:{port}/#{token}"
+
+
+def code_of(text: str) -> str:
+    """A QR code as lines of half blocks, for terminals."""
+    import segno
+
+    drawn = io.StringIO()
+    segno.make(text, error="m", micro=False).terminal(drawn, compact=True)
+    return drawn.getvalue()
