@@ -32,7 +32,7 @@ from vislam2tag.studio.jobs import JobQueue, Worker
 from vislam2tag.studio.messages import NoQuery
 from vislam2tag.studio.preparing import MOST_FILE, DroppedFiles
 from vislam2tag.studio.routing import ENDPOINTS, Binary, Endpoint
-from vislam2tag.studio.work_messages import ConflictView, EnterRequest, Problem
+from vislam2tag.studio.work_messages import EnterRequest, Problem
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
 from vislam2tag.survey.corrections.merging import Conflict, ConflictError
@@ -214,10 +214,10 @@ async def _body(request: Request, most: int, seconds: float) -> bytes:
 
 async def _refuse(studio: Studio, request: Request, error: Exception) -> Response:
     del request
-    corrections, conflicts = None, list[ConflictView]()
+    corrections, conflicts = None, list[Conflict]()
     if isinstance(error, RefusedError):
         status, code, message = error.status, error.code, error.message
-        conflicts = [ConflictView(table=one.table, expected=one.expected, now=one.now) for one in error.conflicts]
+        conflicts = list(error.conflicts)
         if code in ("stale", "conflict"):
             await studio.events.look()  # the page learns of the file now, and must hear of all that comes after
             corrections = await run_in_threadpool(corrections_view, studio.workspace)

@@ -12,8 +12,10 @@ from pydantic import Field, field_validator
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.labeling.results import ContradictionMark
 from vislam2tag.sessions.corrected_taps import SAME_TAP_S
 from vislam2tag.studio.outputs import LABELS, WINDOW_POINTS
+from vislam2tag.survey.model import SessionKey
 
 Point: TypeAlias = tuple[float, float]
 Box: TypeAlias = tuple[float, float, float, float]
@@ -122,14 +124,6 @@ class SurveyView(FiniteRecord):
     """Positions that are less sure are uncertain; None: there is no limit."""
 
 
-class Key(FiniteRecord):
-    """Floor, device and folder name of a session."""
-
-    floor: int
-    device: str
-    session: str
-
-
 class SessionView(FiniteRecord):
     """A session in the list; its place there is the number in the column ``session``."""
 
@@ -137,8 +131,8 @@ class SessionView(FiniteRecord):
     id: str
     """For addresses; stays whatever is corrected."""
     slug: str
-    folder: Key
-    key: Key
+    folder: SessionKey
+    key: SessionKey
     """With corrections."""
     start: str | None
     date: str | None
@@ -214,18 +208,6 @@ class EventView(FiniteRecord):
     reason: str
 
 
-class ContradictionView(FiniteRecord):
-    """A landmark that the walk puts elsewhere than the survey."""
-
-    floor: int
-    landmark: str
-    size_m: float
-    sigma_m: float
-    passes: int
-    surveyed_m: Point
-    offset_m: Point
-
-
 class DiscardedView(FiniteRecord):
     """Frames without a position, where the raw path can be laid over the plan."""
 
@@ -252,7 +234,7 @@ class SessionDetail(FiniteRecord):
     files: list[FileView]
     visits: list[VisitView]
     events: list[EventView]
-    contradictions: list[ContradictionView]
+    contradictions: list[ContradictionMark]
     discarded: list[DiscardedView]
 
 

@@ -48,5 +48,5 @@ def test_the_code_is_square_enough_for_a_terminal() -> None:
 
 
 def test_the_app_s_tests_read_the_code_that_is_shown_now() -> None:
-    kept = Path(__file__).parents[2] / "android/app/src/test/resources/receive-code.txt"
+    kept = Path(__file__).parents[3] / "android/app/src/test/resources/receive-code.txt"
     assert kept.read_text(encoding="utf-8") == code_of("http://192.168.1.20:8765/#ABCDEFGHIJKL2345")
