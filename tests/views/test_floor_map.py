@@ -22,16 +22,15 @@ from vislam2tag.views.floor_map import (
     RAW,
     VISITS,
     WIFI,
-    TimeBar,
-    arrows,
+    contradicting,
     event_layer,
     floor_figure,
     plan_data_uri,
     session_part,
     session_traces,
     size_m,
-    time_figure,
 )
+from vislam2tag.views.run_report import TimeBar, time_figure
 
 PLAN = "data:image/jpeg;base64,"
 
@@ -214,7 +213,7 @@ def contradiction(offset_m: tuple[float, float], landmark: str = "7") -> Landmar
 
 
 def test_an_arrow_leads_from_the_survey_to_where_the_walks_put_it() -> None:
-    (trace,) = arrows([contradiction((3.0, -4.0), "<7>")])
+    (trace,) = contradicting([contradiction((3.0, -4.0), "<7>")])
     points = np.array([trace["x"][:5], trace["y"][:5]]).T
     np.testing.assert_allclose(points[[0, 1, 3]], [[10, 20], [13, 16], [13, 16]])
     barbs = points[[2, 4]] - points[1]
@@ -227,12 +226,12 @@ def test_an_arrow_leads_from_the_survey_to_where_the_walks_put_it() -> None:
 
 
 def test_the_text_stands_ahead_of_the_tip() -> None:
-    (trace,) = arrows([contradiction((1.0, 0.0)), contradiction((-1.0, 0.0))])
+    (trace,) = contradicting([contradiction((1.0, 0.0)), contradiction((-1.0, 0.0))])
     assert (trace["textposition"][1], trace["textposition"][7]) == ("middle right", "middle left")
 
 
 def test_nothing_contradicts_nothing_is_drawn() -> None:
-    assert arrows([]) == []
+    assert contradicting([]) == []
     assert size_m(contradiction((0.3, 0.4))) == pytest.approx(0.5)
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,16 +15,8 @@ from vislam2tag.self_check.gain_map import Cell, GainMap
 from vislam2tag.self_check.landmark_gain import CELL_M
 from vislam2tag.self_check.record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.survey.model import Floor, Survey
-from vislam2tag.views.floor_map import (
-    Columns,
-    Trace,
-    arrow_line,
-    colour_bar,
-    drawn_plan,
-    plotly_text,
-    site_figure,
-    walk_to_fill,
-)
+from vislam2tag.views.floor_map import drawn_plan, site_figure, walk_to_fill
+from vislam2tag.views.layers import BLUE, GREEN, ORANGE, RED, Trace, arrows, cells, colour_bar, plotly_text, scatter
 from vislam2tag.views.page import write_page
 from vislam2tag.walkable.walked.walked_record import WalkedFloor
 from vislam2tag.walkable.walked.walked_space import WalkedSpace
@@ -33,7 +27,6 @@ FAULTS = {
     Fault.SCATTER: "the walks do not agree on where it is: did it move, or do two sheets have this id?",
 }
 """What a reader should make of each fault."""
-_BLUE, _RED, _GREEN, _ORANGE = "#0072b2", "#b00020", "#00664a", "#e69f00"
 _SHADED_STEPS = 2
 """Places of the walkable space to the side of a shaded square: finer than anybody walks."""
 
@@ -111,25 +104,28 @@ def _unwalked(space: WalkedSpace) -> Trace:
     """Shade the walkable space that no walk came near."""
     step_m = _SHADED_STEPS * space.distances.step_m
     missing = space.places_m[~space.walked]
-    cells = np.unique(np.floor(missing / step_m).astype(np.int64), axis=0).reshape(-1, 2)
-    low = cells.min(axis=0) if len(cells) else np.zeros(2, dtype=np.int64)
-    columns, rows = (cells.max(axis=0) - low + 1).tolist() if len(cells) else (0, 0)
-    squares: list[list[int | None]] = [[None] * columns for _ in range(rows)]
-    for column, row in (cells - low).tolist():
-        squares[row][column] = 1
-    return {
-        "type": "heatmap",
-        "name": "walkable, but not walked",
-        "x": ((np.arange(columns) + low[0] + 0.5) * step_m).round(3).tolist(),
-        "y": ((np.arange(rows) + low[1] + 0.5) * step_m).round(3).tolist(),
-        "z": squares,
-        "colorscale": [[0, _ORANGE], [1, _ORANGE]],
+    shaded = np.unique(np.floor(missing / step_m).astype(np.int64), axis=0).reshape(-1, 2)
+    look = {
+        "colorscale": [[0, ORANGE], [1, ORANGE]],
         "showscale": False,
         "opacity": 0.45,
-        "hoverongaps": False,
-        "showlegend": bool(len(cells)),
-        "hovertemplate": "walkable, but not walked<extra></extra>",
+        "showlegend": len(shaded) > 0,
     }
+    name = "walkable, but not walked"
+    return _squares(
+        name, dict.fromkeys(map(tuple, shaded.tolist()), 1), step_m, name, showlegend=len(shaded) > 0, **look
+    )
+
+
+def _squares(name: str, values: Mapping[Cell, float], side_m: float, hover: str, **look: Any) -> Trace:
+    """Squares of a grid from the origin by column and row, each with its value; the others stay clear."""
+    columns, rows = np.array(list(values), dtype=np.int64).reshape(-1, 2).T
+    x = np.arange(columns.min(), columns.max() + 1) if values else np.empty(0, dtype=np.int64)
+    y = np.arange(rows.min(), rows.max() + 1) if values else np.empty(0, dtype=np.int64)
+    squares: list[list[float | None]] = [[None] * len(x) for _ in y]
+    for (column, row), value in values.items():
+        squares[row - y[0]][column - x[0]] = value
+    return cells(name, ((x + 0.5) * side_m).round(3), ((y + 0.5) * side_m).round(3), squares, hover, **look)
 
 
 def _room_names(space: WalkedSpace | None) -> list[Trace]:
@@ -137,82 +133,49 @@ def _room_names(space: WalkedSpace | None) -> list[Trace]:
     named = [] if space is None else [area for area, name in enumerate(space.areas.names) if name]
     if space is None or not named:
         return []
-    x, y = space.areas.middle_m[named].round(2).T.tolist()
-    return [
-        {
-            "type": "scatter",
-            "mode": "text",
-            "name": "rooms",
-            "x": x,
-            "y": y,
-            "text": [plotly_text(space.areas.names[area]) for area in named],
-            "textfont": {"size": 11},
-            "showlegend": False,
-            "hoverinfo": "skip",
-        }
-    ]
+    text = [plotly_text(space.areas.names[area]) for area in named]
+    look = {"text": text, "textfont": {"size": 11}, "showlegend": False, "hoverinfo": "skip"}
+    return [scatter("text", "rooms", space.areas.middle_m[named].round(2), **look)]
 
 
 def _gain_map(gains: dict[Cell, float]) -> Trace:
     """Colour each square that a landmark could stand in by the gain there, centimetres."""
-    cells = np.array(list(gains), dtype=np.int64).reshape(-1, 2)
-    gains = {cell: gain for (cell, gain), near in zip(gains.items(), around_most(cells), strict=True) if near}
-    columns, rows = np.array(list(gains), dtype=np.int64).reshape(-1, 2).T
-    x = np.arange(columns.min(), columns.max() + 1) if gains else np.empty(0, dtype=np.int64)
-    y = np.arange(rows.min(), rows.max() + 1) if gains else np.empty(0, dtype=np.int64)
-    squares: list[list[float | None]] = [[None] * len(x) for _ in y]
-    for (column, row), gain in gains.items():
-        squares[row - y[0]][column - x[0]] = round(100 * gain, 3)
-    return {
-        "type": "heatmap",
-        "name": "gain of one more landmark",
-        "x": ((x + 0.5) * CELL_M).tolist(),
-        "y": ((y + 0.5) * CELL_M).tolist(),
-        "z": squares,
-        "zmin": 0,
-        "colorscale": "YlGnBu",
-        "opacity": 0.75,
-        "hoverongaps": False,
-        "showlegend": True,
-        "colorbar": colour_bar("gain / cm"),
-        "hovertemplate": "one more landmark here: mean error falls by %{z:.1f} cm<extra></extra>",
-    }
+    near = around_most(np.array(list(gains), dtype=np.int64).reshape(-1, 2))
+    return _squares(
+        "gain of one more landmark",
+        {cell: round(100 * gain, 3) for cell, gain in compress(gains.items(), near)},
+        CELL_M,
+        "one more landmark here: mean error falls by %{z:.1f} cm",
+        zmin=0,
+        colorscale="YlGnBu",
+        opacity=0.75,
+        showlegend=True,
+        colorbar=colour_bar("gain / cm"),
+    )
 
 
 def _left_out(sessions: Iterable[SessionCheck], number: int) -> Trace:
     """One arrow for each left-out landmark of each session, from the surveyed place to the predicted one."""
-    columns: Columns = {"x": [], "y": [], "hovertext": []}
-    for session in sessions:
-        for mark in session.left_out:
-            if mark.floor == number:
-                _append(columns, mark.surveyed_m, mark.offset_m, _sentence(session, mark))
-    return _arrows("left-out error", _BLUE, 1.2, columns)
+    drawn = (
+        (mark.surveyed_m, mark.offset_m, _sentence(session, mark), "")
+        for session in sessions
+        for mark in session.left_out
+        if mark.floor == number
+    )
+    return arrows("left-out error", BLUE, 1.2, drawn)
 
 
 def _bad(found: Sequence[BadLandmark]) -> Trace:
-    columns: Columns = {"x": [], "y": [], "hovertext": []}
-    for bad in found:
-        text = f"landmark {bad.landmark}: {bad.size_m:.2f} m ({bad.sessions} sessions); {FAULTS[bad.fault]}"
-        _append(columns, bad.surveyed_m, bad.offset_m, text)
-    return _arrows("bad landmark", _RED, 3.0, columns)
-
-
-def _append(columns: Columns, start: tuple[float, float], offset: tuple[float, float], text: str) -> None:
-    line = arrow_line(complex(*start), complex(*offset))
-    columns["x"] += [*np.round(line.real, 3).tolist(), None]
-    columns["y"] += [*np.round(line.imag, 3).tolist(), None]
-    columns["hovertext"] += [plotly_text(text)] * (len(line) + 1)
-
-
-def _arrows(name: str, colour: str, width: float, columns: Columns) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "line": {"color": colour, "width": width},
-        "hovertemplate": "%{hovertext}<extra></extra>",
-        **columns,
-    }
+    drawn = (
+        (
+            bad.surveyed_m,
+            bad.offset_m,
+            f"landmark {bad.landmark}: {bad.size_m:.2f} m ({bad.sessions} sessions); {FAULTS[bad.fault]}",
+            "",
+        )
+        for bad in found
+    )
+    return arrows("bad landmark", RED, 3.0, drawn)
 
 
 def _sentence(session: SessionCheck, mark: LeftOutMark) -> str:
@@ -221,16 +184,14 @@ def _sentence(session: SessionCheck, mark: LeftOutMark) -> str:
 
 
 def _best(floor: FloorCheck) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "markers+text",
-        "name": "one more landmark",
-        "x": [place.x_m for place in floor.places],
-        "y": [place.y_m for place in floor.places],
-        "text": [str(rank + 1) for rank in range(len(floor.places))],
-        "textposition": "middle center",
-        "textfont": {"size": 12, "color": "white"},
-        "marker": {"symbol": "circle", "size": 20, "color": _GREEN, "line": {"width": 2, "color": "white"}},
-        "hovertext": [f"mean error falls by {100 * place.gain_m:.1f} cm" for place in floor.places],
-        "hovertemplate": "one more landmark at x %{x:.1f} m, y %{y:.1f} m: %{hovertext}<extra></extra>",
-    }
+    return scatter(
+        "markers+text",
+        "one more landmark",
+        [(place.x_m, place.y_m) for place in floor.places],
+        "one more landmark at x %{x:.1f} m, y %{y:.1f} m: %{hovertext}",
+        text=[str(rank + 1) for rank in range(len(floor.places))],
+        textposition="middle center",
+        textfont={"size": 12, "color": "white"},
+        marker={"symbol": "circle", "size": 20, "color": GREEN, "line": {"width": 2, "color": "white"}},
+        hovertext=[f"mean error falls by {100 * place.gain_m:.1f} cm" for place in floor.places],
+    )

@@ -10,11 +10,9 @@ from pathlib import Path
 from vislam2tag.diagnosis.references import Reference, References
 from vislam2tag.landmark_survey.comparison import Verdict
 from vislam2tag.survey.model import Floor, Survey
-from vislam2tag.views.floor_map import Columns, Trace, arrow_line, drawn_plan, plotly_text, site_figure
+from vislam2tag.views.floor_map import drawn_plan, site_figure
+from vislam2tag.views.layers import GREEN, RED, Trace, arrows, plotly_text, scatter
 from vislam2tag.views.page import write_page
-
-_RED, _GREEN, _GREY = "#b00020", "#00664a", "#6e7781"
-_EDGE = {"color": "white", "width": 1}
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ def _floors(survey: Survey, found: References) -> Iterator[FloorOfConflicts]:
         if floor.number in numbers:
             here = found.on_floor(floor.number)
             plan, note = drawn_plan(floor)
-            figure = site_figure(floor, survey.site.landmarks, plan, [], [*_landmarks(here), *_contradicting(here)])
+            figure = site_figure(floor, survey.site.landmarks, plan, [], [*_landmarks(here), _contradicting(here)])
             yield FloorOfConflicts(floor, figure, note, here)
 
 
@@ -70,30 +68,21 @@ def _landmarks(references: Sequence[Reference]) -> list[Trace]:
         verdicts.setdefault(one.landmark, Counter())[one.verdict] += 1
         place[one.landmark] = (one.x_m, one.y_m)
     compared = {name for name, count in verdicts.items() if count[Verdict.AGREES] or count[Verdict.CONTRADICTS]}
+    kinds = (
+        ("agree", GREEN, [name for name in place if name in compared]),
+        ("nothing to compare", "#6e7781", [name for name in place if name not in compared]),
+    )
     return [
-        _dots("agree", _GREEN, [name for name in place if name in compared], place, verdicts),
-        _dots("nothing to compare", _GREY, [name for name in place if name not in compared], place, verdicts),
+        scatter(
+            "markers",
+            label,
+            [place[name] for name in names],
+            "%{hovertext}",
+            marker={"symbol": "circle", "size": 11, "color": colour, "line": {"color": "white", "width": 1}},
+            hovertext=[plotly_text(f"landmark {name}: {_counted(verdicts[name])}") for name in names],
+        )
+        for label, colour, names in kinds
     ]
-
-
-def _dots(
-    label: str,
-    colour: str,
-    names: Sequence[str],
-    place: dict[str, tuple[float, float]],
-    verdicts: dict[str, Counter[Verdict]],
-) -> Trace:
-    """Dots (one a name) with what they stand for."""
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": label,
-        "x": [place[name][0] for name in names],
-        "y": [place[name][1] for name in names],
-        "marker": {"symbol": "circle", "size": 11, "color": colour, "line": _EDGE},
-        "hovertext": [plotly_text(f"landmark {name}: {_counted(verdicts[name])}") for name in names],
-        "hovertemplate": "%{hovertext}<extra></extra>",
-    }
 
 
 def _counted(verdicts: Counter[Verdict]) -> str:
@@ -103,27 +92,12 @@ def _counted(verdicts: Counter[Verdict]) -> str:
 _SAID = {Verdict.AGREES: "agree", Verdict.CONTRADICTS: "contradict", Verdict.NOTHING: "with nothing to compare"}
 
 
-def _contradicting(references: Sequence[Reference]) -> list[Trace]:
+def _contradicting(references: Sequence[Reference]) -> Trace:
     """An arrow, true to scale, from where the others have a landmark to where each that contradicts has it."""
-    columns: Columns = {"x": [], "y": [], "text": [], "hovertext": []}
+    drawn = []
     for one in references:
-        if one.verdict is not Verdict.CONTRADICTS or one.offset_m is None:
-            continue
-        line = arrow_line(complex(one.x_m, one.y_m), complex(*one.offset_m))
-        columns["x"] += [*line.real.round(3).tolist(), None]
-        columns["y"] += [*line.imag.round(3).tolist(), None]
-        told = plotly_text(f"{named(one)}: {one.size_m:.2f} m")
-        columns["text"] += ["", told, *[""] * 4]
-        columns["hovertext"] += [f"{told} off, usual are {one.sigma_m:.2f} m"] * 6
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines+text",
-            "name": "contradicts",
-            "line": {"color": _RED, "width": 2.5},
-            "textfont": {"size": 12, "color": _RED},
-            "textposition": "middle right",
-            "hovertemplate": "%{hovertext}<extra></extra>",
-            **columns,
-        }
-    ]
+        if one.verdict is Verdict.CONTRADICTS and one.offset_m is not None:
+            label = f"{named(one)}: {one.size_m:.2f} m"
+            drawn.append(((one.x_m, one.y_m), one.offset_m, f"{label} off, usual are {one.sigma_m:.2f} m", label))
+    font = {"size": 12, "color": RED}
+    return arrows("contradicts", RED, 2.5, drawn, textfont=font, textposition="middle right")

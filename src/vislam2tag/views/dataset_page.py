@@ -9,7 +9,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 import polars as pl
 from plotly.colors import qualitative
 
@@ -22,17 +21,8 @@ from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.statistics_record import UNKNOWN, DatasetStatistics, Table3
 from vislam2tag.views.dataset_charts import charts
 from vislam2tag.views.dataset_figures import PALETTE, colours_of
-from vislam2tag.views.floor_map import (
-    Trace,
-    axis,
-    colour_bar,
-    drawn_plan,
-    figure_json,
-    page_layout,
-    placed_plan,
-    plotly_text,
-    walk_to_fill,
-)
+from vislam2tag.views.floor_map import drawn_plan, map_figure, walk_to_fill
+from vislam2tag.views.layers import GREY, ORANGE, VERMILION, Trace, cells, colour_bar, plotly_text, scatter
 from vislam2tag.views.page import page_text
 from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
@@ -111,8 +101,7 @@ def _colours(devices: list[str]) -> dict[str, str]:
 
 MOST_POINTS = 1500
 """Fingerprints drawn on a floor at most: of more, every so many-th."""
-_CELL_AREA, _GAP_COLOUR, _WALK_COLOUR = "counts", "#e69f00", "#d55e00"
-_MARGIN_M = 1.0
+_CELL_AREA = "counts"
 
 
 @dataclass(frozen=True)
@@ -186,23 +175,16 @@ def floor_map(
     points, labelled = _labelled_points(dataset, technology, coverage)
     ways = _walks(walks) if walked is None or walked.note else walk_to_fill(walked)
     traces = [_cells(coverage), _gaps(coverage), *_fingerprints(points, colours), *ways]
-    figure = go.Figure(data=traces, layout_template="none")
-    colours_axis = {"colorscale": "Viridis", "showscale": False, "colorbar": colour_bar("")}
-    figure.update_layout(page_layout(), coloraxis=colours_axis)
     left, right, low, high = coverage.grid.extent_m
     shown = np.array([(left, low), (right, high), *(floor.corners_m if plan else ())])
-    across, up = np.stack((shown.min(axis=0) - _MARGIN_M, shown.max(axis=0) + _MARGIN_M), axis=1).tolist()
-    figure.update_xaxes(axis("x / m", across, grid=plan is None), constrain="domain")
-    figure.update_yaxes(axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
-    if plan:
-        figure.add_layout_image(placed_plan(plan, floor))
+    colour_axis = {"colorscale": "Viridis", "showscale": False, "colorbar": colour_bar("")}
     left_out = f"{len(points)} of {labelled} fingerprints are drawn as points." if len(points) < labelled else ""
     far = f"{coverage.far} fingerprints lie too far away to be drawn." if coverage.far else ""
     return FloorMap(
         anchor=f"floor-{building}-{number}" if building else f"floor-{number}",
         title=f"{building}, floor {number}" if building else f"Floor {number}",
         note=" ".join(text for text in (note, left_out, far) if text),
-        figure=figure_json(figure),
+        figure=map_figure(floor, plan, traces, shown, coloraxis=colour_axis),
         coverage=coverage,
         walks=walks,
         fingerprints=labelled,
@@ -231,60 +213,40 @@ def _fingerprints(points: pl.DataFrame, colours: dict[str, str]) -> list[Trace]:
 
 
 def _device(device: str, points: pl.DataFrame, colours: dict[str, str]) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": plotly_text(device),
-        "meta": "fingerprints",
-        "x": points["x"].round(2).to_list(),
-        "y": points["y"].round(2).to_list(),
-        "customdata": points.select(pl.col("sigma").round(3), "readings").rows(),
-        "text": [plotly_text(session) for session in points["session"]],
-        "marker": {"size": 6, "color": colours.get(device, "#8c959f"), "line": {"width": 0.5, "color": "white"}},
-        "hovertemplate": f"{plotly_text(device)}, %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m"
-        "<br>sigma %{customdata[0]} m, %{customdata[1]} readings<extra></extra>",
-    }
+    name = plotly_text(device)
+    return scatter(
+        "markers",
+        name,
+        points.select(pl.col("x", "y").round(2)).to_numpy(),
+        f"{name}, %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m<br>sigma %{{customdata[0]}} m, "
+        "%{customdata[1]} readings",
+        meta="fingerprints",
+        customdata=points.select(pl.col("sigma").round(3), "readings").rows(),
+        text=[plotly_text(session) for session in points["session"]],
+        marker={"size": 6, "color": colours.get(device, GREY), "line": {"width": 0.5, "color": "white"}},
+    )
 
 
 def _cells(coverage: FloorCoverage) -> Trace:
     """Fingerprints a cell, as a heat map."""
-    total = coverage.total
-    return {
-        **_grid(coverage),
-        "name": "fingerprints a cell",
-        "meta": _CELL_AREA,
-        "z": [[value or None for value in row] for row in total.tolist()],
-        "colorscale": "YlGnBu",
-        "zmin": 0,
-        "visible": False,
-        "colorbar": colour_bar("fingerprints a cell"),
-        "hovertemplate": "%{z} fingerprints<extra></extra>",
-    }
+    counts = [[value or None for value in row] for row in coverage.total.tolist()]
+    look = {"colorscale": "YlGnBu", "zmin": 0, "visible": False, "colorbar": colour_bar("fingerprints a cell")}
+    return _grid(coverage, "fingerprints a cell", counts, "%{z} fingerprints", meta=_CELL_AREA, **look)
 
 
 def _gaps(coverage: FloorCoverage) -> Trace:
     missing = coverage.gaps
-    return {
-        **_grid(coverage),
-        "name": "walkable, no fingerprint near",
-        "z": np.where(missing, 1.0, np.nan).tolist() if missing.any() else [],
-        "colorscale": [[0, _GAP_COLOUR], [1, _GAP_COLOUR]],
-        "showscale": False,
-        "showlegend": bool(missing.any()),
-        "hovertemplate": "walkable, no fingerprint near<extra></extra>",
-    }
+    name = "walkable, no fingerprint near"
+    values = np.where(missing, 1.0, np.nan).tolist() if missing.any() else []
+    look = {"colorscale": [[0, ORANGE], [1, ORANGE]], "showscale": False, "showlegend": bool(missing.any())}
+    return _grid(coverage, name, values, name, **look)
 
 
-def _grid(coverage: FloorCoverage) -> Trace:
+def _grid(coverage: FloorCoverage, name: str, values: list[Any], hover: str, **look: Any) -> Trace:
     grid = coverage.grid
     left, low = grid.origin_m
-    return {
-        "type": "heatmap",
-        "x": (left + (np.arange(grid.columns) + 0.5) * grid.cell_m).tolist(),
-        "y": (low + (np.arange(grid.rows) + 0.5) * grid.cell_m).tolist(),
-        "opacity": 0.7,
-        "hoverongaps": False,
-    }
+    x, y = left + (np.arange(grid.columns) + 0.5) * grid.cell_m, low + (np.arange(grid.rows) + 0.5) * grid.cell_m
+    return cells(name, x, y, values, hover, opacity=0.7, **look)
 
 
 def _walks(walks: Sequence[GapWalk]) -> list[Trace]:
@@ -297,15 +259,6 @@ def _walks(walks: Sequence[GapWalk]) -> list[Trace]:
         across, up = np.round(walk.points_m, 2).T.tolist()
         x += [*across, None]
         y += [*up, None]
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines+markers",  # a walk of one stop is a point
-            "marker": {"size": 6},
-            "name": f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m",
-            "x": x,
-            "y": y,
-            "line": {"color": _WALK_COLOUR, "width": 3},
-            "hoverinfo": "name",
-        }
-    ]
+    name = f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m"
+    look = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
+    return [scatter("lines+markers", name, x=x, y=y, **look)]  # a walk of one stop is a point

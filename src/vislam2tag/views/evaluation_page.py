@@ -8,14 +8,13 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-import plotly.graph_objects as go
 
 from vislam2tag.evaluation.dense import SINCE_LANDMARK
 from vislam2tag.evaluation.point_errors import TruthKind
 from vislam2tag.evaluation.pooling import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS, ErrorCurve, error_curve
 from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
 from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
-from vislam2tag.views.floor_map import axis, figure_json, page_layout, plotly_text
+from vislam2tag.views.layers import Trace, axis, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import write_page
 
 MEANINGS = {
@@ -123,38 +122,37 @@ DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
 
 def cdf_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str:
     """Return, as JSON, each strategy's share of points with an error up to a length, with bands."""
-    figure = _figure()
+    traces: list[Trace] = []
     for number, strategy in enumerate(evaluation.strategies):
         walks = [one for _, one in _measured(evaluation, truth, method, strategy)]
         curve = error_curve(walks) if walks else None
         if curve is not None:
-            _add_curve(figure, curve, strategy, number)
-    figure.update_xaxes(axis("error / m", None, grid=True), type="log")
-    figure.update_yaxes(axis("share of all points", [0.0, 1.0], grid=True), tickformat=".0%")
-    return figure_json(figure)
+            traces += _curve(curve, strategy, number)
+    return _chart(traces, axis("error / m", type="log"), axis("share of all points", [0.0, 1.0], tickformat=".0%"))
 
 
-def _add_curve(figure: go.Figure, curve: ErrorCurve, strategy: str, number: int) -> None:
+def _curve(curve: ErrorCurve, strategy: str, number: int) -> Iterator[Trace]:
     colour = COLOURS[number % len(COLOURS)]
     x = np.round(curve.error_m, 5).tolist()
     if curve.low is not None and curve.high is not None:
-        figure.add_scatter(
-            x=x + x[::-1],
-            y=_rounded([*curve.high, *curve.low[::-1]]),
-            fill="toself",
-            mode="none",
-            fillcolor=colour,
-            opacity=0.15,
-            hoverinfo="skip",
-            showlegend=False,
-            legendgroup=strategy,
-        )
-    figure.add_scatter(
+        yield {
+            "type": "scatter",
+            "mode": "none",
+            "fill": "toself",
+            "fillcolor": colour,
+            "opacity": 0.15,
+            "x": x + x[::-1],
+            "y": _rounded([*curve.high, *curve.low[::-1]]),
+            "hoverinfo": "skip",
+            "showlegend": False,
+            "legendgroup": strategy,
+        }
+    yield scatter(
+        "lines",
+        plotly_text(strategy),
         x=x,
         y=_rounded(curve.share),
-        name=plotly_text(strategy),
         legendgroup=strategy,
-        mode="lines",
         line={"color": colour, "width": 2.2, "dash": DASHES[number % len(DASHES)]},
         hovertemplate="%{y:.1%} within %{x:.2f} m",
     )
@@ -162,45 +160,47 @@ def _add_curve(figure: go.Figure, curve: ErrorCurve, strategy: str, number: int)
 
 def movement_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str | None:
     """Return, as JSON, each walk's mean error against the movement of its landmarks; None where no walk tells."""
-    figure = _figure()
+    traces = []
     for number, strategy in enumerate(evaluation.strategies):
         pairs = [
             (session, one.mean_m)
             for session, one in _measured(evaluation, truth, method, strategy)
             if one.mean_m is not None and session.movement_m is not None
         ]
+        look = {"color": COLOURS[number % len(COLOURS)], "size": 8, "symbol": number, "opacity": 0.8}
         if pairs:
-            figure.add_scatter(
-                x=[session.movement_m for session, _ in pairs],
-                y=[mean for _, mean in pairs],
-                text=[plotly_text(f"floor {s.floor} / {s.device} / {s.session}") for s, _ in pairs],
-                name=plotly_text(strategy),
-                mode="markers",
-                marker={"color": COLOURS[number % len(COLOURS)], "size": 8, "symbol": number, "opacity": 0.8},
-                hovertemplate="%{text}<br>moved %{x:.2f} m, error %{y:.2f} m",
+            traces.append(
+                scatter(
+                    "markers",
+                    plotly_text(strategy),
+                    [(session.movement_m, mean) for session, mean in pairs],
+                    text=[plotly_text(f"floor {s.floor} / {s.device} / {s.session}") for s, _ in pairs],
+                    marker=look,
+                    hovertemplate="%{text}<br>moved %{x:.2f} m, error %{y:.2f} m",
+                )
             )
-    figure.update_xaxes(axis("mean displacement of landmarks / m", None, grid=True), rangemode="tozero")
-    figure.update_yaxes(axis("mean error of the walk / m", None, grid=True), rangemode="tozero")
-    return figure_json(figure) if figure.data else None
+    x = axis("mean displacement of landmarks / m", rangemode="tozero")
+    return _chart(traces, x, axis("mean error of the walk / m", rangemode="tozero")) if traces else None
 
 
 def drift_figure(evaluation: SurveyEvaluation) -> str | None:
     """Return, as JSON, the mean error by the distance walked since the last landmark; None without dense truth."""
-    figure = _figure()
+    traces = []
     for number, strategy in enumerate(evaluation.strategies):
         rows = [row for row in evaluation.dense if (row.strategy, row.what) == (strategy, SINCE_LANDMARK)]
         if rows:
-            figure.add_scatter(
-                x=[f"{row.low:g} to {row.high:g}" if row.high is not None else f"over {row.low:g}" for row in rows],
-                y=[row.mean_m for row in rows],
-                name=plotly_text(strategy),
-                mode="lines+markers",
-                line={"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)]},
-                hovertemplate="%{x} m: %{y:.2f} m",
+            traces.append(
+                scatter(
+                    "lines+markers",
+                    plotly_text(strategy),
+                    x=[f"{row.low:g} to {row.high:g}" if row.high is not None else f"over {row.low:g}" for row in rows],
+                    y=[row.mean_m for row in rows],
+                    line={"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)]},
+                    hovertemplate="%{x} m: %{y:.2f} m",
+                )
             )
-    figure.update_xaxes(axis("distance walked since the last landmark / m", None, grid=False), type="category")
-    figure.update_yaxes(axis("mean error / m", None, grid=True), rangemode="tozero")
-    return figure_json(figure) if figure.data else None
+    x = axis("distance walked since the last landmark / m", grid=False, type="category")
+    return _chart(traces, x, axis("mean error / m", rangemode="tozero")) if traces else None
 
 
 def _measured(
@@ -214,9 +214,8 @@ def _measured(
     ]
 
 
-def _figure() -> go.Figure:
-    figure = go.Figure(layout_template="none")
-    return figure.update_layout(page_layout(), hovermode="closest", dragmode="zoom")
+def _chart(traces: Sequence[Trace], x: Trace, y: Trace) -> str:
+    return figure_json(chart(traces, x, y, hovermode="closest", dragmode="zoom"))
 
 
 def _rounded(values: Iterable[float]) -> list[float]:

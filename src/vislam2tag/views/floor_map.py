@@ -8,54 +8,74 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from html import escape
-from itertools import groupby
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.labeling.results import EventMark, LandmarkContradiction, Polyline, SessionResult, Stretch, VisitMark
+from vislam2tag.labeling.results import (
+    EventMark,
+    LandmarkContradiction,
+    Polyline,
+    SessionResult,
+    Stretch,
+    VisitMark,
+)
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.load import plan_picture
+from vislam2tag.views.layers import (
+    HALO,
+    RED,
+    Columns,
+    Trace,
+    arrows,
+    axis,
+    chart,
+    figure_json,
+    plotly_text,
+    scatter,
+)
 from vislam2tag.views.page import data_uri
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # SciPy, which the report of a run does without
     from vislam2tag.walkable.walked.walked_record import WalkedFloor
-
 
 RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
 """Layers beside those named by a status or by the kind of an event; the page makes the band from the mapped layers."""
 
-Trace = dict[str, Any]
-"""A Plotly trace in the form its constructors and its JSON take."""
-
-Columns = dict[str, list[Any]]
-"""A layer's ``x`` and ``y`` and, where it has them, ``hover`` texts and ``sigma`` in metres; equally long."""
-
-_FILLING = "#8a2d77"
-_POINT_HOVER = "%{hovertext}<br>x %{x:.2f} m, y %{y:.2f} m<extra></extra>"
+_POINT_HOVER = "%{hovertext}<br>x %{x:.2f} m, y %{y:.2f} m"
+MAX_PIXELS = 1400
+"""Longer side of the embedded plan, pixels."""
+_JPEG_QUALITY = 80
+_MARGIN_M = 1.0
 
 
 def session_traces() -> list[Trace]:
     """Return the empty traces, bottom to top, that the sessions' parts fill; ``meta`` names the layer."""
     discarded = [label for label in STATUS_STYLES if label not in (Status.OK.label, Status.UNCERTAIN.label)]
+    wifi = {"size": 6, "color": "#009e73", "line": {"width": 1, "color": "white"}}
+    visit = {"symbol": "circle-open", "size": 9, "color": "#000000", "line": {"width": 1.5}}
+    band = {"meta": BAND, "line": {"width": 0}, "fillcolor": "rgba(110, 119, 129, 0.22)", "hoverinfo": "skip"}
     return [
-        _band(),
-        _line(RAW, "raw path (aligned)", "#8a8a8a", "solid", width=1),
+        scatter("lines", "95 % region", fill="toself", **band),
+        _layer("lines", RAW, "raw path (aligned)", line={"color": "#8a8a8a", "dash": "solid", "width": 1}),
         *(_status_line(label, width=2.5) for label in discarded),
         _status_line(Status.OK.label, width=2),
         _status_line(Status.UNCERTAIN.label, width=3.5),
-        _markers(WIFI, "Wi-Fi scan", {"size": 6, "color": "#009e73", "line": {"width": 1, "color": "white"}}),
-        _markers(VISITS, "landmark visit", _ring("#000000")),
+        _layer("markers", WIFI, "Wi-Fi scan", marker=wifi),
+        _layer("markers", VISITS, "landmark visit", marker=visit),
         *(
-            _markers(event_layer(kind), f"tracker: {style.name}", _symbol(style.symbol, style.colour))
+            _layer(
+                "markers",
+                event_layer(kind),
+                f"tracker: {style.name}",
+                marker={"symbol": style.symbol, "size": 11, "color": style.colour, "line": {"width": 2}},
+            )
             for kind, style in EVENT_STYLES.items()
         ),
     ]
@@ -85,57 +105,13 @@ def event_layer(kind: EventKind) -> str:
     return f"event_{kind.value}"
 
 
-def plotly_text(text: str) -> str:
-    """Escape text of the user's for Plotly, which reads a few HTML tags in names and hover texts."""
-    return escape(text, quote=False)
-
-
 def _status_line(label: str, width: float) -> Trace:
     style = STATUS_STYLES[label]
-    return _line(label, style.name, style.colour, style.dash, width)
+    return _layer("lines", label, style.name, line={"color": style.colour, "dash": style.dash, "width": width})
 
 
-def _line(layer: str, name: str, colour: str, dash: str, width: float) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "meta": layer,
-        "name": name,
-        "line": {"color": colour, "dash": dash, "width": width},
-        "hovertemplate": f"{name}<br>{_POINT_HOVER}",
-    }
-
-
-def _markers(layer: str, name: str, marker: dict[str, Any]) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "meta": layer,
-        "name": name,
-        "marker": marker,
-        "hovertemplate": f"{name}<br>{_POINT_HOVER}",
-    }
-
-
-def _band() -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "fill": "toself",
-        "meta": BAND,
-        "name": "95 % region",
-        "line": {"width": 0},
-        "fillcolor": "rgba(110, 119, 129, 0.22)",
-        "hoverinfo": "skip",
-    }
-
-
-def _symbol(symbol: str, colour: str) -> dict[str, Any]:
-    return {"symbol": symbol, "size": 11, "color": colour, "line": {"width": 2}}
-
-
-def _ring(colour: str) -> dict[str, Any]:
-    return {"symbol": "circle-open", "size": 9, "color": colour, "line": {"width": 1.5}}
+def _layer(mode: str, layer: str, name: str, **look: Any) -> Trace:
+    return scatter(mode, name, None, f"{name}<br>{_POINT_HOVER}", meta=layer, **look)
 
 
 def _points(line: Polyline) -> Columns:
@@ -185,79 +161,32 @@ def walk_to_fill(walked: WalkedFloor | None) -> list[Trace]:
     """The walk that fills what was not walked."""
     if walked is None or walked.walk is None:
         return []
-    x, y = np.array(walked.walk.points_m).T.tolist()
     name = f"walk that fills the rest, {walked.walk.length_m:.0f} m"
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": name,
-            "x": x,
-            "y": y,
-            "line": {"color": _FILLING, "width": 2.5},
-            "hoverinfo": "name",
-        }
-    ]
+    return [scatter("lines", name, walked.walk.points_m, line={"color": "#8a2d77", "width": 2.5}, hoverinfo="name")]
 
 
-_RED = "#b00020"
-_BARB = 0.25
-"""Length of the arrow's barbs as a share of its own."""
-_BARB_TURN = np.exp(1j * np.pi * (1 - 1 / 7))
-
-
-def arrows(contradictions: Sequence[LandmarkContradiction]) -> list[Trace]:
-    """Return one trace with an arrow, true to scale, and a text at its tip for each; none where nothing contradicts."""
-    if not contradictions:
+def contradicting(found: Sequence[LandmarkContradiction]) -> list[Trace]:
+    """Return one trace with an arrow and a text at its tip for each contradiction; none where nothing contradicts."""
+    if not found:
         return []
-    columns: Columns = {"x": [], "y": [], "text": [], "textposition": [], "hovertext": []}
-    for found in contradictions:
-        line = arrow_line(complex(*found.surveyed_m), complex(*found.offset_m))
-        columns["x"] += [*np.round(line.real, 3).tolist(), None]
-        columns["y"] += [*np.round(line.imag, 3).tolist(), None]
-        columns["text"] += ["", plotly_text(_label(found)), *[""] * 4]
-        columns["textposition"] += ["middle left" if found.offset_m[0] < 0 else "middle right"] * 6
-        columns["hovertext"] += [plotly_text(_sentence(found))] * 6
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines+text",
-            "name": "contradicting landmark",
-            "line": {"color": _RED, "width": 2.5},
-            "textfont": {"size": 12, "color": _RED, "shadow": "0 0 2px white, 0 0 2px white, 0 0 3px white"},
-            "hovertemplate": "%{hovertext}<extra></extra>",
-            **columns,
-        }
+    drawn = [
+        (
+            one.surveyed_m,
+            one.offset_m,
+            f"{one.called} contradicts the others<br>by {size_m(one):.2f} m "
+            f"(in {one.sessions} of the {one.seen} sessions that logged it)",
+            f"{one.landmark}: {size_m(one):.2f} m off",
+        )
+        for one in found
     ]
+    sides = ["middle left" if one.offset_m[0] < 0 else "middle right" for one in found for _ in range(6)]
+    font = {"size": 12, "color": RED, "shadow": HALO}
+    return [arrows("contradicting landmark", RED, 2.5, drawn, textfont=font, textposition=sides)]
 
 
 def size_m(found: LandmarkContradiction) -> float:
     """Length of the mean offset, metres."""
     return math.hypot(*found.offset_m)
-
-
-def arrow_line(start: complex, offset: complex) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
-    """Return the points (5,) of an arrow in one line: start, tip, one barb, tip, the other barb; x + iy, metres."""
-    tip = start + offset
-    one, other = tip + _BARB * offset * _BARB_TURN, tip + _BARB * offset / _BARB_TURN
-    return np.array([start, tip, one, tip, other])
-
-
-def _label(found: LandmarkContradiction) -> str:
-    return f"{found.landmark}: {size_m(found):.2f} m off"
-
-
-def _sentence(found: LandmarkContradiction) -> str:
-    return (
-        f"{found.called} contradicts the others<br>by {size_m(found):.2f} m "
-        f"(in {found.sessions} of the {found.seen} sessions that logged it)"
-    )
-
-
-MAX_PIXELS = 1400
-"""Longer side of the embedded plan, pixels."""
-
-_JPEG_QUALITY = 80
 
 
 def plan_data_uri(floor: Floor) -> str:
@@ -283,47 +212,51 @@ def drawn_plan(floor: Floor) -> tuple[str | None, str]:
         return None, f"{plan.name} {error}: a grid is drawn instead."
 
 
-FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
-_MARGIN_M = 1.0
-_GRID = "#e4e7ea"
-_HALO = "0 0 2px white, 0 0 2px white, 0 0 3px white"
-
-
-@dataclass(frozen=True)
-class TimeBar:
-    """One session's column in the overview: what it is called, where its row is, and its seconds by status."""
-
-    floor: str
-    name: str
-    anchor: str
-    seconds: dict[str, float]
-    failed: bool
-
-
 def floor_figure(
     floor: Floor, landmarks: Landmarks, plan: str | None, contradictions: Sequence[LandmarkContradiction] = ()
 ) -> str:
     """Return, as JSON, a floor's map in BCS metres: plan (a data URI), landmarks, control points, contradictions.
 
-    Its session layers are still empty (:func:`.session_traces`); the plan covers width x
-    height of the floor, and a metric grid stands in where there is none. The axes span the plan and all that was
-    surveyed, also beside it; the page widens them by what is mapped.
+    Its session layers are still empty (:func:`.session_traces`).
     """
-    return site_figure(floor, landmarks, plan, session_traces(), arrows(contradictions))
+    return site_figure(floor, landmarks, plan, session_traces(), contradicting(contradictions))
 
 
 def site_figure(
     floor: Floor, landmarks: Landmarks, plan: str | None, below: Sequence[Trace], above: Sequence[Trace]
 ) -> str:
-    """Return, as JSON, a floor's plan and what was surveyed there, with traces below and above it."""
-    figure = go.Figure(data=[*below, *_site_traces(floor, landmarks), *above], layout_template="none")
-    figure.update_layout(page_layout())
-    x, y = np.vstack((landmarks.position_bcs[surveyed_on(floor, landmarks)], floor.control_points.position_bcs)).T
-    across, up = (_span(np.append(*each)) for each in zip(floor.corners_m.T, (x, y), strict=True))
-    figure.update_xaxes(axis("x / m", across, grid=plan is None), constrain="domain")
-    figure.update_yaxes(axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
+    """Return, as JSON, a floor's plan and what was surveyed there, with traces below and above it.
+
+    The axes span the plan and all that was surveyed, also beside it; the page widens them by what is mapped.
+    """
+    surveyed = landmarks.position_bcs[surveyed_on(floor, landmarks)]
+    shown = np.vstack((floor.corners_m, surveyed, floor.control_points.position_bcs))
+    return map_figure(floor, plan, [*below, *_site_traces(floor, landmarks), *above], shown)
+
+
+def map_figure(floor: Floor, plan: str | None, traces: Sequence[Trace], shown: FloatArray, **layout: Any) -> str:
+    """Return, as JSON, traces over a floor's plan, whose axes span what is ``shown`` (n, 2), metres.
+
+    The plan covers width x height of the floor; a metric grid stands in where there is none.
+    """
+    spans = [(shown.min(axis=0) - _MARGIN_M).tolist(), (shown.max(axis=0) + _MARGIN_M).tolist()] if len(shown) else []
+    across, up = zip(*spans, strict=True) if spans else (None, None)
+    x = axis("x / m", across, grid=plan is None, constrain="domain")
+    y = axis("y / m", up, grid=plan is None, constrain="domain", scaleanchor="x")
+    figure = chart(traces, x, y, **layout)
     if plan:
-        figure.add_layout_image(placed_plan(plan, floor))
+        figure.add_layout_image(
+            source=plan,
+            xref="x",
+            yref="y",
+            x=floor.lower_left_m[0],
+            y=None if floor.height_m is None else floor.lower_left_m[1] + floor.height_m,
+            sizex=floor.width_m,
+            sizey=floor.height_m,
+            sizing="stretch",
+            layer="below",
+            opacity=0.75,
+        )
     return figure_json(figure)
 
 
@@ -333,155 +266,28 @@ def surveyed_on(floor: Floor, landmarks: Landmarks) -> BoolArray:
     return np.asarray(placed & (landmarks.floor == floor.number))
 
 
-def time_figure(bars: Sequence[TimeBar]) -> str:
-    """Return, as JSON, stacked columns of minutes by status, one for each session, floor beside floor."""
-    figure = go.Figure(layout_template="none")
-    for label, style in STATUS_STYLES.items():
-        minutes = [round(bar.seconds.get(label, 0.0) / 60, 3) for bar in bars]
-        if any(minutes):
-            figure.add_bar(
-                **_columns(bars, range(len(bars)), f"{style.name}: %{{y:.2f}} min"),
-                y=minutes,
-                name=style.name,
-                marker_color=style.colour,
-            )
-    failed = [index for index, bar in enumerate(bars) if bar.failed]
-    if failed:
-        figure.add_scatter(
-            **_columns(bars, failed, "failed"),
-            y=[0.0] * len(failed),
-            mode="markers",
-            name="failed session",
-            marker={"symbol": "x", "size": 11, "color": "#b00020"},
-            cliponaxis=False,
-        )
-    names = [plotly_text(bar.name) for bar in bars]
-    figure.update_layout(page_layout(), barmode="stack", bargap=0.35, hovermode="closest", dragmode=False)
-    figure.update_xaxes(tickvals=list(range(len(bars))), ticktext=names, tickangle=-90, range=[-0.6, len(bars) - 0.4])
-    figure.update_xaxes(fixedrange=True, automargin=True, showgrid=False, zeroline=False)
-    figure.update_yaxes(title="minutes", gridcolor=_GRID, fixedrange=True, rangemode="tozero", automargin=True)
-    _name_floors(figure, bars)
-    return figure_json(figure)
-
-
-def _columns(bars: Sequence[TimeBar], places: Sequence[int], hover: str) -> dict[str, Any]:
-    """Return where a trace of the overview stands, what its hover says and which rows its columns lead to."""
-    return {
-        "x": list(places),
-        "hovertext": [plotly_text(f"{bars[place].floor}, {bars[place].name}") for place in places],
-        "hovertemplate": f"%{{hovertext}}<br>{hover}<extra></extra>",
-        "customdata": [bars[place].anchor for place in places],
-    }
-
-
-def _name_floors(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
-    """Write each floor's name above its columns, and a line between floors."""
-    for floor, group in groupby(enumerate(bars), key=lambda item: item[1].floor):
-        places = [place for place, _ in group]
-        figure.add_annotation(
-            x=(places[0] + places[-1]) / 2, y=1, yref="paper", yanchor="bottom", text=floor, showarrow=False
-        )
-        if places[0] > 0:
-            figure.add_vline(x=places[0] - 0.5, line={"color": "#8c959f", "width": 1})
-
-
 def _site_traces(floor: Floor, landmarks: Landmarks) -> list[Trace]:
-    """Return the floor's landmarks, surveyed or not, and its control points."""
+    """Return the floor's landmarks, surveyed or not, and its control points, each with its id beside it."""
     here = (landmarks.floor == floor.number) & np.isfinite(landmarks.position_bcs).all(axis=1)
-    known = _pick(landmarks, surveyed_on(floor, landmarks))
-    unknown = _pick(landmarks, here & ~landmarks.surveyed)
     points = floor.control_points
-    return [
-        _named("control point", points.ids, points.position_bcs, {"symbol": "cross-thin-open", "color": "#6a3d9a"}),
-        _named("landmark", *known, {"symbol": "square", "color": "#1b1b1b"}),
-        _named("landmark, not surveyed", *unknown, {"symbol": "square-open", "color": "#b00020"}),
+    kinds: list[tuple[str, Iterable[str], FloatArray, str, str]] = [
+        ("control point", points.ids, points.position_bcs, "cross-thin-open", "#6a3d9a")
     ]
-
-
-def _pick(landmarks: Landmarks, wanted: BoolArray) -> tuple[tuple[str, ...], FloatArray]:
-    index = np.flatnonzero(wanted)
-    return tuple(landmarks.ids[i] for i in index), landmarks.position_bcs[index]
-
-
-def _named(name: str, ids: Sequence[str], position_bcs: FloatArray, marker: dict[str, Any]) -> Trace:
-    """Return a trace of points with their ids beside them."""
-    xy = np.round(position_bcs, 3)
-    return {
-        "type": "scatter",
-        "mode": "markers+text",
-        "name": name,
-        "x": xy[:, 0].tolist(),
-        "y": xy[:, 1].tolist(),
-        "text": [plotly_text(landmark) for landmark in ids],
-        "textposition": "top right",
-        "textfont": {"size": 11, "color": marker["color"], "shadow": _HALO},
-        "marker": {"size": 8, "line": {"width": 2}, **marker},
-        "hovertemplate": f"{name} %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m<extra></extra>",
-    }
-
-
-def page_layout() -> dict[str, Any]:
-    """Return what the page's figures have in common."""
-    return {
-        "font": {"family": FONT, "size": 12, "color": "#24292f"},
-        "paper_bgcolor": "rgba(0,0,0,0)",
-        "plot_bgcolor": "rgba(0,0,0,0)",
-        "dragmode": "pan",
-        "hoverlabel": {"align": "left"},
-        "legend": {"itemclick": "toggle", "itemdoubleclick": "toggleothers"},
-    }
-
-
-def _span(known: FloatArray) -> list[float] | None:
-    """Return the range of an axis around the plan's edges and the surveyed values; None where nothing is known."""
-    return [float(known.min()) - _MARGIN_M, float(known.max()) + _MARGIN_M] if len(known) else None
-
-
-def axis(title: str, span: list[float] | None, grid: bool) -> dict[str, Any]:
-    """Return an axis with its title, its range (None: as the data ask) and perhaps a grid."""
-    return {
-        "title": {"text": title},
-        "showgrid": grid,
-        "gridcolor": _GRID,
-        "zeroline": False,
-        "ticks": "outside",
-        "tickcolor": _GRID,
-        "automargin": True,
-        **({} if span is None else {"range": span}),
-    }
-
-
-def colour_bar(title: str) -> dict[str, Any]:
-    """Return a bar of colours above a map, where it takes no width on a narrow screen."""
-    return {
-        "title": {"text": title, "side": "top"},
-        "orientation": "h",
-        "thickness": 10,
-        "len": 0.6,
-        "x": 0.5,
-        "y": 1.0,
-        "yanchor": "bottom",
-    }
-
-
-def placed_plan(image: str, floor: Floor) -> dict[str, Any]:
-    """Return the plan as a layout image that covers exactly width x height of the floor."""
-    return {
-        "source": image,
-        "xref": "x",
-        "yref": "y",
-        "x": floor.lower_left_m[0],
-        "y": None if floor.height_m is None else floor.lower_left_m[1] + floor.height_m,
-        "sizex": floor.width_m,
-        "sizey": floor.height_m,
-        "sizing": "stretch",
-        "layer": "below",
-        "opacity": 0.75,
-    }
-
-
-def figure_json(figure: go.Figure) -> str:
-    """Write a figure as JSON."""
-    # The standard library's encoder, so that the bytes do not depend on what else is installed.
-    text: str = figure.to_json(engine="json")
-    return text
+    for name, wanted, symbol, colour in (
+        ("landmark", surveyed_on(floor, landmarks), "square", "#1b1b1b"),
+        ("landmark, not surveyed", here & ~landmarks.surveyed, "square-open", RED),
+    ):
+        kinds.append((name, compress(landmarks.ids, wanted), landmarks.position_bcs[wanted], symbol, colour))
+    return [
+        scatter(
+            "markers+text",
+            name,
+            np.round(place, 3),
+            f"{name} %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m",
+            text=[plotly_text(one) for one in ids],
+            textposition="top right",
+            textfont={"size": 11, "color": colour, "shadow": HALO},
+            marker={"size": 8, "line": {"width": 2}, "symbol": symbol, "color": colour},
+        )
+        for name, ids, place, symbol, colour in kinds
+    ]

@@ -20,7 +20,8 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.planning.floor import FloorDesign
 from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark, PlanSummary
 from vislam2tag.survey.model import Floor
-from vislam2tag.views.floor_map import Trace, drawn_plan, plotly_text, site_figure
+from vislam2tag.views.floor_map import drawn_plan, site_figure
+from vislam2tag.views.layers import Trace, plotly_text, scatter
 from vislam2tag.views.page import data_uri, write_page
 from vislam2tag.views.panels import (
     LANDMARK,
@@ -88,33 +89,22 @@ def write_plan_page(out_file: Path, summary: PlanSummary, maps: Mapping[int, Pla
 
 
 def _tour(plan: FloorPlanRecord) -> Trace:
-    line = np.array(plan.tour.line_m).reshape(-1, 2)
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": "tour",
-        "x": line[:, 0].tolist(),
-        "y": line[:, 1].tolist(),
-        "line": {"color": _TOUR, "width": 1.5},
-        "hoverinfo": "skip",
-    }
+    return scatter("lines", "tour", plan.tour.line_m, line={"color": _TOUR, "width": 1.5}, hoverinfo="skip")
 
 
 def _sheets(landmarks: Sequence[PlannedLandmark]) -> Trace:
     """The sheets to hang up, each with its id on the side of the wall, where no way and no other sheet is."""
-    return {
-        "type": "scatter",
-        "mode": "markers+text",
-        "name": "sheet to hang up",
-        "x": [one.x_m for one in landmarks],
-        "y": [one.y_m for one in landmarks],
-        "text": [f"<b>{plotly_text(one.id)}</b>" for one in landmarks],
-        "textposition": [_side(one) for one in landmarks],
-        "textfont": {"size": 13, "color": _NEW},
-        "marker": {"symbol": "square", "size": 9, "color": _NEW},
-        "hovertext": [_hover(one) for one in landmarks],
-        "hovertemplate": "%{hovertext}<extra></extra>",
-    }
+    return scatter(
+        "markers+text",
+        "sheet to hang up",
+        [(one.x_m, one.y_m) for one in landmarks],
+        "%{hovertext}",
+        text=[f"<b>{plotly_text(one.id)}</b>" for one in landmarks],
+        textposition=[_side(one) for one in landmarks],
+        textfont={"size": 13, "color": _NEW},
+        marker={"symbol": "square", "size": 9, "color": _NEW},
+        hovertext=[_hover(one) for one in landmarks],
+    )
 
 
 def _side(landmark: PlannedLandmark) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import platform
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import version as installed_version
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
 from markupsafe import Markup
 
 from vislam2tag.common.findings import Finding, Severity
@@ -24,7 +25,8 @@ from vislam2tag.evaluation.reliability import CoverageCurve, coverage_curve
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.survey.model import Floor, Survey
-from vislam2tag.views.floor_map import TimeBar, drawn_plan, floor_figure, session_part, size_m, surveyed_on, time_figure
+from vislam2tag.views.floor_map import drawn_plan, floor_figure, session_part, size_m, surveyed_on
+from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import embedded, write_page
 from vislam2tag.views.run_summary import StatusTime, accuracy_sentence, lost_times, problems, status_times
 from vislam2tag.views.uncertainty import UncertaintyView, event_style
@@ -301,3 +303,58 @@ class FloorView:
             return ""
         size = f"{self.floor.width_m:g} m x {self.floor.height_m:g} m"
         return f"Surveyed landmarks outside the plan of {size}: {', '.join(ids)}. Check their positions or its size."
+
+
+@dataclass(frozen=True)
+class TimeBar:
+    """One session's column in the overview: what it is called, where its row is, and its seconds by status."""
+
+    floor: str
+    name: str
+    anchor: str
+    seconds: dict[str, float]
+    failed: bool
+
+
+def time_figure(bars: Sequence[TimeBar]) -> str:
+    """Return, as JSON, stacked columns of minutes by status, one for each session, floor beside floor."""
+    traces: list[Trace] = []
+    for label, style in STATUS_STYLES.items():
+        minutes = [round(bar.seconds.get(label, 0.0) / 60, 3) for bar in bars]
+        if any(minutes):
+            columns = _columns(bars, range(len(bars)), f"{style.name}: %{{y:.2f}} min")
+            traces.append(
+                {"type": "bar", "y": minutes, "name": style.name, "marker": {"color": style.colour}, **columns}
+            )
+    failed = [index for index, bar in enumerate(bars) if bar.failed]
+    if failed:
+        look = {"y": [0.0] * len(failed), "marker": {"symbol": "x", "size": 11, "color": RED}, "cliponaxis": False}
+        traces.append(scatter("markers", "failed session", **look, **_columns(bars, failed, "failed")))
+    names = [plotly_text(bar.name) for bar in bars]
+    x: dict[str, Any] = {"tickvals": list(range(len(bars))), "ticktext": names, "range": [-0.6, len(bars) - 0.4]}
+    x |= {"tickangle": -90, "fixedrange": True, "automargin": True, "showgrid": False, "zeroline": False}
+    y = {"title": "minutes", "gridcolor": GRID, "fixedrange": True, "rangemode": "tozero", "automargin": True}
+    figure = chart(traces, x, y, barmode="stack", bargap=0.35, hovermode="closest", dragmode=False)
+    _name_floors(figure, bars)
+    return figure_json(figure)
+
+
+def _columns(bars: Sequence[TimeBar], places: Sequence[int], hover: str) -> dict[str, Any]:
+    """Return where a trace of the overview stands, what its hover says and which rows its columns lead to."""
+    return {
+        "x": list(places),
+        "hovertext": [plotly_text(f"{bars[place].floor}, {bars[place].name}") for place in places],
+        "hovertemplate": f"%{{hovertext}}<br>{hover}<extra></extra>",
+        "customdata": [bars[place].anchor for place in places],
+    }
+
+
+def _name_floors(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
+    """Write each floor's name above its columns, and a line between floors."""
+    for floor, group in groupby(enumerate(bars), key=lambda item: item[1].floor):
+        places = [place for place, _ in group]
+        figure.add_annotation(
+            x=(places[0] + places[-1]) / 2, y=1, yref="paper", yanchor="bottom", text=floor, showarrow=False
+        )
+        if places[0] > 0:
+            figure.add_vline(x=places[0] - 0.5, line={"color": "#8c959f", "width": 1})

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import plotly.graph_objects as go
 
 from vislam2tag.common.bootstrap import FEWEST_WALKS
 from vislam2tag.common.palette import EVENT_STYLES, EventStyle
@@ -21,7 +20,7 @@ from vislam2tag.evaluation.reliability import (
 )
 from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.labeling.results import Summary
-from vislam2tag.views.floor_map import axis, figure_json, page_layout
+from vislam2tag.views.layers import BLUE, GREY, VERMILION, axis, chart, figure_json, scatter
 
 
 @dataclass(frozen=True)
@@ -94,55 +93,52 @@ def event_style(kind: EventKind) -> EventStyle:
     return EVENT_STYLES[kind]
 
 
-_BLUE, _ORANGE, _GREY = "#0072b2", "#d55e00", "#8c959f"
-
-
 def reliability_figure(curve: ReliabilityCurve) -> str:
     """Return, as JSON, the observed against the stated share of errors inside a region, in percent."""
-    figure = go.Figure(layout_template="none")
-    figure.add_scatter(
-        x=[0, 100], y=[0, 100], mode="lines", name="true uncertainty", line={"color": _GREY, "dash": "dash"}
-    )
-    figure.add_scatter(
-        x=_percent(curve.stated),
-        y=_percent(curve.observed),
-        mode="lines",
-        name="these labels",
-        line={"color": _BLUE, "width": 3},
-        hovertemplate="%{y:.1f} % of the errors lie inside<br>the stated %{x:.0f} % region<extra></extra>",
-    )
-    for text, x, y in (("too cautious", 20, 90), ("too sure", 80, 10)):
-        figure.add_annotation(x=x, y=y, text=text, showarrow=False, font={"color": _GREY})
-    figure.update_layout(page_layout())
-    figure.update_xaxes(axis("stated region / %", [0, 100], grid=True), fixedrange=True)
-    figure.update_yaxes(axis("errors inside / %", [0, 100], grid=True), fixedrange=True)
+    traces = [
+        scatter("lines", "true uncertainty", x=[0, 100], y=[0, 100], line={"color": GREY, "dash": "dash"}),
+        scatter(
+            "lines",
+            "these labels",
+            None,
+            "%{y:.1f} % of the errors lie inside<br>the stated %{x:.0f} % region",
+            x=_percent(curve.stated),
+            y=_percent(curve.observed),
+            line={"color": BLUE, "width": 3},
+        ),
+    ]
+    x = axis("stated region / %", [0, 100], fixedrange=True)
+    figure = chart(traces, x, axis("errors inside / %", [0, 100], fixedrange=True))
+    for text, at, up in (("too cautious", 20, 90), ("too sure", 80, 10)):
+        figure.add_annotation(x=at, y=up, text=text, showarrow=False, font={"color": GREY})
     return figure_json(figure)
 
 
 def coverage_figure(curve: CoverageCurve, limit_m: float) -> str:
     """Return, as JSON, mean and 95th percentile of the errors against the share labelled; a mark at the limit set."""
-    figure = go.Figure(layout_template="none")
     labelled = _percent(curve.labelled)
     limits = ["no sigma stated" if np.isnan(limit) else f"sigma up to {limit:.2f} m" for limit in curve.max_sigma_m]
-    for name, errors, colour in (("mean", curve.mean_m, _BLUE), ("95th percentile", curve.p95_m, _ORANGE)):
-        figure.add_scatter(
+    traces = [
+        scatter(
+            "lines+markers",
+            name,
+            None,
+            f"{name} %{{y:.2f}} m<br>%{{x:.1f}} % labelled<br>%{{hovertext}}",
             x=labelled,
             y=np.round(errors, 4).tolist(),
             hovertext=limits,
-            mode="lines+markers",
             marker={"size": 5},
-            name=name,
             line={"color": colour, "width": 2},
-            hovertemplate=f"{name} %{{y:.2f}} m<br>%{{x:.1f}} % labelled<br>%{{hovertext}}<extra></extra>",
         )
+        for name, errors, colour in (("mean", curve.mean_m, BLUE), ("95th percentile", curve.p95_m, VERMILION))
+    ]
+    x = axis("share of true points labelled / %", [0, 102], fixedrange=True)
+    figure = chart(traces, x, axis("error / m", fixedrange=True, rangemode="tozero"))
     within = np.flatnonzero(~(curve.max_sigma_m > limit_m))
     if len(within) and np.isfinite(limit_m):
         at = labelled[int(within[-1])]
-        line = {"color": _GREY, "dash": "dot"}
+        line = {"color": GREY, "dash": "dot"}
         figure.add_vline(x=at, line=line, annotation_text=f"limit {limit_m:g} m", annotation_position="top left")
-    figure.update_layout(page_layout())
-    figure.update_xaxes(axis("share of true points labelled / %", [0, 102], grid=True), fixedrange=True)
-    figure.update_yaxes(axis("error / m", None, grid=True), fixedrange=True, rangemode="tozero")
     return figure_json(figure)
 
 

@@ -124,7 +124,7 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
     own = (
         "common/files/plain_files.py",
         "common/commit.py",
-        "report/",
+        "views/page.py",
         "studio/receiving/server.py",
         "pipeline/positioning/locate_app.py",
         "survey/plans/reader_process.py",
