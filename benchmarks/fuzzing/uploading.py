@@ -12,8 +12,7 @@ import time
 from unittest import mock
 
 from tests.mutations import mutate
-from tests.studio.receiving.signing import signed
-from tests.studio.receiving.zips import session_files, session_zip
+from tests.studio.receiving.zips import session_files, session_zip, signed
 
 from fuzzing.invocation import cli
 from fuzzing.mutations import Rng

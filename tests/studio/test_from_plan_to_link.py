@@ -14,8 +14,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Locator, Page, expect
 from pypdfium2 import PdfDocument
 
-from tests.studio.receiving.signing import signed
-from tests.studio.receiving.zips import digest, session_zip
+from tests.studio.receiving.zips import digest, session_zip, signed
 from tests.studio.running import running_studio
 from tests.studio.sharing.file_servers import plain_server, range_server, shown
 from tests.studio.sharing.test_export import WHOLE

@@ -113,7 +113,12 @@ def _unwalked(space: WalkedSpace) -> Trace:
     }
     name = "walkable, but not walked"
     return _squares(
-        name, dict.fromkeys(map(tuple, shaded.tolist()), 1), step_m, name, showlegend=len(shaded) > 0, **look
+        name,
+        dict.fromkeys(((column, row) for column, row in shaded.tolist()), 1),
+        step_m,
+        name,
+        showlegend=len(shaded) > 0,
+        **look,
     )
 
 
@@ -134,7 +139,7 @@ def _room_names(space: WalkedSpace | None) -> list[Trace]:
     if space is None or not named:
         return []
     text = [plotly_text(space.areas.names[area]) for area in named]
-    look = {"text": text, "textfont": {"size": 11}, "showlegend": False, "hoverinfo": "skip"}
+    look: dict[str, Any] = {"text": text, "textfont": {"size": 11}, "showlegend": False, "hoverinfo": "skip"}
     return [scatter("text", "rooms", space.areas.middle_m[named].round(2), **look)]
 
 

@@ -260,5 +260,5 @@ def _walks(walks: Sequence[GapWalk]) -> list[Trace]:
         x += [*across, None]
         y += [*up, None]
     name = f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m"
-    look = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
+    look: dict[str, Any] = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
     return [scatter("lines+markers", name, x=x, y=y, **look)]  # a walk of one stop is a point

@@ -60,7 +60,12 @@ def session_traces() -> list[Trace]:
     discarded = [label for label in STATUS_STYLES if label not in (Status.OK.label, Status.UNCERTAIN.label)]
     wifi = {"size": 6, "color": "#009e73", "line": {"width": 1, "color": "white"}}
     visit = {"symbol": "circle-open", "size": 9, "color": "#000000", "line": {"width": 1.5}}
-    band = {"meta": BAND, "line": {"width": 0}, "fillcolor": "rgba(110, 119, 129, 0.22)", "hoverinfo": "skip"}
+    band: dict[str, Any] = {
+        "meta": BAND,
+        "line": {"width": 0},
+        "fillcolor": "rgba(110, 119, 129, 0.22)",
+        "hoverinfo": "skip",
+    }
     return [
         scatter("lines", "95 % region", fill="toself", **band),
         _layer("lines", RAW, "raw path (aligned)", line={"color": "#8a8a8a", "dash": "solid", "width": 1}),

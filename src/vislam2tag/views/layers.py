@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-
-from vislam2tag.core.arrays import FloatArray
+from numpy.typing import NDArray
 
 Trace = dict[str, Any]
 Columns = dict[str, list[Any]]
@@ -44,7 +43,7 @@ def scatter(mode: str, name: str, xy: Any = None, hover: str | None = None, **lo
     return trace | look
 
 
-def cells(name: str, x: FloatArray, y: FloatArray, z: Any, hover: str, **look: Any) -> Trace:
+def cells(name: str, x: NDArray[Any], y: NDArray[Any], z: Any, hover: str, **look: Any) -> Trace:
     """Coloured squares with centres ``x`` (columns) and ``y`` (rows); those without a value stay clear."""
     return {
         "type": "heatmap",

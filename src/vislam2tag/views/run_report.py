@@ -328,7 +328,11 @@ def time_figure(bars: Sequence[TimeBar]) -> str:
             )
     failed = [index for index, bar in enumerate(bars) if bar.failed]
     if failed:
-        look = {"y": [0.0] * len(failed), "marker": {"symbol": "x", "size": 11, "color": RED}, "cliponaxis": False}
+        look: dict[str, Any] = {
+            "y": [0.0] * len(failed),
+            "marker": {"symbol": "x", "size": 11, "color": RED},
+            "cliponaxis": False,
+        }
         traces.append(scatter("markers", "failed session", **look, **_columns(bars, failed, "failed")))
     names = [plotly_text(bar.name) for bar in bars]
     x: dict[str, Any] = {"tickvals": list(range(len(bars))), "ticktext": names, "range": [-0.6, len(bars) - 0.4]}

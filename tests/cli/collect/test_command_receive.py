@@ -21,8 +21,7 @@ import numpy as np
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.studio.receiving.signing import signed
-from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip
+from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip, signed
 from tests.views.browser import running_browser
 from vislam2tag.studio.receiving.server import UPLOADS
 

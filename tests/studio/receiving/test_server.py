@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import io
 from collections.abc import AsyncIterator, Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -12,13 +13,25 @@ import httpx
 import pytest
 from PIL import Image
 
-from tests.studio.receiving.signing import signed, signed_path
-from tests.studio.receiving.zips import SESSION, digest, session_zip
+from tests.studio.receiving.zips import SESSION, digest, session_zip, signed, signed_path
 from vislam2tag.common.serving import REPORTED_A_MINUTE
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.studio.receiving.filing import FiledSession
-from vislam2tag.studio.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, PAGE, Listener, Receiver
+from vislam2tag.studio.receiving.server import (
+    ANSWER_MAC,
+    BODY_SHA256,
+    MOST_PER_REQUEST,
+    PAGE,
+    PLAN_SIDE_PX,
+    Listener,
+    Receiver,
+    plan_jpeg,
+    survey_facts,
+)
 from vislam2tag.studio.receiving.token import Guard, answer_mac
 from vislam2tag.studio.receiving.uploads import Uploads
+from vislam2tag.survey.discover import read_site
 
 PLENTY = 1_000_000
 TOKEN = "ABCDEFGHIJKLMNOP"
@@ -330,3 +343,43 @@ def test_there_is_nothing_else(phone: Phone, method: str, path: str) -> None:
     answer = phone.ask(method, path, headers=signed(TOKEN, method, NAME))
     assert answer.status_code in (404, 405)
     assert answer.json()["message"]
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("survey")
+    simulate(regular_survey(5, "none", (0, 1), ("LG",), 1, 5.0), folder, WritingOptions())
+    for plan in (folder / "floor_1").glob("floorplan.*"):
+        plan.unlink()
+    return folder
+
+
+def test_floors_are_told_as_the_survey_has_them(survey: Path) -> None:
+    facts = survey_facts(survey)
+    assert facts.name == survey.name
+    assert [(floor.number, floor.plan) for floor in facts.floors] == [(0, True), (1, False)]
+    extents = {floor.number: floor.extent_m for floor in read_site(survey)[0].floors}
+    assert {floor.number: floor.extent_m for floor in facts.floors} == extents
+    assert extents[0] is not None
+    landmarks = read_site(survey)[0].landmarks
+    for floor in facts.floors:
+        own = landmarks.on_floor(floor.number)
+        assert floor.landmarks.keys() == set(own.ids)
+        assert floor.landmarks[own.ids[0]] == pytest.approx(own.position_bcs[0])
+
+
+def test_a_plan_is_a_picture_of_exactly_the_floor_s_extent(survey: Path) -> None:
+    data = plan_jpeg(survey, 0)
+    assert data is not None
+    width, height = Image.open(io.BytesIO(data)).size
+    extent = survey_facts(survey).floors[0].extent_m
+    assert extent is not None
+    left, right, low, high = extent
+    assert max(width, height) <= PLAN_SIDE_PX
+    assert width / height == pytest.approx((right - left) / (high - low), rel=0.01)
+    assert plan_jpeg(survey, 1) is None
+    assert plan_jpeg(survey, 9) is None
+
+
+def test_a_folder_without_floors_has_its_name_only(tmp_path: Path) -> None:
+    assert survey_facts(tmp_path).model_dump() == {"name": tmp_path.name, "floors": ()}

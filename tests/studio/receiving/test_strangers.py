@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.studio.receiving.signing import signed
-from tests.studio.receiving.zips import digest, session_zip
+from tests.studio.receiving.zips import digest, session_zip, signed
 from vislam2tag.common.serving import Limits, listen, serving
 from vislam2tag.studio.receiving.server import Listener, Receiver
 from vislam2tag.studio.receiving.token import Guard

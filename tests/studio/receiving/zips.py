@@ -1,13 +1,17 @@
-"""Zips of sessions as the app packs them, and such as it never would."""
+"""Zips of sessions, and signed requests that bring them."""
 
 from __future__ import annotations
 
 import hashlib
 import io
 import json
+import secrets
 import zipfile
 from collections.abc import Mapping
 from typing import Any
+
+from vislam2tag.studio.receiving.server import BODY_SHA256, UPLOADS
+from vislam2tag.studio.receiving.token import SCHEME, SignedRequest
 
 SESSION = "2021-12-20T132523"
 HEADER = b"time_ns,n,action\n"
@@ -62,3 +66,22 @@ def session_zip(files: Mapping[str, bytes] | None = None, folder: str = SESSION,
 
 def digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
+
+
+def signed(
+    token: str, method: str, name: str, body: bytes = b"", offset: int | str = "", length: int | str = ""
+) -> dict[str, str]:
+    """Headers of a request for an upload that prove the token."""
+    return signed_path(token, method, f"{UPLOADS}/{name}", body, offset, length)
+
+
+def signed_path(
+    token: str, method: str, path: str, body: bytes = b"", offset: int | str = "", length: int | str = ""
+) -> dict[str, str]:
+    """Headers of a request for any address that prove the token."""
+    body_sha256 = hashlib.sha256(body).hexdigest()
+    nonce = secrets.token_hex(16)
+    request = SignedRequest(method, path, str(offset), str(length), body_sha256, nonce)
+    headers = {"Authorization": f"{SCHEME} {nonce} {request.mac(token)}", BODY_SHA256: body_sha256}
+    told = {"Upload-Offset": str(offset), "Upload-Length": str(length)} if method == "PATCH" else {}
+    return headers | told
