@@ -112,14 +112,8 @@ def _unwalked(space: WalkedSpace) -> Trace:
         "showlegend": len(shaded) > 0,
     }
     name = "walkable, but not walked"
-    return _squares(
-        name,
-        dict.fromkeys(((column, row) for column, row in shaded.tolist()), 1),
-        step_m,
-        name,
-        showlegend=len(shaded) > 0,
-        **look,
-    )
+    values = dict.fromkeys(((column, row) for column, row in shaded.tolist()), 1)
+    return _squares(name, values, step_m, name, showlegend=len(shaded) > 0, **look)
 
 
 def _squares(name: str, values: Mapping[Cell, float], side_m: float, hover: str, **look: Any) -> Trace:
