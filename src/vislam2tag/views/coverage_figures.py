@@ -15,14 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.changes import APPEARED, CHANGED, MOVED, NEW, NOT_WALKED, OUTDATED, UNCHANGED, VANISHED, Changes
 from vislam2tag.dataset.coverage import FloorCoverage, GapWalk
 from vislam2tag.survey.model import Floor
-from vislam2tag.views.panels import PAGE_IN, aspect_of, draw_plan, in_metres, letter, panel_grid, print_quality, show
+from vislam2tag.views.panels import Extent, draw_cells, floor_panels, print_quality
 
-Extent = tuple[FloatArray, FloatArray]
 CLASSES = (1, 2, 3, 6, 11, 21)
 """Least number of fingerprints of each colour."""
 COLOURS = [to_hex(colour) for colour in colormaps["YlGnBu"](np.linspace(0.35, 1.0, len(CLASSES)))]
@@ -46,17 +45,13 @@ def coverage_map(floors: Sequence[CoveredFloor]) -> Figure:
         _extent([other for other in floors if other.coverage.storey.building == floor.coverage.storey.building])
         for floor in floors
     ]
-    aspect = max(aspect_of(extent) for extent in extents)
-    figure, axes = panel_grid(len(floors), min(2, len(floors)), PAGE_IN, aspect, extra_in=0.5)
-    for one, floor, extent in zip(axes, floors, extents, strict=True):
-        draw_plan(one, floor.floor)
+    titles = [_title(floor) for floor in floors]
+    figure, axes = floor_panels([floor.floor for floor in floors], extents, titles, extra_in=0.5)
+    for one, floor in zip(axes, floors, strict=True):
         _draw_cells(one, floor.coverage)
         for walk in floor.walks:
             one.plot(*walk.points_m.T, color=WALK, linewidth=1.1, zorder=5)
             one.plot(*walk.points_m[0], "o", color=WALK, markeredgecolor="white", markersize=4, zorder=6)
-        in_metres(one)
-        show(one, extent)
-    letter(axes, [_title(floor) for floor in floors])
     _explain(figure, walks=any(floor.walks for floor in floors))
     return figure
 
@@ -79,17 +74,9 @@ def _draw_cells(axes: Axes, coverage: FloorCoverage) -> None:
 
 def _lay(axes: Axes, kind: IntArray, grid: CellGrid, colours: Sequence[str], zorder: int) -> None:
     """Paint each cell with the colour of its kind (rows, columns); those below zero stay clear."""
-    axes.imshow(
-        np.ma.masked_less(kind, 0),
-        cmap=ListedColormap(colours),
-        vmin=0,
-        vmax=len(colours) - 1,
-        extent=grid.extent_m,
-        origin="lower",
-        interpolation="nearest",
-        alpha=0.85,
-        zorder=zorder,
-    )
+    scale = {"cmap": ListedColormap(colours), "vmin": 0, "vmax": len(colours) - 1}
+    shown = np.ma.masked_less(kind, 0)
+    draw_cells(axes, shown, grid.extent_m, zorder, interpolation="nearest", alpha=0.85, **scale)
 
 
 def _title(floor: CoveredFloor) -> str:
@@ -144,15 +131,11 @@ class ChangedFloor:
 def change_map(floors: Sequence[ChangedFloor], changes: Changes) -> Figure:
     """Draw each floor's places by how they changed, the access points that changed, and where those went that moved."""
     extents = [_extent_of_changes(floor, changes) for floor in floors]
-    aspect = max(aspect_of(extent) for extent in extents)
-    figure, axes = panel_grid(len(floors), min(2, len(floors)), PAGE_IN, aspect, extra_in=0.5)
-    for one, floor, extent in zip(axes, floors, extents, strict=True):
-        draw_plan(one, floor.floor)
+    titles = [floor.title for floor in floors]
+    figure, axes = floor_panels([floor.floor for floor in floors], extents, titles, extra_in=0.5)
+    for one, floor in zip(axes, floors, strict=True):
         _draw_places(one, _on(changes, floor), changes.cell_m)
         _draw_points(one, changes.access_points, floor.floor.number)
-        in_metres(one)
-        show(one, extent)
-    letter(axes, [floor.title for floor in floors])
     _explain_changes(figure)
     return figure
 
@@ -162,7 +145,7 @@ def _on(changes: Changes, floor: ChangedFloor) -> pl.DataFrame:
     return changes.places.filter(own)
 
 
-def _extent_of_changes(floor: ChangedFloor, changes: Changes) -> tuple[FloatArray, FloatArray]:
+def _extent_of_changes(floor: ChangedFloor, changes: Changes) -> Extent:
     centres = _on(changes, floor).select("x", "y").to_numpy()
     corners = [centres - changes.cell_m / 2, centres + changes.cell_m / 2]
     every = np.concatenate((*corners, floor.floor.corners_m))

@@ -6,13 +6,14 @@ import io
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import ParamSpec
+from typing import Any, ParamSpec, TypeAlias
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -27,6 +28,8 @@ COLUMN_IN, PAGE_IN = 3.5, 7.16
 LANDMARK, TRUTH, QUIET, DISCARDED = "#d55e00", "#000000", "#8c959f", "#cc79a7"
 """Colours, of Okabe and Ito where hue matters: the colour-blind can tell them apart."""
 
+Extent: TypeAlias = tuple[FloatArray, FloatArray]
+"""Lower left and upper right corner (2,) of what is shown, BCS metres."""
 _Args = ParamSpec("_Args")
 _STYLE = Path(__file__).with_name("print.mplstyle")
 _STRATEGIES = {
@@ -88,6 +91,20 @@ def panel_grid(
     return figure, axes
 
 
+def floor_panels(
+    floors: Sequence[Floor], extents: Sequence[Extent], titles: Sequence[str], *, extra_in: float = 0.45
+) -> tuple[Figure, list[Axes]]:
+    """Make lettered axes over the page's width, each with a floor's plan, which show what lies between two corners."""
+    columns = min(2, len(floors))
+    figure, axes = panel_grid(len(floors), columns, PAGE_IN, max(map(aspect_of, extents)), extra_in=extra_in)
+    for one, floor, extent in zip(axes, floors, extents, strict=True):
+        draw_plan(one, floor)
+        in_metres(one)
+        show(one, extent)
+    letter(axes, titles)
+    return figure, axes
+
+
 def letter(axes: Sequence[Axes], titles: Sequence[str]) -> None:
     """Head each panel with a letter and its title."""
     for number, (one, title) in enumerate(zip(axes, titles, strict=True)):
@@ -119,7 +136,7 @@ def log_metres(axis: Axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def extent_of(floor: Floor, landmarks: Landmarks) -> tuple[FloatArray, FloatArray]:
+def extent_of(floor: Floor, landmarks: Landmarks) -> Extent:
     """Lower left and upper right corner (2,) of what is shown of a floor: the plan's, else around its landmarks."""
     if floor.extent_m is not None:
         return floor.corners_m[0], floor.corners_m[1]
@@ -128,18 +145,18 @@ def extent_of(floor: Floor, landmarks: Landmarks) -> tuple[FloatArray, FloatArra
     return extent_around(points) if len(points) else (np.zeros(2), np.ones(2))
 
 
-def extent_around(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def extent_around(points: FloatArray) -> Extent:
     """Lower left and upper right corner (2,) of what lies around points (k, 2), metres; NaN do not count."""
     return np.nanmin(points, axis=0) - MARGIN_M, np.nanmax(points, axis=0) + MARGIN_M
 
 
-def aspect_of(extent: tuple[FloatArray, FloatArray]) -> float:
+def aspect_of(extent: Extent) -> float:
     """Height over width of what lies between two corners, (2,) each."""
     width, height = extent[1] - extent[0]
     return float(height / width)
 
 
-def show(axes: Axes, extent: tuple[FloatArray, FloatArray]) -> None:
+def show(axes: Axes, extent: Extent) -> None:
     """Show what lies between two corners, (2,) each, metres, and no more."""
     axes.set(xlim=(extent[0][0], extent[1][0]), ylim=(extent[0][1], extent[1][1]))
 
@@ -166,6 +183,21 @@ def draw_plan(axes: Axes, floor: Floor) -> None:
     except OSError:
         return
     axes.imshow(image, extent=floor.extent_m, alpha=0.4, zorder=0)
+
+
+def draw_cells(
+    axes: Axes, values: Any, extent_m: tuple[float, float, float, float], zorder: int, **look: Any
+) -> AxesImage:
+    """Paint cells (rows, columns), row 0 at the lower edge, over an extent: left, right, low, high, metres."""
+    return axes.imshow(values, extent=extent_m, origin="lower", zorder=zorder, **look)
+
+
+def arrow(axes: Axes, start: Sequence[float] | FloatArray, tip: Sequence[float] | FloatArray, **look: Any) -> None:
+    """Draw an arrow between two places; ``look`` is that of its ``arrowprops``, and ``zorder``."""
+    zorder = look.pop("zorder")
+    props = {"arrowstyle": "-|>", **look}
+    (x, y), (to_x, to_y) = map(float, start), map(float, tip)
+    axes.annotate("", (to_x, to_y), (x, y), arrowprops=props, annotation_clip=False, zorder=zorder)
 
 
 def draw_control_points(axes: Axes, floor: Floor) -> None:

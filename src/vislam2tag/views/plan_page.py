@@ -26,7 +26,9 @@ from vislam2tag.views.page import data_uri, write_page
 from vislam2tag.views.panels import (
     LANDMARK,
     QUIET,
+    arrow,
     aspect_of,
+    draw_cells,
     draw_plan,
     extent_around,
     in_metres,
@@ -160,16 +162,8 @@ def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) ->
     sigma = design.sigma.sigma_m
     known = sigma[np.isfinite(sigma)]
     low, high = (float(np.quantile(known, share)) for share in (0.02, 0.98)) if known.size else (0.0, 1.0)
-    image = axes.imshow(
-        sigma,
-        extent=design.sigma.grid.extent_m,
-        origin="lower",
-        cmap="viridis",
-        vmin=low,
-        vmax=max(high, low + 0.01),
-        alpha=0.8,
-        zorder=1,
-    )
+    scale = {"cmap": "viridis", "vmin": low, "vmax": max(high, low + 0.01)}
+    image = draw_cells(axes, sigma, design.sigma.grid.extent_m, 1, alpha=0.8, **scale)
     figure.colorbar(image, ax=axes, label="label sigma to expect, per axis / m", shrink=0.6, pad=0.01)
     _draw_landmarks(axes, summary.landmarks, sizes=False)
     _draw_fixed(axes, design, summary)
@@ -203,13 +197,7 @@ def _draw_landmarks(axes: Axes, landmarks: Sequence[PlannedLandmark], *, sizes: 
     for one in landmarks:
         normal = np.array((-np.sin(one.heading_rad), np.cos(one.heading_rad))) * -1.0
         tip = np.array((one.x_m, one.y_m)) + ARROW_M * normal
-        axes.annotate(
-            "",
-            xy=(float(tip[0]), float(tip[1])),
-            xytext=(one.x_m, one.y_m),
-            arrowprops={"arrowstyle": "-|>", "color": LANDMARK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0},
-            zorder=5,
-        )
+        arrow(axes, (one.x_m, one.y_m), tip, color=LANDMARK, linewidth=0.8, shrinkA=0, shrinkB=0, zorder=5)
         axes.plot(one.x_m, one.y_m, "s", color=LANDMARK, markersize=3.5, zorder=6, label="sheet to hang up")
         behind = np.array((one.x_m, one.y_m)) - 0.3 * normal
         _write(axes, behind, f"{one.id}\n{one.sheet}" if sizes else one.id, LANDMARK, away=-normal)
@@ -229,13 +217,7 @@ def _draw_tour(axes: Axes, design: FloorDesign) -> None:
     middles = np.arange(ARROWS_M / 2, at[-1], ARROWS_M)
     for here, there in zip(middles, middles + 0.3, strict=True):
         start, stop = ([float(np.interp(s, at, line[:, axis])) for axis in (0, 1)] for s in (here, there))
-        axes.annotate(
-            "",
-            xy=(stop[0], stop[1]),
-            xytext=(start[0], start[1]),
-            arrowprops={"arrowstyle": "-|>", "color": TOUR_COLOUR, "linewidth": 0.5, "mutation_scale": 6},
-            zorder=3,
-        )
+        arrow(axes, start, stop, color=TOUR_COLOUR, linewidth=0.5, mutation_scale=6, zorder=3)
     axes.plot(*line[0], "o", color=TOUR_COLOUR, markersize=5, zorder=4, label="start and end of the tour")
 
 

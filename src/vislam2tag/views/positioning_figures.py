@@ -22,16 +22,13 @@ from vislam2tag.views.panels import (
     DISCARDED,
     PAGE_IN,
     QUIET,
-    aspect_of,
-    draw_plan,
     extent_around,
-    in_metres,
+    floor_panels,
     legend_below,
     letter,
     log_metres,
     panel_grid,
     print_quality,
-    show,
 )
 
 ERROR_SCALE_M = (0.5, 20.0)
@@ -88,15 +85,12 @@ def error_map(floors: Sequence[ErrorFloor]) -> Figure:
     """Draw each scan where it was taken, coloured by its error, joined to where it was found; crosses: wrong floor."""
     points = pl.concat([floor.predictions for floor in floors])
     extent = _shared_extent(floors, points)
-    figure, axes = panel_grid(len(floors), min(2, len(floors)), PAGE_IN, aspect_of(extent), extra_in=0.4)
+    titles = [floor.title for floor in floors]
+    figure, axes = floor_panels([floor.floor for floor in floors], [extent] * len(floors), titles, extra_in=0.4)
     norm = LogNorm(*ERROR_SCALE_M, clip=True)
     for one, floor in zip(axes, floors, strict=True):
-        draw_plan(one, floor.floor)
         _draw_errors(one, floor.predictions, norm)
-        in_metres(one)
-        show(one, extent)
         one.label_outer()
-    letter(axes, [floor.title for floor in floors])
     bar = figure.colorbar(ScalarMappable(norm, "viridis_r"), ax=axes, label="error in the plane / m", shrink=0.6)
     log_metres(bar.ax.yaxis)
     legend_below(figure, axes)

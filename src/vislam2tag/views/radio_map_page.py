@@ -23,7 +23,17 @@ from vislam2tag.dataset.radio_maps import FloorMaps, RadioMap
 from vislam2tag.survey.model import Floor
 from vislam2tag.views.floor_map import drawn_plan
 from vislam2tag.views.page import data_uri, write_page
-from vislam2tag.views.panels import PAGE_IN, aspect_of, draw_plan, in_metres, letter, panel_grid, print_quality, show
+from vislam2tag.views.panels import (
+    PAGE_IN,
+    aspect_of,
+    draw_cells,
+    draw_plan,
+    in_metres,
+    letter,
+    panel_grid,
+    print_quality,
+    show,
+)
 
 _STOPS = 9
 """Colours of a legend's gradient."""
@@ -189,17 +199,9 @@ def _draw(axes: Axes, maps: FloorMaps, floor: Floor, layer: str, number: int) ->
     left, right, low, high = maps.grid.extent_m
     scale = SCALES[layer]
     draw_plan(axes, floor)
-    image = axes.imshow(
-        getattr(maps, layer)[number],
-        extent=(left, right, low, high),
-        origin="lower",
-        interpolation="nearest",
-        vmin=scale.low,
-        vmax=scale.high,
-        cmap=scale.colours,
-        alpha=0.85,
-        zorder=2,
-    )
+    colours = {"vmin": scale.low, "vmax": scale.high, "cmap": scale.colours}
+    values = getattr(maps, layer)[number]
+    image = draw_cells(axes, values, maps.grid.extent_m, 2, interpolation="nearest", alpha=0.85, **colours)
     in_metres(axes)
     show(axes, (np.array([left, low]), np.array([right, high])))
     return image

@@ -24,8 +24,10 @@ from vislam2tag.views.panels import (
     PAGE_IN,
     QUIET,
     TRUTH,
+    arrow,
     aspect_of,
     colour_of,
+    draw_cells,
     draw_control_points,
     draw_floor,
     draw_plan,
@@ -162,15 +164,7 @@ def _axes_origin(extent: tuple[FloatArray, FloatArray], side_m: float) -> FloatA
 
 def _draw_axes(axes: Axes, origin: FloatArray, length_m: float) -> None:
     for name, tip in (("x", (length_m, 0.0)), ("y", (0.0, length_m))):
-        end = origin + tip
-        axes.annotate(
-            "",
-            xy=(float(end[0]), float(end[1])),
-            xytext=(float(origin[0]), float(origin[1])),
-            arrowprops={"arrowstyle": "-|>", "color": "#0072b2", "shrinkA": 0, "shrinkB": 0},
-            annotation_clip=False,
-            zorder=8,
-        )
+        arrow(axes, origin, origin + tip, color="#0072b2", shrinkA=0, shrinkB=0, zorder=8)
         x, y = (origin + 1.12 * np.array(tip)).tolist()
         axes.text(x, y, name, color="#0072b2", ha="center", va="center", clip_on=True, zorder=8)
 
@@ -240,7 +234,7 @@ def walkable_figure(floor: Floor, space: WalkableSpace, graph: CorridorGraph) ->
 def _draw_space(axes: Axes, space: WalkableSpace) -> None:
     cells = np.ma.masked_equal(space.area.mask.astype(np.uint8), 0)
     colours = ListedColormap([_WALKABLE])
-    axes.imshow(cells, extent=space.area.grid.extent_m, origin="lower", cmap=colours, alpha=0.6, zorder=1)
+    draw_cells(axes, cells, space.area.grid.extent_m, 1, cmap=colours, alpha=0.6)
     axes.add_collection(LineCollection(list(space.walls), colors="black", linewidths=0.4, zorder=2))
 
 
