@@ -13,15 +13,14 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
+import vislam2tag.studio.endpoints  # noqa: F401  (each adds itself to ENDPOINTS)
 from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.studio import endpoints
 from vislam2tag.studio.fleet import FleetView
 from vislam2tag.studio.messages import NewLabels, NoQuery, Versions
 from vislam2tag.studio.routing import ENDPOINTS, Endpoint
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 
-assert endpoints
 _REFERENCE = "#/components/schemas/{model}"
 
 
