@@ -43,8 +43,8 @@ from fuzzing.runs import Outcome, run_apart  # noqa: E402
 import vislam2tag  # noqa: E402
 from vislam2tag.labeling.settings import ProcessSettings  # noqa: E402
 from vislam2tag.pipeline.labels.session import code_of  # noqa: E402
-from vislam2tag.receiving.filing import WORK_FOLDER  # noqa: E402
-from vislam2tag.report import page  # noqa: E402
+from vislam2tag.studio.receiving.filing import WORK_FOLDER  # noqa: E402
+from vislam2tag.views import page  # noqa: E402
 
 TARGETS = (*READERS_ATTACKED, *commands())
 RUNS = 100_000
@@ -89,7 +89,7 @@ def _import_everything() -> None:
     for format_name in ("published", "phone", "ilc20"):
         code_of(format_name, ProcessSettings())
     page._packed_plotly()
-    for template in (resources.files("vislam2tag.report") / "templates").iterdir():
+    for template in (resources.files("vislam2tag.views") / "templates").iterdir():
         if template.name.endswith(".j2"):
             page._environment().get_template(template.name)
     gc.collect()

@@ -23,16 +23,16 @@ from playwright.sync_api import Browser, Page, ViewportSize
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.report.browser import running_browser  # noqa: E402
 from tests.studio.running import running_studio  # noqa: E402
 from tests.studio.sharing.file_servers import plain_server  # noqa: E402
 from tests.studio.sharing.generated_fleet import generated_rows  # noqa: E402
+from tests.views.browser import running_browser  # noqa: E402
 
 from vislam2tag.pipeline.fleet.add import looked_at  # noqa: E402
 from vislam2tag.pipeline.fleet.catalogue import DONE, Fleet  # noqa: E402
 from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS  # noqa: E402
 from vislam2tag.settings import Settings  # noqa: E402
-from vislam2tag.studio.sharing.fleet import export_fleet  # noqa: E402
+from vislam2tag.studio.fleet import export_fleet  # noqa: E402
 
 SETTLED_MS = 2500
 """The map has been drawn and animations have ended."""

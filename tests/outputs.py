@@ -267,7 +267,7 @@ CASES = (
     ),
 )
 EXEMPT = {
-    "receive": "files sessions in the survey; tests/receiving kills and repeats it",
+    "receive": "files sessions in the survey; tests/studio/receiving kills and repeats it",
     "inspect": "writes nothing",
     "attach": "adds a folder to the survey",
     "sightings": "adds a file to each session of the survey",

@@ -21,10 +21,9 @@ import numpy as np
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.receiving.signing import signed
-from tests.receiving.zips import SESSION, digest, session_files, session_zip
-from tests.report.browser import running_browser
-from vislam2tag.receiving.server import UPLOADS
+from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip, signed
+from tests.views.browser import running_browser
+from vislam2tag.studio.receiving.server import UPLOADS
 
 PLACE = f"floor_4/LG/{SESSION}"
 

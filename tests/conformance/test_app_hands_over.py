@@ -12,7 +12,7 @@ import pytest
 
 from tests.cli.test_command_receive import large_session, receiving
 from tests.conformance.java import upload
-from tests.receiving.zips import SESSION, digest, session_files, session_zip
+from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip
 
 pytestmark = pytest.mark.slow
 

@@ -6,6 +6,7 @@ The simulator tells what a phone saw (a script); the app's core plays it, writes
 from __future__ import annotations
 
 import hashlib
+from vislam2tag.studio.receiving.filing import file_zip
 import json
 import shutil
 from pathlib import Path
@@ -21,7 +22,6 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.receiving.filing import file_zip
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings

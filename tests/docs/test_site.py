@@ -15,7 +15,7 @@ import pytest
 from playwright.sync_api import Page
 
 from tests.docs.pages import DOCS
-from tests.report.browser import note_problems, running_browser
+from tests.views.browser import note_problems, running_browser
 
 pytestmark = pytest.mark.slow
 ANSWERS = {

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
-from tests.report.browser import running_browser
 from tests.studio.running import running_studio
 from tests.studio.test_page import LATEST_MS, studio_page, watched_page
 from tests.surveys import make_survey
+from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
 SEARCHING = "The search for faults is not finished"

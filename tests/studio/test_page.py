@@ -19,8 +19,8 @@ from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
 from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, expect
 
-from tests.report.browser import running_browser
 from tests.studio.running import running_studio
+from tests.views.browser import running_browser
 
 LATEST_MS = 120_000
 expect.set_options(timeout=LATEST_MS)

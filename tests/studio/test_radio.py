@@ -13,10 +13,10 @@ import polars as pl
 import pytest
 from playwright.sync_api import expect
 
-from tests.report.browser import running_browser
 from tests.studio.faulty_survey import write_faulty_survey
 from tests.studio.running import Page, running_studio
 from tests.studio.test_page import LATEST_MS, picture
+from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.studio.running import Page, running_studio
 from tests.studio.scale_survey import FRAMES, SESSIONS, write_scale_survey
-from vislam2tag.studio.tracks import OVERVIEW_POINTS, WINDOW_POINTS
+from vislam2tag.studio.outputs import OVERVIEW_POINTS, WINDOW_POINTS
 
 pytestmark = pytest.mark.slow
 

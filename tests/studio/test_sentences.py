@@ -21,7 +21,8 @@ REFUSING = (
     "planning",
     "registration",
     "sheets",
-    "studio/prepare",
+    "studio/preparing.py",
+    "studio/planning.py",
     "studio/jobs.py",
     "pipeline/site/plan.py",
     "pipeline/site/register.py",
@@ -78,7 +79,7 @@ def test_every_sentence_about_a_survey_is_there_in_german() -> None:
         sentence: file.name
         for package in PACKAGES
         for file in sorted((ROOT / "src" / "vislam2tag" / package).rglob("*.py"))
-        if "evaluating" not in file.parts and file.name not in ELSEWHERE
+        if not {"evaluating", "receiving"} & set(file.parts) and file.name not in ELSEWHERE
         for sentence in templates(ast.parse(file.read_text(encoding="utf-8")))
         if " " in sentence and re.search(r"[a-z]{2,}", sentence)
     }

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.report.browser import running_browser
 from tests.sessions.test_without_poses import simulated
 from tests.studio.running import running_studio
 from tests.studio.test_from_plan_to_link import WIDE, extent_of, pixel, sound
 from tests.studio.test_page import idle, press, watched_page
+from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
 AT_S = "25.5"

@@ -10,14 +10,14 @@ from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.terminal import answer, print_line, say, visible_console
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.receiving.address import EVERYWHERE, code_of, listen, url_for
+from vislam2tag.common.serving import EVERYWHERE, code_of, listen, url_for
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
-    from vislam2tag.receiving.app_zip import AppPlace
-    from vislam2tag.receiving.filing import FiledSession
+    from vislam2tag.studio.receiving.filing import FiledSession
+    from vislam2tag.studio.receiving.zips import AppPlace
 
 
 UNPACKED = 8
@@ -61,11 +61,11 @@ def receive_command(
     """
     if not survey.is_dir():
         raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
-    from vislam2tag.receiving.app_zip import app_place
+    from vislam2tag.studio.receiving.zips import app_place
 
     place = app_place(floor, device)
     if zips:
-        from vislam2tag.receiving.uploads import Uploads
+        from vislam2tag.studio.receiving.uploads import Uploads
 
         with Uploads(survey, max_size_mb * MEGABYTE, UNPACKED * max_size_mb * MEGABYTE):
             filed = {path: _filed(survey, path, max_size_mb * MEGABYTE, place, tell=not json) for path in zips}
@@ -79,8 +79,8 @@ def receive_command(
 
 def _filed(survey: Path, path: Path, max_bytes: int, place: AppPlace, *, tell: bool) -> FiledSession | None:
     """File one zip and tell it; tell and return None where it is refused."""
-    from vislam2tag.receiving.filing import file_zip
-    from vislam2tag.receiving.session_zip import RefusedZipError
+    from vislam2tag.studio.receiving.filing import file_zip
+    from vislam2tag.studio.receiving.zips import RefusedZipError
 
     try:
         if path.stat().st_size > max_bytes:
@@ -136,10 +136,10 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, 
     # Only a server needs these; starting quickly matters to all other commands.
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
-    from vislam2tag.receiving.connections import serve
-    from vislam2tag.receiving.server import Listener, Receiver
-    from vislam2tag.receiving.token import Guard, new_token
-    from vislam2tag.receiving.uploads import Uploads
+    from vislam2tag.common.serving import serve
+    from vislam2tag.studio.receiving.server import Listener, Receiver
+    from vislam2tag.studio.receiving.token import Guard, new_token
+    from vislam2tag.studio.receiving.uploads import Uploads
 
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
     with (
@@ -160,7 +160,7 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, 
 
 
 def _welcome(console: Console, url: str, token: str) -> None:
-    from vislam2tag.receiving.token import grouped
+    from vislam2tag.studio.receiving.token import grouped
 
     if console.is_terminal:
         console.out(code_of(url), end="", highlight=False)

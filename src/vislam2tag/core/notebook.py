@@ -7,7 +7,7 @@ from html import escape
 from importlib import import_module
 from typing import Any
 
-DRAWING = "vislam2tag.figures.notebook"
+DRAWING = "vislam2tag.views.notebook"
 """Draws each of these values; found by its name when it is asked for, as Matplotlib takes long to load."""
 
 

@@ -1,8 +1,9 @@
-"""The studio: a page in the browser on the functions of the command line (docs/architecture.md).
+"""The studio: a page in the browser on the functions of the command line (docs/explanation/architecture.md).
 
-A request comes through ``guard`` (who may ask) and ``app`` to one of ``endpoints``, whose answers are the records of
-``messages`` and ``work_messages``. They are made of the ``workspace``, what survey and labels hold now, by
-``survey_view``, ``session_view``, ``tracks``, ``series``, ``diagnosis_view``, ``comparison`` and the ``layers``.
-``jobs`` map sessions again, ``events`` tell all pages of it. ``page/`` is what the browser loads, built from
-``studio/`` at the root of the repository.
+A request comes through ``guard`` (who may ask) and ``app`` to one of ``endpoints``, whose answers are the domain's
+records and those of ``messages`` and ``work_messages``. They are made of the ``workspace``, what survey and labels
+(``outputs``) hold now, by ``survey_view``, ``session_view``, ``series``, ``corrections_view``, ``radio`` and the
+``layers``. ``preparing`` and ``planning`` prepare a survey, ``collecting`` takes sessions over from phones
+(``receiving``). ``jobs`` map sessions again, ``events`` tell all pages of it. ``export`` and ``fleet`` write pages of
+files. ``page/`` is what the browser loads, built from ``studio/`` at the root of the repository.
 """

@@ -1,10 +1,14 @@
-"""The HTTP side of the studio: requests into calls of the endpoints, answers and refusals."""
+"""The HTTP side of the studio: requests into calls of the endpoints, answers and refusals; starting and ending it."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from contextlib import asynccontextmanager
+from vislam2tag.studio.endpoints import Asked
+from vislam2tag.studio.prepare.endpoints import PREPARE
+from vislam2tag.studio.work_messages import ConflictView
+import socket
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
 from functools import partial
 from typing import TypeVar
 
@@ -20,21 +24,23 @@ from starlette.routing import Route
 from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, serve, url_for, whole_body
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.receiving.connections import admit
-from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
-from vislam2tag.site.corrections.edits import ChangedMeanwhileError
-from vislam2tag.site.corrections.merging import Conflict, ConflictError
-from vislam2tag.studio.corrections_view import corrections_view
-from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, Studio
-from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, OwnHeaders
-from vislam2tag.studio.prepare.dropped import MOST_FILE
-from vislam2tag.studio.prepare.endpoints import PREPARE
-from vislam2tag.studio.queries import NoQuery
-from vislam2tag.studio.work_messages import ConflictView, EnterRequest, Problem
+from vislam2tag.studio.collecting import Handover
+from vislam2tag.studio.corrections_view import Diagnoses, corrections_view
+from vislam2tag.studio.endpoints import Studio
+from vislam2tag.studio.events import Events
+from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, Guard, OwnHeaders
+from vislam2tag.studio.jobs import JobQueue, Worker
+from vislam2tag.studio.messages import NoQuery
+from vislam2tag.studio.preparing import MOST_FILE, DroppedFiles
+from vislam2tag.studio.routing import ENDPOINTS, Binary, Endpoint
+from vislam2tag.studio.work_messages import EnterRequest, Problem
+from vislam2tag.studio.workspace import Workspace
+from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
+from vislam2tag.survey.corrections.merging import Conflict, ConflictError
 
 _Record = TypeVar("_Record", bound=FiniteRecord)
-ALL_ENDPOINTS = (*ENDPOINTS, *PREPARE)
 BODY_S = 30.0
 """A request's body must be whole so soon ..."""
 FILE_S = 600.0
@@ -79,7 +85,7 @@ def studio_app(studio: Studio) -> Starlette:
         Route("/api/events", let_in(partial(_events, studio)), methods=["GET"]),
         *(
             Route(endpoint.path, let_in(partial(_answer, studio, endpoint)), methods=[endpoint.method])
-            for endpoint in ALL_ENDPOINTS
+            for endpoint in ENDPOINTS
         ),
     ]
     return Starlette(
@@ -141,9 +147,8 @@ async def _answer(studio: Studio, endpoint: Endpoint, request: Request) -> Respo
         query = endpoint.query.model_validate(dict(request.query_params))
         body = NoQuery() if endpoint.body is NoQuery else await _body_record(endpoint.body, request)
         content = await _file(request) if endpoint.takes_file else b""
-        path = {k: str(v) for k, v in request.path_params.items()}
-        asked = Asked(path, query, body, request.headers.get("if-match"), content)
-        found = await run_in_threadpool(endpoint.answer, studio, asked)
+        named = {"query": query, "body": body, "version": request.headers.get("if-match"), "content": content}
+        found = await run_in_threadpool(endpoint.answered, studio, request.path_params | named)
     except RefusedError:
         raise
     except Exception as error:
@@ -212,10 +217,10 @@ async def _body(request: Request, most: int, seconds: float) -> bytes:
 
 async def _refuse(studio: Studio, request: Request, error: Exception) -> Response:
     del request
-    corrections, conflicts = None, list[ConflictView]()
+    corrections, conflicts = None, list[Conflict]()
     if isinstance(error, RefusedError):
         status, code, message = error.status, error.code, error.message
-        conflicts = [ConflictView(table=one.table, expected=one.expected, now=one.now) for one in error.conflicts]
+        conflicts = list(error.conflicts)
         if code in ("stale", "conflict"):
             await studio.events.look()  # the page learns of the file now, and must hear of all that comes after
             corrections = await run_in_threadpool(corrections_view, studio.workspace)
@@ -225,3 +230,29 @@ async def _refuse(studio: Studio, request: Request, error: Exception) -> Respons
     problem = Problem(code=code, message=message, conflicts=conflicts, corrections=corrections)
     content = problem.model_dump(mode="json")
     return JSONResponse(content, status, {"Cache-Control": "no-store"})
+
+
+@contextmanager
+def opened_studio(
+    workspace: Workspace, host: str, opened: socket.socket, workers: int
+) -> Iterator[tuple[str, Starlette]]:
+    """The address with a first token, and the application; its jobs end with the block."""
+    events = Events(workspace.refresh)
+    guard = Guard(host, opened.getsockname()[1])
+    jobs = JobQueue(workspace, events.publish, workers)
+    handover = Handover(workspace, jobs, events.publish)
+    dropped, worker = DroppedFiles(), Worker()
+    try:
+        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover, dropped, worker)
+        yield url_for(host, guard.port, guard.invite()), studio_app(studio)
+    finally:
+        handover.close()
+        worker.close()
+        dropped.close()
+        jobs.close()
+        workspace.close()
+
+
+def serve_studio(app: Starlette, opened: socket.socket) -> None:
+    """Serve until SIGINT or SIGTERM; connections stay open for many requests, and for events."""
+    serve(app, opened, lifespan="on")

@@ -1,35 +1,42 @@
-"""``corrections.toml`` as the page sees it: its entries, what changes would make of it, and its saving."""
+"""Corrections and faults as the page sees them: ``corrections.toml`` and its changes, and faults with lines for it."""
 
 from __future__ import annotations
 
 import inspect
+import math
+import tomllib
+from collections.abc import Mapping
+from datetime import date, time
 
 from pydantic import TypeAdapter
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.site.corrections.edits import (
-    change_text,
-    changed_text,
-    corrections_of,
-    corrections_text,
-    difference,
-    entries_of,
-    save_text,
-)
-from vislam2tag.site.corrections.file import Corrections
-from vislam2tag.site.corrections.merging import merged
-from vislam2tag.site.model import Survey
+from vislam2tag.common.judgement import Answer, Judgement
+from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
+from vislam2tag.pipeline.labels.process import kept_faults
+from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.studio.messages import Point
+from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.work_messages import (
     CorrectionsView,
     CorrectionTable,
     CorrectionTables,
+    DiagnosisView,
     Entry,
+    FaultPlace,
+    FaultView,
     Preview,
     PreviewRequest,
     Undone,
     UndoRequest,
 )
-from vislam2tag.studio.workspace import Workspace
+from vislam2tag.studio.workspace import Snapshot, Workspace
+from vislam2tag.survey.corrections.edits import AddEntry, changed_text, corrections_of, difference, entries_of
+from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.survey.corrections.lines import change_text, corrections_text, save_text
+from vislam2tag.survey.corrections.merging import merged
+from vislam2tag.survey.model import Survey
 
 
 def corrections_view(workspace: Workspace) -> CorrectionsView:
@@ -125,3 +132,142 @@ def _entries(text: str, survey: Survey) -> list[Entry]:
 def _plain(value: object) -> object:
     """A value as JSON has it."""
     return value.isoformat() if hasattr(value, "isoformat") else value
+
+
+class Diagnoses:
+    """The faults of a workspace: of the last whole diagnosis while nothing has changed since, else of the labels."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        """Nothing is looked for before it is asked for."""
+        self._workspace = workspace
+        self._quick: tuple[str, list[Fault], Judgement] | None = None
+
+    def view(self) -> DiagnosisView:
+        """The list."""
+        version, full = self._workspace.refresh().sessions, self._workspace.diagnosis
+        if full is not None and full[1] == version:
+            faults = fault_views(full[0].faults, self._workspace.now)
+            return DiagnosisView(state="full", stale=False, faults=faults, judgement=full[0].judgement)
+        open_before = [] if full is None else self._not_answered(full[0].faults)
+        if not self._workspace.outputs[LABELS].stamp():
+            faults = fault_views(open_before, self._workspace.now)
+            judgement = _with_open(self._not_looked_at(), open_before)
+            return DiagnosisView(state="none", stale=full is not None, faults=faults, judgement=judgement)
+        if self._quick is None or self._quick[0] != version:
+            now, folder = self._workspace.now, OutputFolder(self._workspace.out)
+            refs = [ref for ref in now.survey.sessions if not now.corrections.excludes(ref.key)]
+            results = folder.results(ref.slug for ref in thinned(refs))
+            passes = {result.slug: result.passes for result in results if result.passes is not None}
+            self._quick = version, *kept_faults(now.survey, refs, passes)
+        faults = fault_views(_together(self._quick[1], open_before), self._workspace.now)
+        judgement = _with_open(self._quick[2], open_before)
+        return DiagnosisView(state="quick", stale=full is not None, faults=faults, judgement=judgement)
+
+    def _not_answered(self, faults: list[Fault]) -> list[Fault]:
+        """Those whose corrections are not all in the file; all of them while the file cannot be read."""
+        try:
+            written = tomllib.loads(corrections_text(self._workspace.root)[0])
+        except (SurveyError, tomllib.TOMLDecodeError):
+            return faults
+        return [
+            fault
+            for fault in faults
+            if not fault.corrections or not all(_is_written(entry, written) for entry in fault.corrections)
+        ]
+
+    def _not_looked_at(self) -> Judgement:
+        why = "no walk has labels yet" if self._workspace.now.survey.sessions else "the survey has no walk yet"
+        return Judgement(answer=Answer.NOT_LOOKED_AT, why=why)
+
+
+def _with_open(judgement: Judgement, faults: list[Fault]) -> Judgement:
+    """The answer beside faults of an earlier search that are still open."""
+    return judgement.model_copy(update={"answer": Answer.WRONG}) if faults else judgement
+
+
+def _is_written(entry: CorrectionEntry, written: Mapping[str, object]) -> bool:
+    """Whether a file's tables have an entry; the page writes dates as texts."""
+    tables = written.get(entry.table, [])
+    if not isinstance(tables, list):
+        return False
+    wanted = _plain_values(entry.values).items()
+    return any(
+        isinstance(table, dict) and all(_plain_values(table).get(name) == value for name, value in wanted)
+        for table in tables
+    )
+
+
+def _together(now: list[Fault], before: list[Fault]) -> list[Fault]:
+    """What the labels show, and what the last search found that they do not show: it is open until looked at again."""
+    known = {(fault.kind, fault.floor, *fault.landmarks, *fault.sessions) for fault in now}
+    return [*now, *(one for one in before if (one.kind, one.floor, *one.landmarks, *one.sessions) not in known)]
+
+
+def fault_views(faults: list[Fault], now: Snapshot) -> list[FaultView]:
+    """Faults in the order of what their corrections bring."""
+    places = {
+        (floor, name): (float(x), float(y))
+        for name, floor, (x, y) in zip(
+            now.survey.site.landmarks.ids,
+            now.survey.site.landmarks.floor.tolist(),
+            now.survey.site.landmarks.position_bcs.tolist(),
+            strict=True,
+        )
+        if math.isfinite(x) and math.isfinite(y)
+    }
+    return [_fault_view(fault, places, now) for fault in sorted(faults, key=_order)]
+
+
+def _order(fault: Fault) -> tuple[float, float, float]:
+    """The greater share of frames labelled first, then the smaller error to expect, then the surer."""
+    gain = fault.gain
+    labelled = gain.labelled_after - gain.labelled_before if gain else 0.0
+    before, after = (gain.expected_before_m, gain.expected_after_m) if gain else (None, None)
+    better = before - after if before is not None and after is not None else 0.0
+    return -labelled, -better, -(fault.odds or 0.0)
+
+
+def _fault_view(fault: Fault, places: Mapping[tuple[int, str], Point], now: Snapshot) -> FaultView:
+    return FaultView(
+        id=f"{fault.kind.value}:{fault.floor}:{','.join(fault.landmarks)}:{','.join(fault.sessions)}",
+        kind=fault.kind.value,
+        floor=fault.floor,
+        landmarks=fault.landmarks,
+        sessions=[now.id_of_key[key] for key in fault.sessions if key in now.id_of_key],
+        summary=fault.summary,
+        evidence=fault.evidence,
+        odds=fault.odds,
+        gain=fault.gain,
+        lines=fault.lines,
+        changes=[AddEntry(table=entry.table, values=_plain_values(entry.values)) for entry in fault.corrections],
+        places=_places(fault, places),
+    )
+
+
+def _plain_values(values: Mapping[str, object]) -> dict[str, object]:
+    """Values as JSON has them."""
+    return {
+        name: value.isoformat() if isinstance(value, date | time) else value
+        for name, value in values.items()
+        if value is not None
+    }
+
+
+def _places(fault: Fault, places: Mapping[tuple[int, str], Point]) -> list[FaultPlace]:
+    """Where its landmarks are by the table, and where they are by the walks, where that is told."""
+    if fault.floor is None:
+        return []
+    to: dict[str, Point] = {
+        str(entry.values["id"]): (float(entry.values["x"]), float(entry.values["y"]))
+        for entry in fault.corrections
+        if entry.table == "move_landmark"
+    }
+    known = [name for name in fault.landmarks if (fault.floor, name) in places]
+    if fault.kind is FaultKind.SWAPPED:
+        to = {name: places[fault.floor, after] for name, after in zip(known, [*known[1:], *known[:1]], strict=True)}
+    found = []
+    for name in known:
+        x, y = places[fault.floor, name]
+        to_x, to_y = to.get(name, (None, None))
+        found.append(FaultPlace(floor=fault.floor, landmark=name, x=x, y=y, to_x=to_x, to_y=to_y))
+    return found

@@ -1,43 +1,61 @@
-"""What can be asked of the studio: each endpoint with what it takes and gives, and the function that answers.
+"""What can be asked of the studio: one function for each endpoint, whose annotations say what it takes and gives.
 
-Routes and ``openapi.json`` are both made of :data:`ENDPOINTS`.
+What plans, prints and adjusts is imported when it is
+first asked for: packages of extras, which the rest does without.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TypeVar
+from dataclasses import dataclass
+from itertools import count
+from urllib.parse import quote
 
 import numpy as np
 
-from vislam2tag.common.records import FiniteRecord
-from vislam2tag.receiving.address import code_of, url_for
-from vislam2tag.studio import corrections_view, diagnosis_view, session_view, survey_view, tracks
+from vislam2tag.common.serving import code_of, url_for
+from vislam2tag.studio import corrections_view, preparing, session_view, survey_view
 from vislam2tag.studio import series as charts
-from vislam2tag.studio.collect.covered import covered_floors
-from vislam2tag.studio.collect.handover import Handover
-from vislam2tag.studio.collect.messages import CollectingView, CoveredFloors
-from vislam2tag.studio.comparison import comparison
+from vislam2tag.studio.collecting import CollectingView, CoveredFloors, Handover, covered_floors
 from vislam2tag.studio.events import Events
+from vislam2tag.studio.export import SharedView, shared_view
 from vislam2tag.studio.guard import Guard
-from vislam2tag.studio.jobs import JobQueue
+from vislam2tag.studio.jobs import JobQueue, Worker
 from vislam2tag.studio.layer_registry import LAYERS
-from vislam2tag.studio.messages import SessionDetail, SessionList, SurveyView, TapsView
-from vislam2tag.studio.prepare.dropped import DroppedFiles
-from vislam2tag.studio.prepare.work import Worker
-from vislam2tag.studio.queries import (
+from vislam2tag.studio.messages import (
     CompareQuery,
     FloorQuery,
-    NoQuery,
     OfOutput,
     PlanQuery,
     RadioQuery,
     SeriesQuery,
+    SessionDetail,
+    SessionList,
+    SurveyView,
+    TapsView,
     WindowQuery,
 )
-from vislam2tag.studio.radio.messages import RadioView
-from vislam2tag.studio.sharing.shared import SharedView, shared_view
+from vislam2tag.studio.outputs import ARROW, FULL, arrow, arrow_stream, window
+from vislam2tag.studio.preparing import (
+    AddedFloor,
+    DroppedFile,
+    DroppedFiles,
+    FileQuery,
+    FloorRequest,
+    LookQuery,
+    PlanChange,
+    PlanLookView,
+    PlannedView,
+    PlanWish,
+    RegisterRequest,
+    RegistrationView,
+    SheetsView,
+    SheetsWish,
+    WallsRequest,
+    WallsView,
+    Written,
+)
+from vislam2tag.studio.radio import RadioView
+from vislam2tag.studio.routing import Binary, endpoint
 from vislam2tag.studio.work_messages import (
     ComparisonView,
     CorrectionsText,
@@ -57,8 +75,7 @@ from vislam2tag.studio.work_messages import (
     UndoRequest,
 )
 from vislam2tag.studio.workspace import Workspace
-
-_Record = TypeVar("_Record", bound=FiniteRecord)
+from vislam2tag.survey.plans.source import PlanSource
 
 
 @dataclass(frozen=True)
@@ -67,7 +84,7 @@ class Studio:
 
     workspace: Workspace
     jobs: JobQueue
-    diagnoses: diagnosis_view.Diagnoses
+    diagnoses: corrections_view.Diagnoses
     events: Events
     guard: Guard
     handover: Handover
@@ -75,62 +92,45 @@ class Studio:
     worker: Worker
 
 
-@dataclass(frozen=True)
-class Asked:
-    """A request that was let in: what stands in its path, its query and body as records, its header If-Match, and the
-    file that it brings.
-    """
-
-    path: dict[str, str]
-    query: FiniteRecord
-    body: FiniteRecord
-    if_match: str | None
-    content: bytes = b""
-
-    def of(self, kind: type[_Record]) -> _Record:
-        """The query or body, whichever is of a kind."""
-        found = self.query if isinstance(self.query, kind) else self.body
-        assert isinstance(found, kind)
-        return found
-
-
-@dataclass(frozen=True)
-class Binary:
-    """An answer that is no JSON; ``version`` tells whether the browser has it already."""
-
-    content: bytes
-    media_type: str
-    headers: dict[str, str] = field(default_factory=dict)
-    version: str | None = None
-
-
-def _survey(studio: Studio, _asked: Asked) -> SurveyView:
+@endpoint("GET", "/api/survey")
+def _survey(studio: Studio) -> SurveyView:
     studio.workspace.refresh()
     return survey_view.survey_view(studio.workspace)
 
 
-def _plan(studio: Studio, asked: Asked) -> Binary:
-    floor = studio.workspace.now.survey.site.floor(int(asked.path["number"]))
-    return Binary(
-        survey_view.plan_png(floor, asked.of(PlanQuery).side), "image/png", {"Cache-Control": "private, max-age=86400"}
-    )
+@endpoint("GET", "/api/floors/{number:short}/plan")
+def _plan(studio: Studio, number: int, query: PlanQuery) -> Binary:
+    picture = survey_view.plan_png(studio.workspace.now.survey.site.floor(number), query.side)
+    return Binary(picture, "image/png", {"Cache-Control": "private, max-age=86400"})
 
 
-def _session(studio: Studio, asked: Asked) -> SessionDetail:
-    return session_view.session_detail(studio.workspace, asked.path["id"])
+@endpoint("GET", "/api/sessions")
+def _sessions(studio: Studio) -> SessionList:
+    return session_view.session_list(studio.workspace)
 
 
-def _overview(studio: Studio, asked: Asked) -> Binary:
-    workspace, output = studio.workspace, asked.of(OfOutput).output
-    chosen = workspace.outputs[output]
-    version = f"{output}-{chosen.stamp()}-{workspace.refresh().sessions}-{len(workspace.before_slugs)}"
+@endpoint("GET", "/api/sessions/{id}")
+def _session(studio: Studio, id: str) -> SessionDetail:
+    return session_view.session_detail(studio.workspace, id)
+
+
+@endpoint("GET", "/api/sessions/{id}/taps")
+def _taps(studio: Studio, id: str) -> TapsView:
+    return session_view.taps(studio.workspace, id)
+
+
+@endpoint("GET", "/api/tracks")
+def _overview(studio: Studio, query: OfOutput) -> Binary:
+    workspace, output = studio.workspace, query.output
+    stamp = workspace.outputs[output].stamp()
+    version = f"{output}-{stamp}-{workspace.refresh().sessions}-{len(workspace.before_slugs)}"
     columns, stride = session_view.overview(workspace, output)
-    return Binary(tracks.arrow_stream(columns), tracks.ARROW, {"Studio-Stride": str(stride)}, version)
+    return Binary(arrow_stream(columns), ARROW, {"Studio-Stride": str(stride)}, version)
 
 
-def _window(studio: Studio, asked: Asked) -> Binary:
-    workspace, query = studio.workspace, asked.of(WindowQuery)
-    box = (query.left, query.right, query.low, query.high)
+@endpoint("GET", "/api/tracks/window")
+def _window(studio: Studio, query: WindowQuery) -> Binary:
+    workspace, box = studio.workspace, (query.left, query.right, query.low, query.high)
     found = (
         (i, track)
         for i, id in enumerate(workspace.now.ids)
@@ -138,167 +138,221 @@ def _window(studio: Studio, asked: Asked) -> Binary:
         and session_view.may_be_within(workspace.result(id, query.output), query.floor, box)
         and (track := workspace.track(id, query.output)) is not None
     )
-    content, stride = tracks.window(found, query.floor, box, query.points)
-    return Binary(content, tracks.ARROW, {"Studio-Stride": str(stride)})
+    content, stride = window(found, query.floor, box, query.points)
+    return Binary(content, ARROW, {"Studio-Stride": str(stride)})
 
 
-def _track(studio: Studio, asked: Asked) -> Binary:
-    id, query = asked.path["id"], asked.of(SeriesQuery)
+@endpoint("GET", "/api/sessions/{id}/track")
+def _track(studio: Studio, id: str, query: SeriesQuery) -> Binary:
     track = studio.workspace.track(id, query.output)
     if track is None:
-        return Binary(tracks.arrow([], tuple(tracks.FULL)), tracks.ARROW)
+        return Binary(arrow([], tuple(FULL)), ARROW)
     t = track.columns["t"]
     inside = np.asarray((t >= query.start) & (t <= query.end))
     index = studio.workspace.now.ids.index(id)
-    return Binary(tracks.arrow([(index, track.rows(inside))], tuple(tracks.FULL)), tracks.ARROW)
+    return Binary(arrow([(index, track.rows(inside))], tuple(FULL)), ARROW)
 
 
-def _series(studio: Studio, asked: Asked) -> Binary:
-    query = asked.of(SeriesQuery)
-    found = charts.session_series(studio.workspace, asked.path["id"], query.output)
-    columns = charts.series_columns(found, query.points, (query.start, query.end))
-    return Binary(tracks.arrow_stream(columns), tracks.ARROW)
+@endpoint("GET", "/api/sessions/{id}/series")
+def _series(studio: Studio, id: str, query: SeriesQuery) -> Binary:
+    found = charts.session_series(studio.workspace, id, query.output)
+    return Binary(arrow_stream(charts.series_columns(found, query.points, (query.start, query.end))), ARROW)
 
 
-def _scans(studio: Studio, asked: Asked) -> Binary:
-    table = charts.scans_table(studio.workspace, asked.of(OfOutput).output)
-    return Binary(tracks.arrow_stream({name: table[name].to_numpy() for name in table.columns}), tracks.ARROW)
+@endpoint("GET", "/api/scans")
+def _scans(studio: Studio, query: OfOutput) -> Binary:
+    table = charts.scans_table(studio.workspace, query.output)
+    return Binary(arrow_stream({name: table[name].to_numpy() for name in table.columns}), ARROW)
 
 
-def _corrections(studio: Studio, _asked: Asked) -> CorrectionsView:
+@endpoint("GET", "/api/corrections")
+def _corrections(studio: Studio) -> CorrectionsView:
     return corrections_view.corrections_view(studio.workspace)
 
 
-def _tables(_studio: Studio, _asked: Asked) -> CorrectionTables:
+@endpoint("GET", "/api/corrections/tables")
+def _tables(_studio: Studio) -> CorrectionTables:
     return corrections_view.correction_tables()
 
 
-def _preview(studio: Studio, asked: Asked) -> Preview:
-    return corrections_view.preview(studio.workspace, asked.of(PreviewRequest))
+@endpoint("POST", "/api/corrections/preview")
+def _preview(studio: Studio, body: PreviewRequest) -> Preview:
+    return corrections_view.preview(studio.workspace, body)
 
 
-def _save(studio: Studio, asked: Asked) -> CorrectionsView:
-    version = (asked.if_match or "").strip('"')
-    return corrections_view.saved(studio.workspace, asked.of(CorrectionsText).text, version)
+@endpoint("PUT", "/api/corrections")
+def _save(studio: Studio, body: CorrectionsText, version: str) -> CorrectionsView:
+    return corrections_view.saved(studio.workspace, body.text, version.strip('"'))
 
 
-def _undo(studio: Studio, asked: Asked) -> Undone:
-    return corrections_view.undone(studio.workspace, asked.of(UndoRequest))
+@endpoint("POST", "/api/corrections/undo")
+def _undo(studio: Studio, body: UndoRequest) -> Undone:
+    return corrections_view.undone(studio.workspace, body)
 
 
-def _jobs(studio: Studio, _asked: Asked) -> Jobs:
+@endpoint("GET", "/api/jobs")
+def _jobs(studio: Studio) -> Jobs:
     return Jobs(jobs=studio.jobs.all())
 
 
-def _new_job(studio: Studio, asked: Asked) -> Job:
-    return studio.jobs.submit(asked.of(JobRequest))
+@endpoint("POST", "/api/jobs", status=202)
+def _new_job(studio: Studio, body: JobRequest) -> Job:
+    return studio.jobs.submit(body)
 
 
-def _cancel(studio: Studio, asked: Asked) -> Job:
-    return studio.jobs.cancel(int(asked.path["number"]))
+@endpoint("DELETE", "/api/jobs/{number:short}")
+def _cancel(studio: Studio, number: int) -> Job:
+    return studio.jobs.cancel(number)
 
 
-def _diagnosis(studio: Studio, _asked: Asked) -> DiagnosisView:
+@endpoint("GET", "/api/diagnosis")
+def _diagnosis(studio: Studio) -> DiagnosisView:
     return studio.diagnoses.view()
 
 
-def _compare(studio: Studio, asked: Asked) -> ComparisonView:
-    query = asked.of(CompareQuery)
-    return comparison(studio.workspace, query.a, query.b)
+@endpoint("GET", "/api/compare")
+def _compare(studio: Studio, query: CompareQuery) -> ComparisonView:
+    return survey_view.comparison(studio.workspace, query.a, query.b)
 
 
-def _layers(_studio: Studio, _asked: Asked) -> Layers:
-    found = LAYERS.all()
-    return Layers(layers=[LayerInfo(name=name, title=layer.title, shown=layer.shown) for name, layer in found.items()])
+@endpoint("GET", "/api/layers")
+def _layers(_studio: Studio) -> Layers:
+    return Layers(layers=[LayerInfo(name=n, title=one.title, shown=one.shown) for n, one in LAYERS.all().items()])
 
 
-def _layer(studio: Studio, asked: Asked) -> LayerView:
-    layer = LAYERS.all()[asked.path["name"]]
-    return LayerView(features=layer.features(studio.workspace, asked.of(FloorQuery).floor))
+@endpoint("GET", "/api/layers/{name}")
+def _layer(studio: Studio, name: str, query: FloorQuery) -> LayerView:
+    return LayerView(features=LAYERS.all()[name].features(studio.workspace, query.floor))
 
 
-def _radio(studio: Studio, _asked: Asked) -> RadioView:
-    made = studio.jobs.radio
-    if made is None:
+@endpoint("GET", "/api/radio")
+def _radio(studio: Studio) -> RadioView:
+    if studio.jobs.radio is None:
         return RadioView(state="none", floors=[], changes=[])
-    return made[0].view(stale=made[1] != studio.workspace.refresh().labels)
+    made, labels = studio.jobs.radio
+    return made.view(stale=labels != studio.workspace.refresh().labels)
 
 
-def _radio_map(studio: Studio, asked: Asked) -> Binary:
-    query, made = asked.of(RadioQuery), studio.jobs.radio
-    if made is None:
+@endpoint("GET", "/api/radio/map")
+def _radio_map(studio: Studio, query: RadioQuery) -> Binary:
+    if studio.jobs.radio is None:
         raise KeyError("radio map")
-    _, cells = made[0].layer(query.floor, query.technology, query.layer, query.bssid)
-    return Binary(tracks.arrow_stream({"v": cells.ravel()}), tracks.ARROW)
+    _, cells = studio.jobs.radio[0].layer(query.floor, query.technology, query.layer, query.bssid)
+    return Binary(arrow_stream({"v": cells.ravel()}), ARROW)
 
 
-def _collecting(studio: Studio, _asked: Asked) -> CollectingView:
+@endpoint("GET", "/api/collecting")
+def _collecting(studio: Studio) -> CollectingView:
     return studio.handover.view()
 
 
-def _collect(studio: Studio, _asked: Asked) -> CollectingView:
+@endpoint("POST", "/api/collecting")
+def _collect(studio: Studio) -> CollectingView:
     return studio.handover.open()
 
 
-def _end_collecting(studio: Studio, _asked: Asked) -> CollectingView:
+@endpoint("DELETE", "/api/collecting")
+def _end_collecting(studio: Studio) -> CollectingView:
     return studio.handover.close()
 
 
-def _covered(studio: Studio, _asked: Asked) -> CoveredFloors:
+@endpoint("GET", "/api/covered")
+def _covered(studio: Studio) -> CoveredFloors:
     return covered_floors(studio.workspace)
 
 
-def _invite(studio: Studio, _asked: Asked) -> Invitation:
+@endpoint("GET", "/api/shared")
+def _shared(studio: Studio) -> SharedView:
+    return shared_view(studio.workspace)
+
+
+@endpoint("POST", "/api/invitations")
+def _invite(studio: Studio) -> Invitation:
     url = url_for(studio.guard.host, studio.guard.port, studio.guard.invite())
     return Invitation(url=url, code=code_of(url))
 
 
-@dataclass(frozen=True)
-class Endpoint:
-    """A method and path, the function that answers, and records of query, body and answer (None: no JSON)."""
-
-    method: str
-    path: str
-    answer: Callable[[Studio, Asked], FiniteRecord | Binary]
-    gives: type[FiniteRecord] | None
-    query: type[FiniteRecord] = NoQuery
-    body: type[FiniteRecord] = NoQuery
-    status: int = 200
-    takes_file: bool = False
-    """Whether the body is a file in place of JSON."""
+@endpoint("POST", "/api/prepare/files")
+def _drop(studio: Studio, query: FileQuery, content: bytes) -> DroppedFile:
+    return studio.dropped.keep(query.name, content)
 
 
-ENDPOINTS = (
-    Endpoint("GET", "/api/survey", _survey, SurveyView),
-    Endpoint("GET", "/api/floors/{number:short}/plan", _plan, None, PlanQuery),
-    Endpoint("GET", "/api/sessions", lambda studio, _: session_view.session_list(studio.workspace), SessionList),
-    Endpoint("GET", "/api/sessions/{id}", _session, SessionDetail),
-    Endpoint(
-        "GET", "/api/sessions/{id}/taps", lambda s, asked: session_view.taps(s.workspace, asked.path["id"]), TapsView
-    ),
-    Endpoint("GET", "/api/sessions/{id}/track", _track, None, SeriesQuery),
-    Endpoint("GET", "/api/sessions/{id}/series", _series, None, SeriesQuery),
-    Endpoint("GET", "/api/tracks", _overview, None, OfOutput),
-    Endpoint("GET", "/api/tracks/window", _window, None, WindowQuery),
-    Endpoint("GET", "/api/scans", _scans, None, OfOutput),
-    Endpoint("GET", "/api/corrections", _corrections, CorrectionsView),
-    Endpoint("PUT", "/api/corrections", _save, CorrectionsView, body=CorrectionsText),
-    Endpoint("POST", "/api/corrections/preview", _preview, Preview, body=PreviewRequest),
-    Endpoint("POST", "/api/corrections/undo", _undo, Undone, body=UndoRequest),
-    Endpoint("GET", "/api/corrections/tables", _tables, CorrectionTables),
-    Endpoint("GET", "/api/jobs", _jobs, Jobs),
-    Endpoint("POST", "/api/jobs", _new_job, Job, body=JobRequest, status=202),
-    Endpoint("DELETE", "/api/jobs/{number:short}", _cancel, Job),
-    Endpoint("GET", "/api/diagnosis", _diagnosis, DiagnosisView),
-    Endpoint("GET", "/api/compare", _compare, ComparisonView, CompareQuery),
-    Endpoint("GET", "/api/layers", _layers, Layers),
-    Endpoint("GET", "/api/layers/{name}", _layer, LayerView, FloorQuery),
-    Endpoint("GET", "/api/radio", _radio, RadioView),
-    Endpoint("GET", "/api/radio/map", _radio_map, None, RadioQuery),
-    Endpoint("GET", "/api/collecting", _collecting, CollectingView),
-    Endpoint("POST", "/api/collecting", _collect, CollectingView),
-    Endpoint("DELETE", "/api/collecting", _end_collecting, CollectingView),
-    Endpoint("GET", "/api/covered", _covered, CoveredFloors),
-    Endpoint("GET", "/api/shared", lambda studio, _: shared_view(studio.workspace), SharedView),
-    Endpoint("POST", "/api/invitations", _invite, Invitation),
-)
+@endpoint("GET", "/api/prepare/files/{number:short}/look")
+def _look(studio: Studio, number: int, query: LookQuery) -> PlanLookView:
+    source = PlanSource(file="plan", page=query.page, level=query.level)
+    return preparing.look(studio.dropped.path(number), source, studio.workspace.root)
+
+
+@endpoint("GET", "/api/prepare/files/{number:short}/picture")
+def _picture(studio: Studio, number: int, query: LookQuery) -> Binary:
+    source = PlanSource(file="plan", page=query.page, level=query.level)
+    return Binary(preparing.picture_png(studio.dropped.path(number), source), "image/png")
+
+
+@endpoint("POST", "/api/prepare/floors")
+def _add_floor(studio: Studio, body: FloorRequest) -> AddedFloor:
+    return preparing.add_dropped(studio.workspace, studio.dropped.path(body.file), body)
+
+
+_PLANS = count(1)
+
+
+@endpoint("POST", "/api/prepare/plans")
+def _plan_landmarks(studio: Studio, body: PlanWish) -> PlannedView:
+    from vislam2tag.studio.planning import make_plan
+
+    workspace = studio.workspace
+    workspace.now.survey.site.floor(body.floor)
+    return studio.worker.do(make_plan, next(_PLANS), workspace.root, body, workspace.settings)
+
+
+@endpoint("POST", "/api/prepare/plans/change")
+def _change(studio: Studio, body: PlanChange) -> PlannedView:
+    from vislam2tag.studio.planning import change_plan
+
+    return studio.worker.do_latest(change_plan, body)
+
+
+@endpoint("POST", "/api/prepare/plans/write")
+def _write_plan(studio: Studio, body: PlanChange) -> Written:
+    from vislam2tag.studio.planning import write_plan
+
+    written = studio.worker.do(write_plan, body, studio.workspace.root)
+    studio.workspace.refresh()
+    return Written(count=written, where=str(studio.workspace.root))
+
+
+@endpoint("POST", "/api/prepare/sheets")
+def _sheets(studio: Studio, body: SheetsWish) -> SheetsView:
+    from vislam2tag.studio.planning import made_sheets
+
+    return studio.worker.do(made_sheets, studio.workspace.root, body, studio.workspace.settings.sheets)
+
+
+@endpoint("GET", "/api/prepare/sheets/pdf")
+def _sheets_pdf(studio: Studio) -> Binary:
+    from vislam2tag.studio.planning import sheets_folder, sheets_pdf
+
+    name = sheets_folder(studio.workspace.root).name
+    headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}.pdf"}
+    return Binary(sheets_pdf(studio.workspace.root), "application/pdf", headers)
+
+
+@endpoint("POST", "/api/prepare/positions")
+def _register(studio: Studio, body: RegisterRequest) -> RegistrationView:
+    workspace = studio.workspace
+    found = preparing.registered(workspace.root, studio.dropped, body, workspace.settings.registration)
+    if body.write:
+        workspace.refresh()
+    return found
+
+
+@endpoint("POST", "/api/prepare/walls")
+def _walls(studio: Studio, body: WallsRequest) -> WallsView:
+    from vislam2tag.studio.planning import corrected_floor
+
+    workspace = studio.workspace
+    found = studio.worker.do(corrected_floor, workspace.root, body, workspace.settings.walkable)
+    if body.write:
+        workspace.refresh()
+    return found

@@ -11,8 +11,8 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from vislam2tag.receiving.address import EVERYWHERE
-from vislam2tag.receiving.token import new_token
+from vislam2tag.common.serving import EVERYWHERE
+from vislam2tag.studio.receiving.token import new_token
 
 Message: TypeAlias = MutableMapping[str, Any]
 MOST_BODY = 1 << 20

@@ -1,10 +1,13 @@
-"""Jobs, one after the other: sessions are mapped again in workers that wait ready, faults looked for, maps made, and
-what is given away.
+"""Work in other processes: jobs one after the other, and what takes long while a survey is prepared.
+
+Jobs map sessions again, look for faults, make radio maps, and write folders to share.
 """
 
 from __future__ import annotations
 
 import threading
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.model import Survey
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -12,6 +15,7 @@ from concurrent.futures import ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder
@@ -25,12 +29,10 @@ from vislam2tag.pipeline.labels.process import jobs_of, label_run
 from vislam2tag.pipeline.labels.stored_session import run_session
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.workers import done_in, worker_pool
-from vislam2tag.site.corrections.file import Corrections
-from vislam2tag.site.model import Survey
+from vislam2tag.studio.export import make_dataset, make_page
 from vislam2tag.studio.messages import NewLabels
 from vislam2tag.studio.outputs import BEFORE
-from vislam2tag.studio.radio.maps import Radio, made_radio, radio_job
-from vislam2tag.studio.sharing.shared import make_dataset, make_page
+from vislam2tag.studio.radio import Radio, made_radio, radio_job
 from vislam2tag.studio.work_messages import Job, JobKind, JobRequest
 from vislam2tag.studio.workspace import Workspace
 
@@ -270,3 +272,45 @@ def _reduced(survey: Survey, corrections: Corrections, out: Path, settings: Proc
     """Make summary and report; runs in a worker."""
     with label_run(survey, corrections, out, settings) as run:
         run.reduced()
+
+
+_Asked = ParamSpec("_Asked")
+_Answer = TypeVar("_Answer")
+
+
+class Worker:
+    """One process, which remembers the plans that it made; it is started with the first work. Used by many threads."""
+
+    def __init__(self) -> None:
+        """Start nothing yet."""
+        self._running = ExitStack()
+        self._pool: ProcessPoolExecutor | None = None
+        self._start, self._turn = threading.Lock(), threading.Lock()
+        self._latest = 0
+
+    def close(self) -> None:
+        """End the process."""
+        with self._start:
+            self._pool = None
+            self._running.close()
+
+    def do(self, work: Callable[_Asked, _Answer], *args: _Asked.args, **values: _Asked.kwargs) -> _Answer:
+        """Call a module's function there; raises what that raises, OutputError where the process was ended."""
+        with self._start:
+            if self._pool is None:
+                self._pool = self._running.enter_context(worker_pool(1))
+            asked = self._pool.submit(work, *args, **values)
+        try:
+            return asked.result()
+        except BrokenProcessPool:
+            self.close()
+            raise OutputError("the process that plans was ended from outside; try again") from None
+
+    def do_latest(self, work: Callable[_Asked, _Answer], *args: _Asked.args, **values: _Asked.kwargs) -> _Answer:
+        """The same, but only of the last that asked so while others waited; raises OutputError for the rest."""
+        self._latest += 1
+        mine = self._latest
+        with self._turn:
+            if mine != self._latest:
+                raise OutputError("a later change of the plan has come meanwhile")
+            return self.do(work, *args, **values)

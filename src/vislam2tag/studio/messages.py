@@ -1,15 +1,21 @@
-"""What the server tells of the survey and its sessions, as JSON; metres, seconds and radians unless a name says else.
+"""What the server answers about the survey and its sessions, as JSON, and what stands behind the question mark of its
+addresses; metres, seconds and radians unless a name says else.
 
 ``openapi.json`` is made of these records, and the page's types of that.
 """
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, field_validator
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.sessions.corrected import SAME_TAP_S
+from vislam2tag.labeling.results import ContradictionMark
+from vislam2tag.sessions.corrected_taps import SAME_TAP_S
+from vislam2tag.studio.outputs import LABELS, WINDOW_POINTS
+from vislam2tag.survey.model import SessionKey
 
 Point: TypeAlias = tuple[float, float]
 Box: TypeAlias = tuple[float, float, float, float]
@@ -118,14 +124,6 @@ class SurveyView(FiniteRecord):
     """Positions that are less sure are uncertain; None: there is no limit."""
 
 
-class Key(FiniteRecord):
-    """Floor, device and folder name of a session."""
-
-    floor: int
-    device: str
-    session: str
-
-
 class SessionView(FiniteRecord):
     """A session in the list; its place there is the number in the column ``session``."""
 
@@ -133,8 +131,8 @@ class SessionView(FiniteRecord):
     id: str
     """For addresses; stays whatever is corrected."""
     slug: str
-    folder: Key
-    key: Key
+    folder: SessionKey
+    key: SessionKey
     """With corrections."""
     start: str | None
     date: str | None
@@ -210,18 +208,6 @@ class EventView(FiniteRecord):
     reason: str
 
 
-class ContradictionView(FiniteRecord):
-    """A landmark that the walk puts elsewhere than the survey."""
-
-    floor: int
-    landmark: str
-    size_m: float
-    sigma_m: float
-    passes: int
-    surveyed_m: Point
-    offset_m: Point
-
-
 class DiscardedView(FiniteRecord):
     """Frames without a position, where the raw path can be laid over the plan."""
 
@@ -248,7 +234,7 @@ class SessionDetail(FiniteRecord):
     files: list[FileView]
     visits: list[VisitView]
     events: list[EventView]
-    contradictions: list[ContradictionView]
+    contradictions: list[ContradictionMark]
     discarded: list[DiscardedView]
 
 
@@ -266,3 +252,75 @@ class NewLabels(FiniteRecord):
 
     sessions: list[str]
     version: str
+
+
+MOST_PIXELS = 4096
+"""Longer side of a plan's picture."""
+Text = Annotated[str, Field(max_length=300)]
+
+
+class NoQuery(FiniteRecord):
+    """An endpoint without parameters."""
+
+
+class OfOutput(FiniteRecord):
+    """Of which labels."""
+
+    output: Text = LABELS
+
+
+class WindowQuery(OfOutput):
+    """Part of a floor, metres in its BCS; ``sessions``: indices with commas, absent: all; ``points`` at most."""
+
+    floor: int
+    left: float
+    right: float
+    low: float
+    high: float
+    sessions: list[int] | None = None
+    points: Annotated[int, Field(ge=1000, le=WINDOW_POINTS)] = WINDOW_POINTS
+
+    @field_validator("sessions", mode="before")
+    @classmethod
+    def _split(cls, value: object) -> object:
+        return [part for part in value.split(",") if part] if isinstance(value, str) else value
+
+
+class SeriesQuery(OfOutput):
+    """A span of a walk, seconds after its first frame, and how many points of each series may come."""
+
+    points: Annotated[int, Field(ge=2, le=100_000)] = 2000
+    start: float = Field(default=-1e9, alias="from")
+    end: float = Field(default=1e9, alias="to")
+
+
+class PlanQuery(FiniteRecord):
+    """Longer side of the picture, pixels; ``stamp`` is the plan's, for the browser to keep it."""
+
+    side: Annotated[int, Field(ge=64, le=MOST_PIXELS)] = 2048
+    stamp: Text = ""
+
+
+class CompareQuery(FiniteRecord):
+    """Names of two outputs."""
+
+    a: Text
+    b: Text
+
+
+RadioLayer: TypeAlias = Literal["strongest", "number", "mean_dbm", "deviation_db", "sigma_db", "heard"]
+
+
+class RadioQuery(FiniteRecord):
+    """A layer of the radio maps of a floor; ``bssid`` where it is of one access point."""
+
+    floor: int
+    technology: Text
+    layer: RadioLayer
+    bssid: Text = ""
+
+
+class FloorQuery(FiniteRecord):
+    """A floor by its number."""
+
+    floor: int

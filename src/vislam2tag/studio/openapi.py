@@ -13,13 +13,12 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
+import vislam2tag.studio.endpoints  # noqa: F401  (each adds itself to ENDPOINTS)
 from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.studio.app import ALL_ENDPOINTS
-from vislam2tag.studio.endpoints import Endpoint
-from vislam2tag.studio.messages import NewLabels, Versions
-from vislam2tag.studio.queries import NoQuery
-from vislam2tag.studio.sharing.fleet import FleetView
+from vislam2tag.studio.fleet import FleetView
+from vislam2tag.studio.messages import NewLabels, NoQuery, Versions
+from vislam2tag.studio.routing import ENDPOINTS, Endpoint
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 
 _REFERENCE = "#/components/schemas/{model}"
@@ -33,15 +32,15 @@ _FURTHER: set[type[FiniteRecord]] = {EnterRequest}
 
 def openapi() -> dict[str, Any]:
     """The description of all endpoints that answer or take JSON, and of the records in events."""
-    given: set[type[FiniteRecord]] = {e.gives for e in ALL_ENDPOINTS if e.gives is not None}
-    taken: set[type[FiniteRecord]] = {e.body for e in ALL_ENDPOINTS if e.body is not NoQuery}
+    given: set[type[FiniteRecord]] = {e.gives for e in ENDPOINTS if e.gives is not None}
+    taken: set[type[FiniteRecord]] = {e.body for e in ENDPOINTS if e.body is not NoQuery}
     records = [
         *((record, "serialization") for record in sorted(given | _EVENTS | _OF_EXPORTS, key=_name)),
         *((record, "validation") for record in sorted(taken | _FURTHER, key=_name)),
     ]
     references, definitions = models_json_schema(records, ref_template=_REFERENCE)  # type: ignore[arg-type]
     paths: dict[str, dict[str, Any]] = {}
-    for endpoint in ALL_ENDPOINTS:
+    for endpoint in ENDPOINTS:
         path = re.sub(r":short\}", "}", endpoint.path)
         paths.setdefault(path, {})[endpoint.method.lower()] = _operation(endpoint, references)
     paths["/api/enter"] = {

@@ -14,7 +14,7 @@ from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.labeling.status_column import STATUS_TYPE
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
-from vislam2tag.studio.tracks import Columns, Track
+from vislam2tag.studio.outputs import Columns, Track
 from vislam2tag.studio.workspace import Workspace
 
 Points: TypeAlias = tuple[FloatArray, FloatArray]

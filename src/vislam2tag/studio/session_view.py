@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from collections import Counter
+from vislam2tag.site.corrections.file import session_start
+from vislam2tag.site.model import SessionKey
+from vislam2tag.studio import tracks
+from vislam2tag.studio.messages import ContradictionView
+from vislam2tag.studio.messages import Key
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import Status, has_position, labelled_share
-from vislam2tag.datasets.label_comparison import mean_error_m
-from vislam2tag.labeling.results import Drawing, SessionResult
+from vislam2tag.dataset.label_comparison import mean_error_m
+from vislam2tag.labeling.results import Drawing, EventMark, SessionResult, VisitMark
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
-from vislam2tag.site.corrections.file import session_start
-from vislam2tag.site.model import SessionKey
-from vislam2tag.studio import tracks
+from vislam2tag.studio import outputs
 from vislam2tag.studio.messages import (
     Box,
-    ContradictionView,
     DiscardedView,
     EventView,
     FileView,
-    Key,
     SessionDetail,
     SessionList,
     SessionView,
@@ -30,7 +32,7 @@ from vislam2tag.studio.messages import (
     TapView,
     VisitView,
 )
-from vislam2tag.studio.tracks import Columns
+from vislam2tag.studio.outputs import Columns
 from vislam2tag.studio.workspace import Workspace
 
 DRAWN_M = 5.0
@@ -48,20 +50,31 @@ def session_list(workspace: Workspace) -> SessionList:
 def session_detail(workspace: Workspace, id: str) -> SessionDetail:
     """Everything of a session but its frames; raises KeyError where there is none of this id."""
     key = workspace.now.refs[id].key
-    stale = workspace.stale()
-    view, result = _session(workspace, id, stale), workspace.result(id)
+    view, result = _session(workspace, id, workspace.stale()), workspace.result(id)
     if result is None:
-        return SessionDetail(
-            session=view, findings=[], corrections=[], files=[], visits=[], events=[], contradictions=[], discarded=[]
-        )
+        nothing = {name: list[Any]() for name in SessionDetail.model_fields if name != "session"}
+        return SessionDetail(session=view, **nothing)
+    start_ns = workspace.start_ns(id)
     return SessionDetail(
         session=view,
         findings=result.findings,
         corrections=result.corrections,
         files=[FileView(name=file.name, role=file.role, size_bytes=file.size_bytes) for file in result.files],
-        visits=_visits(result, key, workspace.start_ns(id)),
-        events=_events(result, key, workspace.start_ns(id)),
-        contradictions=[ContradictionView(**found.model_dump()) for found in result.contradictions],
+        visits=[
+            VisitView(landmark=visit.landmark, distance_m=visit.distance_m, **_moment(visit, key, start_ns))
+            for visit in result.visits
+        ],
+        events=[
+            EventView(
+                kind=event.kind.value,
+                size_m=event.size_m,
+                turn_rad=event.turn_rad,
+                reason=event.reason,
+                **_moment(event, key, start_ns),
+            )
+            for event in result.events
+        ],
+        contradictions=result.contradictions,
         discarded=[
             DiscardedView(floor=floor, status=stretch.status, points=stretch.points)
             for floor, drawing in _drawings(result).items()
@@ -70,42 +83,70 @@ def session_detail(workspace: Workspace, id: str) -> SessionDetail:
     )
 
 
+def _moment(mark: VisitMark | EventMark, key: SessionKey, start_ns: int) -> dict[str, Any]:
+    """When and where something happened."""
+    x, y = mark.position or (None, None)
+    floor = key.floor if mark.floor is None else mark.floor
+    return {"t": (mark.time_ns - start_ns) * 1e-9, "x": x, "y": y, "floor": floor}
+
+
 def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionView:
-    now = workspace.now
-    ref, folder, result = now.refs[id], now.folder_keys[id], workspace.result(id)
+    now, result = workspace.now, workspace.result(id)
+    ref, folder = now.refs[id], now.folder_keys[id]
     start = session_start(folder.session)
-    frames = result.frames if result else {}
-    findings = {str(finding.kind): finding.count for finding in result.findings} if result else {}
-    severities = {finding.severity for finding in result.findings} if result else set()
-    drawings = _drawings(result) if result else {}
     return SessionView(
         index=now.ids.index(id),
         id=id,
         slug=ref.slug,
-        folder=_key(folder),
-        key=_key(ref.key),
+        folder=folder,
+        key=ref.key,
         start=start.isoformat() if start else None,
         date=start.date().isoformat() if start else None,
         format=ref.format,
         excluded=now.corrections.excludes(ref.key),
-        labelled=result is not None and result.error is None,
         stale=id in stale,
         changed=id in workspace.before_slugs,
-        error=result.error if result else None,
-        duration_s=result.duration_s if result else 0.0,
-        distance_m=result.distance_m if result else 0.0,
-        frames=frames,
-        labelled_share=labelled_share(frames),
-        sigma_median_m=result.sigma.median_m if result and result.sigma else None,
-        error_m=mean_error_m([result]),
-        findings=findings,
-        severity=next((severity for severity in _WORST if severity in severities), None),
-        events=dict(Counter(event.kind.value for event in result.events)) if result else {},
-        landmarks=list(dict.fromkeys(visit.landmark for visit in result.visits if visit.landmark)) if result else [],
-        scans=result.scans.scans if result and result.scans else 0,
-        floors=sorted(floor for floor, drawing in drawings.items() if drawing.mapped),
-        bounds={str(floor): box for floor, drawing in drawings.items() if (box := _box(drawing)) is not None},
+        **(_NO_LABELS if result is None else _labels(result)),
     )
+
+
+_NO_LABELS: dict[str, Any] = {
+    "labelled": False,
+    "duration_s": 0.0,
+    "distance_m": 0.0,
+    "scans": 0,
+    **dict.fromkeys(("error", "labelled_share", "sigma_median_m", "error_m", "severity")),
+    "frames": {},
+    "findings": {},
+    "events": {},
+    "bounds": {},
+    "landmarks": [],
+    "floors": [],
+}
+"""Of a session without a result."""
+
+
+def _labels(result: SessionResult) -> dict[str, Any]:
+    """What the list shows of a session's result."""
+    severities = {finding.severity for finding in result.findings}
+    drawings = _drawings(result)
+    return {
+        "labelled": result.error is None,
+        "error": result.error,
+        "duration_s": result.duration_s,
+        "distance_m": result.distance_m,
+        "frames": result.frames,
+        "labelled_share": labelled_share(result.frames),
+        "sigma_median_m": result.sigma.median_m if result.sigma else None,
+        "error_m": mean_error_m([result]),
+        "findings": {str(finding.kind): finding.count for finding in result.findings},
+        "severity": next((severity for severity in _WORST if severity in severities), None),
+        "events": dict(Counter(event.kind.value for event in result.events)),
+        "landmarks": list(dict.fromkeys(visit.landmark for visit in result.visits if visit.landmark)),
+        "scans": result.scans.scans if result.scans else 0,
+        "floors": sorted(floor for floor, drawing in drawings.items() if drawing.mapped),
+        "bounds": {str(floor): box for floor, drawing in drawings.items() if (box := _box(drawing)) is not None},
+    }
 
 
 def taps(workspace: Workspace, id: str) -> TapsView:
@@ -148,51 +189,13 @@ def may_be_within(result: SessionResult | None, floor: int, box: Box) -> bool:
     return box[0] - slack <= right and left - slack <= box[1] and box[2] - slack <= high and low - slack <= box[3]
 
 
-def _visits(result: SessionResult, key: SessionKey, start_ns: int) -> list[VisitView]:
-    return [
-        VisitView(
-            landmark=visit.landmark,
-            t=(visit.time_ns - start_ns) * 1e-9,
-            x=visit.position[0] if visit.position else None,
-            y=visit.position[1] if visit.position else None,
-            floor=key.floor if visit.floor is None else visit.floor,
-            distance_m=visit.distance_m,
-        )
-        for visit in result.visits
-    ]
-
-
-def _events(result: SessionResult, key: SessionKey, start_ns: int) -> list[EventView]:
-    return [
-        EventView(
-            kind=event.kind.value,
-            t=(event.time_ns - start_ns) * 1e-9,
-            x=event.position[0] if event.position else None,
-            y=event.position[1] if event.position else None,
-            floor=key.floor if event.floor is None else event.floor,
-            size_m=event.size_m,
-            turn_rad=event.turn_rad,
-            reason=event.reason,
-        )
-        for event in result.events
-    ]
-
-
-def _key(key: SessionKey) -> Key:
-    return Key(floor=key.floor, device=key.device, session=key.session)
-
-
 def overview(workspace: Workspace, output: str) -> tuple[Columns, int]:
-    """All walks of an output, thinned to be drawn at once; and the stride (:func:`tracks.overview`)."""
+    """All walks of an output, thinned to be drawn at once; and the stride (:func:`.outputs.overview`)."""
     ids = workspace.now.ids
     results = [workspace.result(id, output) for id in ids]
-    frames = sum(_positioned_frames(result) for result in results if result)
+    frames = sum(n for result in results if result for label, n in result.frames.items() if _POSITIONED[label])
     found = ((i, track) for i, id in enumerate(ids) if (track := workspace.track(id, output)) is not None)
-    return tracks.overview(found, frames)
-
-
-def _positioned_frames(result: SessionResult) -> int:
-    return sum(count for label, count in result.frames.items() if _POSITIONED[label])
+    return outputs.overview(found, frames)
 
 
 _POSITIONED = {status.label: bool(has_position(np.array([status]))[0]) for status in Status}

@@ -1,8 +1,12 @@
-"""The survey as the page sees it: floors, landmarks, control points, and what colours and codes mean."""
+"""The survey as the page sees it: floors, landmarks, control points, colours and codes; and two outputs compared."""
 
 from __future__ import annotations
 
 import io
+from vislam2tag.site.corrections.landmarks import corrected_landmarks
+from vislam2tag.site.model import Floor
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.plans.load import plan_picture
 import math
 from collections import Counter
 
@@ -13,10 +17,9 @@ from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.site.corrections.landmarks import corrected_landmarks
-from vislam2tag.site.model import Floor, SessionKey
-from vislam2tag.site.plans.load import plan_picture
+from vislam2tag.dataset.label_comparison import Labelled, Positions, compare_labels
 from vislam2tag.studio.messages import (
+    MOST_PIXELS,
     ControlPointView,
     EventKindView,
     FloorView,
@@ -27,9 +30,8 @@ from vislam2tag.studio.messages import (
     SurveyView,
 )
 from vislam2tag.studio.outputs import BEFORE, Output
+from vislam2tag.studio.work_messages import ComparisonView
 from vislam2tag.studio.workspace import Workspace, plan_stamp
-
-MOST_PIXELS = 4096
 
 
 def survey_view(workspace: Workspace) -> SurveyView:
@@ -165,3 +167,28 @@ def _control_points(workspace: Workspace) -> list[ControlPointView]:
 
 def _known(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
+
+
+def comparison(workspace: Workspace, a: str, b: str) -> ComparisonView:
+    """Compare two outputs by their names; raises KeyError where there is none of a name."""
+    first, second = workspace.outputs[a], workspace.outputs[b]
+    pairs = ((id, _labelled(workspace, id, a), _labelled(workspace, id, b)) for id in workspace.now.ids)
+    found = compare_labels((pair for pair in pairs if any(pair[1:])), first.settings(), second.settings())
+    return ComparisonView(
+        a=output_view(first),
+        b=output_view(second),
+        sessions=found.sessions,
+        totals=found.totals,
+        settings=found.settings,
+    )
+
+
+def _labelled(workspace: Workspace, id: str, output: str) -> Labelled | None:
+    """A walk in one output, by its session's id."""
+    result, track = workspace.result(id, output), workspace.track(id, output)
+    if result is None:
+        return None
+    if track is None:
+        return Labelled(result, None)
+    x, y = (track.columns[axis].astype(np.float64) for axis in ("x", "y"))
+    return Labelled(result, Positions(np.column_stack((x, y)), track.columns["floor"], track.positioned))

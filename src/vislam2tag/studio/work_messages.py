@@ -13,19 +13,12 @@ from vislam2tag.dataset.label_comparison import LabelComparison
 from vislam2tag.quality.diagnosis.record import Gain
 from vislam2tag.site.corrections.edits import Change
 from vislam2tag.studio.messages import OutputView, Point
+from vislam2tag.survey.corrections.edits import Change
+from vislam2tag.survey.corrections.merging import Conflict
 
 JobKind: TypeAlias = Literal["process", "diagnose", "radio", "dataset", "page"]
 MOST_CHANGES = 100
 MOST_SESSIONS = 10_000
-
-
-class ConflictView(FiniteRecord):
-    """Lines of ``corrections.toml`` that a change starts from, and those in their place now; None: removed."""
-
-    table: str
-    """Empty for a comment."""
-    expected: str
-    now: str | None
 
 
 class Problem(FiniteRecord):
@@ -33,7 +26,7 @@ class Problem(FiniteRecord):
 
     code: str
     message: str
-    conflicts: list[ConflictView] = []
+    conflicts: list[Conflict] = []
     """What someone else changed in the same place, if that is why."""
     corrections: CorrectionsView | None = None
     """What is in the file now, where that is why."""

@@ -758,10 +758,10 @@ export interface components {
             totals: components["schemas"]["ComparedTotal"][];
         };
         /**
-         * ConflictView
-         * @description Lines of ``corrections.toml`` that a change starts from, and those in their place now; None: removed.
+         * Conflict
+         * @description A block that the change starts from, and what is in its place now; None: it was removed.
          */
-        ConflictView: {
+        Conflict: {
             /** Expected */
             expected: string;
             /** Now */
@@ -770,10 +770,10 @@ export interface components {
             table: string;
         };
         /**
-         * ContradictionView
-         * @description A landmark that the walk puts elsewhere than the survey.
+         * ContradictionMark
+         * @description A landmark that the walk puts elsewhere than the survey does, by all the others.
          */
-        ContradictionView: {
+        ContradictionMark: {
             /** Floor */
             floor: number;
             /** Landmark */
@@ -1477,18 +1477,6 @@ export interface components {
             why: string;
         };
         /**
-         * Key
-         * @description Floor, device and folder name of a session.
-         */
-        Key: {
-            /** Device */
-            device: string;
-            /** Floor */
-            floor: number;
-            /** Session */
-            session: string;
-        };
-        /**
          * LandmarkView
          * @description A landmark as its file has it, and as corrections for all sessions have it.
          */
@@ -1820,7 +1808,7 @@ export interface components {
              * Conflicts
              * @default []
              */
-            conflicts: components["schemas"]["ConflictView"][];
+            conflicts: components["schemas"]["Conflict"][];
             /** @default null */
             corrections: components["schemas"]["CorrectionsView"] | null;
             /** Message */
@@ -2269,7 +2257,7 @@ export interface components {
          */
         SessionDetail: {
             /** Contradictions */
-            contradictions: components["schemas"]["ContradictionView"][];
+            contradictions: components["schemas"]["ContradictionMark"][];
             /** Corrections */
             corrections: string[];
             /** Discarded */
@@ -2283,6 +2271,18 @@ export interface components {
             session: components["schemas"]["SessionView"];
             /** Visits */
             visits: components["schemas"]["VisitView"][];
+        };
+        /**
+         * SessionKey
+         * @description What identifies a session: floor number, device name and folder name (as on disk).
+         */
+        SessionKey: {
+            /** Device */
+            device: string;
+            /** Floor */
+            floor: number;
+            /** Session */
+            session: string;
         };
         /**
          * SessionList
@@ -2332,7 +2332,7 @@ export interface components {
             };
             /** Floors */
             floors: number[];
-            folder: components["schemas"]["Key"];
+            folder: components["schemas"]["SessionKey"];
             /** Format */
             format: string;
             /** Frames */
@@ -2343,7 +2343,7 @@ export interface components {
             id: string;
             /** Index */
             index: number;
-            key: components["schemas"]["Key"];
+            key: components["schemas"]["SessionKey"];
             /** Labelled */
             labelled: boolean;
             /** Labelled Share */

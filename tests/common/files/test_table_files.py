@@ -124,8 +124,8 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
     own = (
         "common/files/plain_files.py",
         "common/commit.py",
-        "report/",
-        "receiving/page.py",
+        "views/page.py",
+        "studio/receiving/server.py",
         "pipeline/positioning/locate_app.py",
         "site/plans/reader_process.py",
         "estimation/dead_reckoning/gait.py",

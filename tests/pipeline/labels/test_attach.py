@@ -16,6 +16,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.receiving.zips import record, session_zip
 from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.sessions.phone_raw import HEADERS
+from tests.studio.receiving.zips import record, session_zip
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.pipeline.labels.process import process

@@ -14,7 +14,7 @@ import pytest
 from playwright.sync_api import Route
 
 from tests.positioning.radio_world import radio_world
-from tests.report.browser import running_browser
+from tests.views.browser import running_browser
 from vislam2tag.pipeline.positioning import locate_app as serving_app
 from vislam2tag.pipeline.positioning.locate_app import locate_app
 from vislam2tag.pipeline.positioning.served_answers import MOST_LATEST, MOST_SCANS, ServedAnswers

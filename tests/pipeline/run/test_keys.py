@@ -49,8 +49,8 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
         ("vislam2tag.preparation.planning.settings", False),
         ("vislam2tag.estimation.strategies.local", False),
         ("vislam2tag.pipeline.labels.evaluating.evaluate", False),
-        ("vislam2tag.report.page", False),
-        ("vislam2tag.figures.style", False),
+        ("vislam2tag.views.page", False),
+        ("vislam2tag.views.panels", False),
         ("vislam2tag.cli.app", False),
     ],
 )

@@ -15,9 +15,8 @@ from starlette.applications import Starlette
 from starlette.routing import Mount
 from starlette.staticfiles import StaticFiles
 
-from tests.report.browser import note_problems
-from vislam2tag.receiving.address import listen
-from vislam2tag.receiving.connections import serving
+from tests.views.browser import note_problems
+from vislam2tag.common.serving import listen, serving
 
 LATEST_MS = 60_000
 

@@ -1,27 +1,34 @@
-"""A studio as files: what is in them and what is not, and that a browser shows it from any file server."""
+"""A studio as files: what is in them and what is not, and that a browser shows it from any file server.
+
+What was made of a survey to be given away, as the page tells of it.
+"""
 
 from __future__ import annotations
 
 import json
+import os
 from contextlib import closing
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import polars as pl
 import pytest
 from playwright.sync_api import Page, expect
 
 from tests.cli.command import vislam2tag
-from tests.report.browser import running_browser
 from tests.studio.sharing.file_servers import LATEST_MS, barriers, plain_server, range_server, shown
+from tests.views.browser import running_browser
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.studio.radio.maps import Radio
-from vislam2tag.studio.sharing import export
+from vislam2tag.studio import export
+from vislam2tag.studio.export import shared_view
+from vislam2tag.studio.radio import Radio
 from vislam2tag.studio.workspace import Workspace
 
 REASON = "Ms Miller took it down"
@@ -141,3 +148,22 @@ def only_shows(page: Page, reads: int) -> None:
         timeout=LATEST_MS
     )
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_only_what_is_whole_is_told_and_what_is_older_than_the_labels(tmp_path: Path) -> None:
+    workspace: Any = SimpleNamespace(root=tmp_path / "survey", out=tmp_path / "labels")
+    page, dataset, result = tmp_path / "survey-page", tmp_path / "survey-dataset", tmp_path / "labels" / "sessions"
+    for folder, names in ((page, ("index.html",)), (dataset, ("report.html", "dataset.json")), (result, ("a.json",))):
+        folder.mkdir(parents=True)
+        for name in names:
+            (folder / name).write_text("text")
+    assert shared_view(workspace).page is None
+    (page / "export.json").write_text("{}")
+    os.utime(result / "a.json", ns=(10, 10))
+    os.utime(dataset / "report.html", ns=(9, 9))
+    os.utime(page / "index.html", ns=(10, 10))
+    found = shared_view(workspace)
+    assert found.dataset is not None
+    assert found.page is not None
+    assert (found.dataset.folder, found.dataset.files, found.dataset.size_bytes) == (str(dataset), 2, 8)
+    assert (found.dataset.stale, found.page.stale) == (True, False)

@@ -12,15 +12,15 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.cli.command import the_error, vislam2tag
-from tests.report.browser import running_browser
 from tests.stores import Bucket
 from tests.studio.sharing.file_servers import LATEST_MS, barriers, plain_server, range_server, shown
 from tests.studio.sharing.generated_fleet import generated_rows
 from tests.surveys import make_survey
+from tests.views.browser import running_browser
 from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.fleet.catalogue import Fleet
 from vislam2tag.settings import Settings
-from vislam2tag.studio.sharing.fleet import FIRST_ROWS, export_fleet
+from vislam2tag.studio.fleet import FIRST_ROWS, export_fleet
 
 SURVEYS = 1000
 PAINTED_BYTES = 250_000

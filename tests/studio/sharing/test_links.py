@@ -17,7 +17,7 @@ from vislam2tag.pipeline.fleet.add import add_surveys
 from vislam2tag.pipeline.fleet.process import process_fleet
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
-from vislam2tag.studio.sharing.export import ExportRecord, export_survey
+from vislam2tag.studio.export import ExportRecord, export_survey
 from vislam2tag.studio.workspace import Workspace
 
 

@@ -23,6 +23,8 @@ from vislam2tag.datasets.statistics_record import Table3, table_3_csv, table_3_l
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.run.store import claim
+from vislam2tag.views.dataset_figures import covered_floors, dataset_figures
+from vislam2tag.views.panels import rendered
 
 PROGRAM = "vislam2tag figures"
 COVERAGE_FILE, TABLE = "coverage.json", "table_3"

@@ -28,6 +28,8 @@ from vislam2tag.datasets.settings import CHANGE_CELL_M
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.finish import finish_dataset
+from vislam2tag.views.coverage_figures import ChangedFloor, change_map
+from vislam2tag.views.panels import rendered
 
 CHANGES = "changes"
 """Folder of the data set that tells what changed."""

@@ -8,7 +8,7 @@ from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.pipeline.fleet.catalogue import Fleet, totals_of
 from vislam2tag.pipeline.fleet.layout import REPORT
-from vislam2tag.report.pages.fleet_pages import fleet_pages
+from vislam2tag.views.fleet_pages import fleet_pages
 
 
 def write_fleet_report(fleet: AnyPath) -> int:

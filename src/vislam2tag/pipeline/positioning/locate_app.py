@@ -18,6 +18,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from vislam2tag import __version__
+from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, whole_body
 from vislam2tag.pipeline.positioning.served_answers import (
     MOST_LATEST,
     LocateAnswer,
@@ -26,8 +27,6 @@ from vislam2tag.pipeline.positioning.served_answers import (
     ServedAnswers,
     ServedModel,
 )
-from vislam2tag.receiving.connections import admit
-from vislam2tag.receiving.limited_requests import BrokenBodyError, LargeBodyError, whole_body
 
 MOST_BODY = 1 << 20
 """Bytes that a request may bring."""

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from vislam2tag.common.files.plain_files import read_bytes
 
-SHOWING = frozenset({"vislam2tag.cli", "vislam2tag.report", "vislam2tag.figures"})
+SHOWING = frozenset({"vislam2tag.cli", "vislam2tag.views"})
 """Packages that only show what was computed: results stay as they are when these change."""
 DISTRIBUTIONS = {"PIL": "pillow", "cv2": "opencv-python-headless", "skimage": "scikit-image", "sklearn": "scikit-learn"}
 """Distributions of libraries that are imported by another name."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from vislam2tag.common.findings import Severity
-from vislam2tag.report.run_page.summary import LandmarkTally
 from vislam2tag.studio.layer_registry import register
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
+from vislam2tag.views.run_summary import LandmarkTally
 
 
 class Contradictions:

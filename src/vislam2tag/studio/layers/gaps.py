@@ -6,7 +6,7 @@ import numpy as np
 
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.studio.collect.covered import covered
+from vislam2tag.studio.collecting import covered
 from vislam2tag.studio.layer_registry import register
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.work_messages import Feature, Title

@@ -12,7 +12,7 @@ public class ProofTest {
   private static final String NONCE = "00112233445566778899aabbccddeeff";
   private static final byte[] BODY = "abc".getBytes(StandardCharsets.US_ASCII);
 
-  /** The computer's tests have the same numbers (tests/receiving/test_signature.py). */
+  /** The computer's tests have the same numbers (tests/studio/receiving/test_token.py). */
   @Test public void bothSidesMakeTheSameMac() {
     String path = "/v2/uploads/" + Sha256.of(BODY);
     assertEquals("f63dedcc47a3c9969ee1dc6abb7d25d7860c843bdda7f3997d05a65f0640d54f",

@@ -1,1 +1,0 @@
-"""Figures for print: one function each, from domain objects to a matplotlib figure."""

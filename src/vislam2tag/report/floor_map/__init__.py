@@ -1,1 +1,0 @@
-"""The map of a floor in pages: plan, layers, arrows."""

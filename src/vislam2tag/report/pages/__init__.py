@@ -1,1 +1,0 @@
-"""The pages of all other commands, one file each."""

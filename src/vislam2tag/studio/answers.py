@@ -1,0 +1,153 @@
+"""The server's answers as JSON for a page of files, without what others should not read; each with its file's name."""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+from collections.abc import Iterator
+from itertools import permutations
+from typing import TypeAlias
+
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.files.stored_folder import with_addresses
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.studio.collecting import covered_floors
+from vislam2tag.studio.corrections_view import Diagnoses, corrections_view
+from vislam2tag.studio.layer_registry import LAYERS
+from vislam2tag.studio.messages import FloorView, OutputView, SurveyView
+from vislam2tag.studio.outputs import BEFORE
+from vislam2tag.studio.radio import Radio, RadioView
+from vislam2tag.studio.session_view import session_detail, session_list
+from vislam2tag.studio.survey_view import comparison, survey_view
+from vislam2tag.studio.work_messages import ComparisonView, CorrectionsView, LayerInfo, Layers, LayerView
+from vislam2tag.studio.workspace import Workspace
+
+Answer: TypeAlias = tuple[str, FiniteRecord]
+"""The server's address without ``/api/``, what stands behind its question mark as folders; and the answer."""
+
+
+def shown_outputs(workspace: Workspace) -> list[str]:
+    """Names of the labels that are given: the survey's, and those to compare with."""
+    return [name for name in workspace.outputs if name != BEFORE]
+
+
+def plan_file(floor: int) -> str:
+    """Where a floor's picture lies."""
+    return f"plans/{floor}.png"
+
+
+def survey_answers(workspace: Workspace, radio: Radio | None) -> Iterator[Answer]:
+    """All but those of each walk; ``radio`` None: nothing is heard often enough for maps."""
+    view = without_folders(survey_view(workspace))
+    yield "survey", _with_plan_files(view)
+    yield "sessions", session_list(workspace)
+    yield "corrections", without_reasons(corrections_view(workspace))
+    yield "diagnosis", Diagnoses(workspace).view()
+    yield "covered", covered_floors(workspace)
+    none = RadioView(state="none", floors=[], changes=[])
+    yield "radio", none if radio is None else radio.view(stale=False)
+    yield from _layer_answers(workspace, view.floors)
+    for a, b in permutations(shown_outputs(workspace), 2):
+        yield f"compare/{a}/{b}", compared_without_folders(comparison(workspace, a, b))
+
+
+def walk_answer(workspace: Workspace, id: str) -> Answer:
+    """Everything of a walk but its frames and raw files."""
+    return f"sessions/{id}", session_detail(workspace, id).model_copy(update={"files": []})
+
+
+def _with_plan_files(view: SurveyView) -> SurveyView:
+    floors = [
+        floor.model_copy(update={"plan": plan_file(floor.number) if floor.plan else None}) for floor in view.floors
+    ]
+    return view.model_copy(update={"floors": floors})
+
+
+def _layer_answers(workspace: Workspace, floors: list[FloorView]) -> Iterator[Answer]:
+    """Each layer that can be drawn of every floor."""
+    infos = []
+    for name, layer in LAYERS.all().items():
+        try:
+            views = [LayerView(features=layer.features(workspace, floor.number)) for floor in floors]
+        except (SurveyError, UsageError):
+            continue  # the studio itself tells why
+        except ModuleNotFoundError as error:
+            if missing_extra(error) is None:
+                raise
+            continue
+        infos.append(LayerInfo(name=name, title=layer.title, shown=layer.shown))
+        for floor, view in zip(floors, views, strict=True):
+            yield f"layers/{name}/{floor.number}", view
+    yield "layers", Layers(layers=infos)
+
+
+REASON = "reason"
+_ADDRESS = re.compile(r"\b[0-9A-Fa-f]{2}([:-][0-9A-Fa-f]{2}){5}\b")
+
+
+def export_privacy(key: bytes | None) -> Privacy:
+    """The data set's rules: no names of networks, none that opted out, addresses hashed, without a key by a new one."""
+    return Privacy(hash_key=key or secrets.token_bytes(32), keep_ssids=False)
+
+
+def without_folders(view: SurveyView) -> SurveyView:
+    """A survey whose folders are told by their names alone."""
+    outputs = [_without_folder(output) for output in view.outputs]
+    return view.model_copy(update={"root": view.name, "labels": _name(view.labels), "outputs": outputs})
+
+
+def compared_without_folders(view: ComparisonView) -> ComparisonView:
+    """A comparison whose folders are told by their names alone."""
+    return view.model_copy(update={"a": _without_folder(view.a), "b": _without_folder(view.b)})
+
+
+def without_reasons(view: CorrectionsView) -> CorrectionsView:
+    """Entries without what people wrote beside them: reasons, and the comments of the text."""
+    entries = [
+        entry.model_copy(update={"values": {name: value for name, value in entry.values.items() if name != REASON}})
+        for entry in view.entries
+    ]
+    return view.model_copy(update={"text": "", "version": "", "entries": entries})
+
+
+def without_addresses(text: str) -> str:
+    """A text in which nobody reads the addresses of radios."""
+    return _ADDRESS.sub("(address)", text)
+
+
+class Hiding:
+    """Takes out of sentences what the tables do not tell either."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        """Of a survey: the folders of its files, with what they stand for, and the reasons of its corrections."""
+        here = {str(folder) for place in (workspace.root, workspace.out) for folder in (place, place.resolve())}
+        folders = here | {with_addresses(folder) for folder in here}
+        corrections = workspace.now.corrections
+        entries = (entry for name in type(corrections).model_fields for entry in getattr(corrections, name))
+        self._hidden = [
+            *(f"{folder}/" for folder in sorted(folders, key=len, reverse=True) if folder not in (".", "/")),
+            *{f" ({entry.reason})" for entry in entries if entry.reason},
+        ]
+
+    def json(self, record: FiniteRecord) -> bytes:
+        """A record as JSON, of whose texts these are taken out and addresses of radios replaced."""
+        text = record.model_dump_json()
+        for hidden in self._hidden:
+            text = text.replace(_quoted(hidden), "")
+        return without_addresses(text).encode()
+
+
+def _quoted(text: str) -> str:
+    """A text as it stands within JSON."""
+    return json.dumps(text, ensure_ascii=False)[1:-1]
+
+
+def _without_folder(output: OutputView) -> OutputView:
+    return output.model_copy(update={"folder": _name(output.folder)})
+
+
+def _name(folder: str) -> str:
+    return folder.rstrip("/").rpartition("/")[2]

@@ -1,1 +1,0 @@
-"""Sessions that phones hand over while the studio runs, and what of each floor they have covered."""

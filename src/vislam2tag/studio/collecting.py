@@ -1,0 +1,234 @@
+"""Sessions that phones hand over while the studio runs, and what of each floor the labelled walks have covered."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
+
+import numpy as np
+import segno
+
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.serving import EVERYWHERE, listen, serving, url_for
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.core.status import Status
+from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
+from vislam2tag.studio.messages import Point
+from vislam2tag.studio.outputs import LABELS, Track
+from vislam2tag.studio.receiving.filing import FiledSession
+from vislam2tag.studio.receiving.server import Listener, Receiver
+from vislam2tag.studio.receiving.token import Guard, grouped, new_token
+from vislam2tag.studio.receiving.uploads import Uploads
+from vislam2tag.studio.work_messages import JobRequest
+from vislam2tag.studio.workspace import Workspace, plan_stamp
+from vislam2tag.survey.room_names import read_room_names
+from vislam2tag.walkable.walked.areas import Areas
+from vislam2tag.walkable.walked.walked_record import WalkedFloor, walked_floor
+from vislam2tag.walkable.walked.walked_space import WalkedSpace, filling_walk, walked_space
+
+if TYPE_CHECKING:  # which needs this module for pages of files
+    from vislam2tag.studio.jobs import JobQueue
+
+
+class ReceivedSession(FiniteRecord):
+    """A session that was handed over; ``path`` is its folder in the survey."""
+
+    path: str
+    already: bool
+    """It had been there before."""
+
+
+class CollectingView(FiniteRecord):
+    """Where phones hand over; without an address they cannot now."""
+
+    url: str | None
+    token: str
+    """As it is typed where no camera is at hand."""
+    code: list[str]
+    """Modules of the address's QR code, row by row: 1 is dark."""
+    received: list[ReceivedSession]
+    refused: list[str]
+
+
+class Covered(FiniteRecord):
+    """What of a floor was walked, by the labels; ``note`` says why nothing is known of it."""
+
+    floor: int
+    note: str
+    walkable_m2: float | None
+    walked: float | None
+    scanned: float | None
+    """Shares of the walkable space within 2 m, on foot, of a walk and of a Wi-Fi scan."""
+    never_entered: list[str]
+    minutes_left: float | None
+    """A walk past all that lacks takes so long; None: nothing worth a way lacks."""
+    next_m: Point | None
+    """Its first stop."""
+
+
+class CoveredFloors(FiniteRecord):
+    """Of each floor with a plan."""
+
+    floors: list[Covered]
+
+
+KEPT = 20
+"""Floors whose rooms and walks stay in memory."""
+_Value = TypeVar("_Value")
+FloorCovered: TypeAlias = tuple[WalkedFloor, WalkedSpace | None]
+
+_areas: OrderedDict[str, Areas] = OrderedDict()
+_covered: OrderedDict[str, FloorCovered] = OrderedDict()
+_lock = threading.Lock()
+
+
+def covered_floors(workspace: Workspace) -> CoveredFloors:
+    """Tell it of each floor with a plan."""
+    floors = [floor.number for floor in workspace.now.survey.site.floors if floor.plan is not None]
+    return CoveredFloors(floors=[_view(covered(workspace, floor)[0]) for floor in floors])
+
+
+def covered(workspace: Workspace, floor: int) -> FloorCovered:
+    """The record of a floor, and its space to be drawn, None where the record's note says why there is none.
+
+    Both are kept while survey and labels are as they were: list and map are told of one measurement.
+    """
+    with _lock:
+        while True:
+            key = f"{workspace.root} {workspace.out} {floor} {workspace.refresh().sessions}"
+            if key not in _covered:
+                found = _measured(workspace, floor)
+                if not key.endswith(workspace.refresh().sessions):
+                    continue  # labels came meanwhile: it may hold some of them
+                _keep(_covered, key, found)
+            return _covered[key]
+
+
+def _keep(kept: OrderedDict[str, _Value], key: str, value: _Value) -> None:
+    kept[key] = value
+    while len(kept) > KEPT:
+        kept.popitem(last=False)
+
+
+def _measured(workspace: Workspace, floor: int) -> FloorCovered:
+    try:
+        areas = _areas_of(workspace, floor)
+    except SurveyError as error:
+        return WalkedFloor(number=floor, note=str(error)), None
+    except ModuleNotFoundError as error:
+        lacks = missing_extra(error)
+        if lacks is None:
+            raise
+        return WalkedFloor(number=floor, note=f"this {lacks}"), None
+    walked, scanned = [np.empty((0, 2))], [np.empty((0, 2))]
+    for id in workspace.now.ids:
+        result, track = workspace.result(id), workspace.track(id)
+        if result is not None and track is not None:
+            walked.append(_places(track, floor))
+            scans = workspace.output_of(id, LABELS).scans(result)
+            scanned.append(scans.filter(floor=floor).select("x", "y").to_numpy())
+    space = walked_space(areas, np.vstack(walked), np.vstack(scanned))
+    return walked_floor(floor, space, filling_walk(space)), space
+
+
+def _areas_of(workspace: Workspace, floor: int) -> Areas:
+    """Rooms and corridors of a floor, kept while its plan is as it was; raises SurveyError where there are none."""
+    chosen = workspace.now.survey.site.floor(floor)
+    key = f"{workspace.root} {chosen} {plan_stamp(chosen)}"
+    if key not in _areas:
+        names, _ = read_room_names(workspace.root, chosen.rooms)
+        _keep(_areas, key, floor_areas(chosen, names, workspace.settings.walkable))
+    return _areas[key]
+
+
+def _places(track: Track, floor: int) -> FloatArray:
+    """Places (w, 2) about a metre apart where a walk is labelled on a floor, BCS metres."""
+    own = (track.columns["status"] == Status.OK) & (track.columns["floor"] == floor)
+    path = np.column_stack((track.columns["x"][own], track.columns["y"][own])).astype(np.float64)
+    metre = np.floor(arc_lengths(path)[: len(path)])
+    return path[np.unique(metre, return_index=True)[1]]
+
+
+def _view(record: WalkedFloor) -> Covered:
+    walk = record.walk
+    return Covered(
+        floor=record.number,
+        note=record.note,
+        walkable_m2=record.walkable_m2,
+        walked=record.walked,
+        scanned=record.scanned,
+        never_entered=[area.name for area in record.never_entered],
+        minutes_left=None if walk is None else walk.minutes,
+        next_m=None if walk is None or not walk.stops_m else walk.stops_m[0],
+    )
+
+
+MOST_BYTES = 1_000_000_000
+"""Greatest zip taken; it may unpack to eight times as much, as with ``vislam2tag receive``."""
+TOLD = 50
+"""Refusals that are still told."""
+
+
+class Handover:
+    """Takes sessions from phones between :meth:`open` and :meth:`close`; used by several threads."""
+
+    def __init__(self, workspace: Workspace, jobs: JobQueue, publish: Callable[[str, FiniteRecord], None]) -> None:
+        """Listen to nobody yet."""
+        self._workspace, self._jobs, self._publish = workspace, jobs, publish
+        self._lock = threading.Lock()
+        self._running = ExitStack()
+        self._url: str | None = None
+        self._token = ""
+        self._received: list[ReceivedSession] = []
+        self._refused: list[str] = []
+
+    def open(self) -> CollectingView:
+        """Let phones on the network hand over; raises OutputError where another program receives for this survey."""
+        with self._lock:
+            if self._url is None:
+                token = new_token()
+                with ExitStack() as stack:
+                    opened = stack.enter_context(listen(EVERYWHERE[0], 0))
+                    uploads = stack.enter_context(Uploads(self._workspace.root, MOST_BYTES, 8 * MOST_BYTES))
+                    listener = Listener(filed=self._filed, refused=self._refuse)
+                    app = Receiver(uploads, Guard(token), listener).app()
+                    stack.enter_context(serving(app, opened))
+                    self._url, self._token = url_for(EVERYWHERE[0], opened.getsockname()[1], token), token
+                    self._running = stack.pop_all()
+        return self.view()
+
+    def close(self) -> CollectingView:
+        """Let nobody hand over any more; what was received stays."""
+        with self._lock:
+            self._url, self._token = None, ""
+            self._running.close()
+        return self.view()
+
+    def view(self) -> CollectingView:
+        """What the page shows."""
+        url = self._url
+        rows = segno.make(url, error="m", micro=False).matrix if url is not None else ()
+        return CollectingView(
+            url=url,
+            token=grouped(self._token),
+            code=["".join(map(str, row)) for row in rows],
+            received=list(self._received),
+            refused=list(self._refused),
+        )
+
+    def _filed(self, _name: str, filed: FiledSession) -> None:
+        self._received.append(ReceivedSession(path=filed.path, already=filed.already))
+        self._workspace.refresh()
+        with suppress(UsageError):  # so many jobs wait that one of them maps this session, too
+            self._jobs.submit(JobRequest(kind="process"))
+        self._publish("collecting", self.view())
+
+    def _refuse(self, address: str, message: str) -> None:
+        self._refused = [*self._refused, f"{address}: {message}"][-TOLD:]
+        self._publish("collecting", self.view())

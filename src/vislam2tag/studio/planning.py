@@ -1,0 +1,246 @@
+"""Planned landmarks, corrected walls and sheets, by the functions of ``plan``, ``site walkable`` and ``sheets``."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.pipeline.site.plan import PlanRequest, add_to_site, constraints_of, designed
+from vislam2tag.pipeline.site.register import floor_of
+from vislam2tag.planning.changed_plan import ChangedPlan
+from vislam2tag.planning.prediction import mean_error_m
+from vislam2tag.planning.records import PlanSummary, floor_summary, new_ids
+from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.settings import Settings
+from vislam2tag.sheets.making import SheetOptions, make_sheets
+from vislam2tag.sheets.settings import SheetSettings
+from vislam2tag.sheets.sheet_folder import PDF_FILE, is_sheets
+from vislam2tag.studio.layers.walkable import rings_of
+from vislam2tag.studio.preparing import (
+    HeldLandmark,
+    PlanChange,
+    PlannedMark,
+    PlannedView,
+    PlanWish,
+    SheetsView,
+    SheetsWish,
+    Stroke,
+    WallsRequest,
+    WallsView,
+)
+from vislam2tag.studio.workspace import beside, plan_stamp
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.model import Floor
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.survey.plans.model import FloorPlan
+from vislam2tag.survey.sheet_size import sheet_size
+from vislam2tag.survey.site_floors import MASK_FILE
+from vislam2tag.walkable.correction import GREEN, RED, floor_mask
+from vislam2tag.walkable.plan_cells import plan_grid
+from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.walkable.space import walkable_space
+
+KEPT = 4
+"""Plans remembered; the oldest goes."""
+
+
+class _Plan:
+    """A floor's plan and what may be changed of it."""
+
+    def __init__(self, root: Path, wish: PlanWish, settings: Settings) -> None:
+        """Plan the floor of a survey; raises SurveyError or UsageError as ``vislam2tag plan`` does."""
+        site, _ = read_site(root, follow_links=True)
+        self.floor: Floor = site.floor(wish.floor)
+        asked: dict[str, object] = {"spacing_m": wish.spacing_m, "rooms": wish.rooms, "further": 0}
+        asked |= {"sheets": tuple(sheet_size(name).name for name in wish.sheets)}
+        self.settings = PlanSettings.model_validate(settings.plan.model_dump() | asked)
+        given = constraints_of(site, self.floor)
+        design, graph = designed(self.floor, PlanRequest(walkable=settings.walkable), self.settings, given)
+        self.changed = ChangedPlan(design, graph, self.settings)
+        self.taken = site.landmarks.ids
+        self.fewest = len(design.place)
+        ids = self.ids(self.fewest, [])
+        self.record = floor_summary(design, self.floor.number, self.floor.name, ids, self.settings)
+
+    def ids(self, count: int, held: list[HeldLandmark]) -> list[str]:
+        """Ids of ``count`` landmarks more than those that are held."""
+        return new_ids(count, 1, (*self.taken, *(one.id for one in held)))
+
+    def view(self, number: int, held: list[HeldLandmark]) -> PlannedView:
+        """What the page shows of the plan with these landmarks."""
+        design, place = self.changed.design, _places(held)
+        found = self.changed.expectation(place)
+        error_m, grid = mean_error_m(found.expected), found.sigma.grid
+        cm = np.nan_to_num(np.round(100 * found.sigma.sigma_m), nan=-1).astype(int)
+        positions = design.places.position[place].round(3).tolist()
+        return PlannedView(
+            plan=number,
+            floor=self.floor.number,
+            landmarks=[
+                PlannedMark(id=one.id, place=one.place, x=x, y=y, sheet=design.places.sheet[one.place])
+                for one, (x, y) in zip(held, positions, strict=True)
+            ],
+            fixed=len(design.constraints.names),
+            fewest=self.fewest,
+            expected_error_m=None if np.isnan(error_m) else error_m,
+            longest_m=None if design.demands.gaps else found.longest_m,
+            extent_m=grid.extent_m,
+            rows=grid.rows,
+            columns=grid.columns,
+            sigma_cm=cm.ravel().tolist(),
+            notes=[*(one.message for one in self.record.findings), *(one.message for one in self.record.unmet)],
+        )
+
+    def written(self, held: list[HeldLandmark]) -> PlanSummary:
+        """The plan with these landmarks as ``vislam2tag plan`` writes it."""
+        design = self.changed.designed(_places(held))
+        ids = [one.id for one in held]
+        record = floor_summary(design, self.floor.number, self.floor.name, ids, self.settings)
+        return PlanSummary(version=__version__, settings=self.settings, floors=(record,), findings=())
+
+
+_plans: dict[int, _Plan] = {}
+
+
+def _places(held: list[HeldLandmark]) -> IntArray:
+    return np.array([one.place for one in held], dtype=np.int64)
+
+
+def make_plan(number: int, root: Path, wish: PlanWish, settings: Settings) -> PlannedView:
+    """Plan a floor, and remember the plan by a number."""
+    plan = _Plan(root, wish, settings)
+    place = plan.changed.design.place.tolist()
+    more = (wish.number or 0) - len(place) - int((plan.changed.design.fixed_station >= 0).sum())
+    if more > 0:
+        place += plan.changed.further(np.array(place, dtype=np.int64), more)
+    held = [HeldLandmark(id=id, place=at) for id, at in zip(plan.ids(len(place), []), place, strict=True)]
+    _plans[number] = plan
+    for old in list(_plans)[:-KEPT]:
+        del _plans[old]
+    return plan.view(number, held)
+
+
+def change_plan(change: PlanChange) -> PlannedView:
+    """The plan with other landmarks, or one of them moved to or added at the place nearest to a point."""
+    plan, held = _plan(change.plan), list(change.landmarks)
+    if max((one.place for one in held), default=0) >= len(plan.changed.design.places.station):
+        raise UsageError("there is no such place; plan again")
+    if change.to is not None:
+        others = [one for one in held if one.id != change.moved]
+        place = plan.changed.nearest_place(np.array(change.to), _places(others))
+        moved = HeldLandmark(id=change.moved or plan.ids(1, held)[0], place=place)
+        held = [moved if one.id == change.moved else one for one in held]
+        held += [] if change.moved else [moved]
+    return plan.view(change.plan, held)
+
+
+def write_plan(change: PlanChange, root: Path) -> int:
+    """Add the landmarks to the floor's own file; returns how many."""
+    summary = _plan(change.plan).written(list(change.landmarks))
+    add_to_site(root, summary)
+    return len(summary.landmarks)
+
+
+def _plan(number: int) -> _Plan:
+    if number not in _plans:
+        raise OutputError("the plan is not there any more; plan again")
+    return _plans[number]
+
+
+_last_plan: dict[str, FloorPlan] = {}
+"""The plan looked at last, by what tells it."""
+
+
+def corrected_floor(root: Path, request: WallsRequest, settings: WalkableSettings) -> WallsView:
+    """The floor with its corrections and these strokes over them; with ``write`` they are kept beside its plan.
+
+    Raises SurveyError where nothing can be walked then, OutputError where they cannot be written.
+    """
+    _, floor = floor_of(root, request.floor)
+    before = None if request.anew else floor_mask(floor)
+    plan = _plan_of(floor)
+    mask = _painted(before, plan, request.strokes, settings)
+    space = walkable_space(plan, settings, mask)
+    if request.write:
+        _write(root, f"floor_{floor.number}/{MASK_FILE}", mask)
+    return WallsView(
+        floor=floor.number,
+        area_m2=float(space.area.mask.sum()) * space.area.cell_m**2,
+        rings=rings_of(space),
+        corrected=before is not None,
+        notes=[finding.message for finding in space.findings],
+    )
+
+
+def _plan_of(floor: Floor) -> FloorPlan:
+    key = f"{floor} {plan_stamp(floor)}"
+    if key not in _last_plan:
+        _last_plan.clear()
+        _last_plan[key] = floor_plan(floor)
+    return _last_plan[key]
+
+
+def _painted(
+    before: npt.NDArray[np.uint8] | None, plan: FloorPlan, strokes: list[Stroke], settings: WalkableSettings
+) -> npt.NDArray[np.uint8] | None:
+    """A correction (rows, columns, 4) over the plan's extent with strokes painted on it; None where there is none."""
+    if before is None and not strokes:
+        return None
+    rows, columns = plan_grid(plan, settings).shape
+    image = Image.new("RGBA", (columns, rows)) if before is None else Image.fromarray(before)
+    left, right, low, high = plan.extent_m
+    across, down = image.width / (right - left), image.height / (high - low)
+    canvas = ImageDraw.Draw(image)
+    for stroke in strokes:
+        points = [((x - left) * across, (high - y) * down) for x, y in stroke.points]
+        colour = (*(GREEN if stroke.walkable else RED), 255)
+        if stroke.shape == "polygon":
+            canvas.polygon(points, fill=colour)
+        else:
+            width = max(1, round(stroke.width_m * across))
+            canvas.line(points, fill=colour, width=width, joint="curve")
+            for x, y in (points[0], points[-1]):
+                canvas.ellipse((x - width / 2, y - width / 2, x + width / 2, y + width / 2), fill=colour)
+    return np.asarray(image)
+
+
+def _write(root: Path, name: str, mask: npt.NDArray[np.uint8] | None) -> None:
+    try:
+        if mask is None:
+            Folder.at(root).remove(name)
+            return
+        buffer = io.BytesIO()
+        Image.fromarray(mask).save(buffer, "png")
+        Folder.at(root).write(name, buffer.getvalue())
+    except OSError as error:
+        raise OutputError(f"{root / name}: cannot be written ({error.strerror}); check its permissions") from error
+
+
+def sheets_folder(root: Path) -> Path:
+    """Where the sheets of a survey go: ``SURVEY-sheets`` beside it."""
+    return beside(root, "sheets")
+
+
+def made_sheets(root: Path, wish: SheetsWish, settings: SheetSettings) -> SheetsView:
+    """Make them; raises what ``vislam2tag sheets`` raises."""
+    out = sheets_folder(root)
+    options = SheetOptions(root, wish.ids or None, None, wish.tag, settings.model_copy(update={"paper": wish.paper}))
+    found = make_sheets(options, out)
+    return SheetsView(folder=str(out), pages=len(found.pages), notes=[one.message for one in found.findings])
+
+
+def sheets_pdf(root: Path) -> bytes:
+    """The pages; raises KeyError where none were made."""
+    folder = sheets_folder(root)
+    if not is_sheets(folder):
+        raise KeyError("sheet yet")
+    return read_bytes(folder / PDF_FILE)

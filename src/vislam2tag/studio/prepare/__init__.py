@@ -1,1 +1,0 @@
-"""Preparing a survey in the browser: plans, walls, landmarks, sheets and their positions."""

@@ -1,1 +1,0 @@
-"""Radio maps of labels, as the page sees them."""

@@ -1,0 +1,213 @@
+"""Uploads on disk: what arrived of each zip stays there until it is filed, whoever is killed meanwhile."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import Folder, scratch_folder
+from vislam2tag.common.files.lock import only_one
+from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.common.records import Record
+from vislam2tag.studio.receiving.filing import WORK_FOLDER, FiledSession, file_zip, is_filed
+from vislam2tag.studio.receiving.zips import AppPlace, RefusedZipError
+
+UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
+_SHORT = 12
+_PART = re.compile(rf"({UPLOAD_NAME.pattern})\.(\d{{1,15}})\.part")
+
+
+MOST_WAITING = 100
+"""So many uploads may wait to go on ..."""
+MOST_WAITING_SIZES = 20
+"""... and so many times the greatest zip may they announce together: what phones leave unfinished fills no disk."""
+EXPIRY_S = 7 * 24 * 3600.0
+"""An unfinished upload that gets no bytes for this long is removed."""
+
+
+class _FiledRecord(Record, extra="ignore"):
+    """Where an upload was filed, and the SHA-256 of its list of checksums."""
+
+    session: str
+    sums_sha256: str
+
+
+@dataclass(frozen=True)
+class UploadState:
+    """How far an upload is: ``state`` is none, partial or filed; ``session`` where it was filed."""
+
+    state: str
+    received: int = 0
+    length: int | None = None
+    session: str | None = None
+
+
+class WrongLengthError(Exception):
+    """An upload goes on with another length than it began with."""
+
+
+class WrongOffsetError(Exception):
+    """An upload goes on elsewhere than what is kept of it ends."""
+
+
+class TooManyError(Exception):
+    """So many uploads wait to go on that no other may begin."""
+
+
+class BusyError(Exception):
+    """An upload is being written by somebody else."""
+
+
+class Uploads:
+    """The uploads of one survey. Only one program at a time may hold them: use it as a context manager."""
+
+    def __init__(
+        self,
+        survey: Path,
+        max_bytes: int,
+        max_unpacked_bytes: int,
+        place: AppPlace | None = None,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
+        """Take zips of ``max_bytes`` at most, which unpack to ``max_unpacked_bytes`` at most.
+
+        ``place`` is where recordings of other apps go; ``clock`` gives the time in seconds since 1970.
+        """
+        self.survey, self._max_unpacked, self._place = survey, max_unpacked_bytes, place
+        self._clock = clock
+        self.max_bytes = max_bytes
+        self._folder = Folder.at(survey).folder(WORK_FOLDER)
+        self._busy: set[str] = set()
+        self._held = ExitStack()
+
+    def __enter__(self) -> Uploads:
+        """Take hold; raises OutputError where another program has, or the survey cannot be written."""
+        try:
+            self._folder.make()
+        except OSError as error:
+            raise OutputError(f"{self.survey}: cannot be written: {error.strerror}") from error
+        refusal = f"{self.survey}: another 'vislam2tag receive' is running there; end it first"
+        self._held.enter_context(only_one(self._folder, "lock", refusal))
+        self._remove_expired()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._held.close()
+
+    def waiting(self) -> list[UploadState]:
+        """States of all uploads that have begun and are not filed."""
+        return [self.state(name) for _, name, _ in self._parts()]
+
+    def state(self, name: str) -> UploadState:
+        """How far an upload is; ``name`` is the SHA-256 of its zip.
+
+        FiledSession is one whose files lie there with the checksums that were sent: they are read for that.
+        """
+        session = self._filed(name)
+        if session is not None:
+            return UploadState("filed", session=session)
+        part = self._part(name)
+        if part is None:
+            return UploadState("none")
+        return UploadState("partial", part[0].stat().st_size, part[1])
+
+    @contextmanager
+    def writing(self, name: str, length: int, offset: int) -> Iterator[io.FileIO]:
+        """Open an upload of ``length`` bytes to go on at ``offset``; what is written stays, also after an exception.
+
+        Raises BusyError while another request writes it, WrongLengthError where it began with another length,
+        WrongOffsetError where another offset comes next, TooManyError where it would be one upload too many.
+        """
+        if name in self._busy:
+            raise BusyError
+        self._remove_expired()
+        part = self._part(name)
+        if part is not None and part[1] != length:
+            raise WrongLengthError
+        if offset != (part[0].stat().st_size if part else 0):
+            raise WrongOffsetError
+        if part is None:
+            self._refuse_too_many(length)
+        part_name = f"{name}.{length}.part"
+        self._busy.add(name)
+        try:
+            with self._folder.appending(part_name) as file:
+                yield file
+        finally:
+            self._busy.discard(name)
+            path = self._folder / part_name
+            if path.is_file() and not path.stat().st_size:
+                self._folder.remove(part_name)
+
+    def _refuse_too_many(self, length: int) -> None:
+        begun = self._parts()
+        size = sum(announced for _, _, announced in begun)
+        if len(begun) >= MOST_WAITING or size + length > MOST_WAITING_SIZES * self.max_bytes:
+            raise TooManyError
+
+    @contextmanager
+    def finishing(self, name: str) -> Iterator[None]:
+        """Keep others away while an upload is checked and filed; raises BusyError while another request is at it."""
+        if name in self._busy:
+            raise BusyError
+        self._busy.add(name)
+        try:
+            yield
+        finally:
+            self._busy.discard(name)
+
+    def finish(self, name: str) -> FiledSession:
+        """Check a whole upload and file it. Raises RefusedZipError, and forgets the upload; OSError, and keeps it."""
+        part = self._part(name)
+        if part is None:
+            raise RefusedZipError("the upload is gone; send it again")
+        path = part[0]
+        try:
+            with plain(path).open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            if digest != name:
+                raise RefusedZipError("the zip arrived damaged: its SHA-256 is another; send it again")
+            with scratch_folder(self._folder) as scratch:
+                called = f"{name[:_SHORT]}.zip"  # who reads it looks at the name's end
+                scratch.link(path, called)
+                filed = file_zip(self.survey, scratch / called, self._max_unpacked, self._place)
+        except RefusedZipError:
+            self._folder.remove(path.name)
+            raise
+        self._remember(name, filed)
+        self._folder.remove(path.name)
+        return filed
+
+    def _part(self, name: str) -> tuple[Path, int] | None:
+        return next(((path, length) for path, named, length in self._parts() if named == name), None)
+
+    def _parts(self) -> list[tuple[Path, str, int]]:
+        """Files, names and lengths of all unfinished uploads."""
+        matches = ((path, _PART.fullmatch(path.name)) for path in sorted(self._folder.path.glob("*.part")))
+        return [(path, match.group(1), int(match.group(2))) for path, match in matches if match]
+
+    def _remove_expired(self) -> None:
+        for path, name, _ in self._parts():
+            if name not in self._busy and self._clock() - path.stat().st_mtime > EXPIRY_S:
+                self._folder.remove(path.name)
+
+    def _filed(self, name: str) -> str | None:
+        """Where an upload was filed, if all of it still lies there."""
+        try:
+            filed = _FiledRecord.model_validate_json(read_bytes(self._folder / f"{name}.filed"))
+        except (OSError, ValidationError):
+            return None
+        return filed.session if is_filed(self.survey / filed.session, filed.sums_sha256) else None
+
+    def _remember(self, name: str, filed: FiledSession) -> None:
+        record = _FiledRecord(session=filed.path, sums_sha256=filed.sums_sha256)
+        self._folder.write(f"{name}.filed", record.model_dump_json() + "\n")

@@ -1,0 +1,66 @@
+"""Pages on which a plan is clicked: landmarks, or a known distance of a plan that has no scale yet."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from PIL import Image
+
+from vislam2tag.registration.clicks import HEADER
+from vislam2tag.survey.model import Floor
+from vislam2tag.survey.plans.load import floor_plan, look_at_plan, plan_called, unplaced_picture
+from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.views.page import data_uri, embedded, write_page
+
+
+def write_click_page(
+    out_file: Path, floor: Floor, expected: dict[str, tuple[float, float]], ids: Sequence[str]
+) -> None:
+    """Write the page of a floor; ``ids`` are the landmarks to place, ``expected`` where some of them should be.
+
+    Raises SurveyError where the floor has no usable plan, OutputError where the page cannot be written.
+    """
+    plan = floor_plan(floor)
+    rows, columns = plan.image.shape[:2]
+    data = {
+        "floor": floor.number,
+        "extent_m": plan.extent_m,
+        "rows": rows,
+        "columns": columns,
+        "header": ",".join(HEADER),
+        "ids": list(ids),
+        "expected": expected,
+    }
+    buffer = io.BytesIO()
+    Image.fromarray(plan.image).save(buffer, "PNG", optimize=True)
+    image = data_uri(buffer.getvalue())
+    context = {"title": f"{floor.name}: click the landmarks", "image": image, "data": embedded(json.dumps(data))}
+    write_page(out_file, "click.html.j2", context)
+
+
+_SIDE_PX = 2400
+
+
+def write_measure_page(out_file: Path, plan: Path, source: PlanSource, command: str) -> None:
+    """Write the page of a plan; what is clicked completes ``command``, an option each for distance and area.
+
+    Raises SurveyError where the plan cannot be read, OutputError where the page cannot be written.
+    """
+    with plan_called(plan):
+        look = look_at_plan(plan, source)
+        picture = unplaced_picture(plan, source, _SIDE_PX)
+    buffer = io.BytesIO()
+    picture.save(buffer, "PNG", optimize=True)
+    image = data_uri(buffer.getvalue())
+    data = {
+        "box": look.box,
+        "downwards": look.downwards,
+        "picture": look.is_picture,
+        "size": picture.size,
+        "command": command,
+    }
+    context = {"title": f"{plan.name}: click a known distance", "image": image, "data": embedded(json.dumps(data))}
+    write_page(out_file, "measure.html.j2", context)

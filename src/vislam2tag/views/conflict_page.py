@@ -1,0 +1,105 @@
+"""The page of conflicts: which references agree, which contradict, and which nothing can be compared with."""
+
+from __future__ import annotations
+
+from collections import Counter
+from vislam2tag.report.floor_map.arrows import arrow_line
+from vislam2tag.report.floor_map.layers import Columns
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.diagnosis.references import Reference, References
+from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.views.floor_map import drawn_plan, site_figure
+from vislam2tag.views.layers import GREEN, RED, Trace, arrows, plotly_text, scatter
+from vislam2tag.views.page import write_page
+
+
+@dataclass(frozen=True)
+class FloorOfConflicts:
+    """A floor's map of references."""
+
+    floor: Floor
+    figure: str
+    note: str
+    """Why there is no plan; empty where there is one."""
+    references: tuple[Reference, ...]
+
+
+def write_conflict_page(out_file: Path, survey: Survey, found: References) -> None:
+    """Write the page ``out_file`` about how the references of a survey fit one another; equal input, equal bytes.
+
+    It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    """
+    counts = Counter(one.verdict for one in found.compared)
+    context = {
+        "title": survey.root.resolve().name,
+        "found": found,
+        "agree": counts[Verdict.AGREES],
+        "nothing": counts[Verdict.NOTHING],
+        "floors": _floors(survey, found),
+        "what": named,
+    }
+    write_page(out_file, "conflicts.html.j2", context)
+
+
+def named(one: Reference) -> str:
+    """What a reference is called."""
+    if one.day is not None:
+        return f"{one.landmark} as seen on {one.day}"
+    return f"survey of {one.landmark}" if one.session is None else f"{one.landmark} as seen by {one.session}"
+
+
+def _floors(survey: Survey, found: References) -> Iterator[FloorOfConflicts]:
+    numbers = {one.floor for one in found.compared}
+    for floor in survey.site.floors:
+        if floor.number in numbers:
+            here = found.on_floor(floor.number)
+            plan, note = drawn_plan(floor)
+            figure = site_figure(floor, survey.site.landmarks, plan, [], [*_landmarks(here), _contradicting(here)])
+            yield FloorOfConflicts(floor, figure, note, here)
+
+
+def _landmarks(references: Sequence[Reference]) -> list[Trace]:
+    """A dot on each landmark: whether anything said of it could be compared, and how many agree."""
+    verdicts: dict[str, Counter[Verdict]] = {}
+    place: dict[str, tuple[float, float]] = {}
+    for one in references:
+        verdicts.setdefault(one.landmark, Counter())[one.verdict] += 1
+        place[one.landmark] = (one.x_m, one.y_m)
+    compared = {name for name, count in verdicts.items() if count[Verdict.AGREES] or count[Verdict.CONTRADICTS]}
+    kinds = (
+        ("agree", GREEN, [name for name in place if name in compared]),
+        ("nothing to compare", "#6e7781", [name for name in place if name not in compared]),
+    )
+    return [
+        scatter(
+            "markers",
+            label,
+            [place[name] for name in names],
+            "%{hovertext}",
+            marker={"symbol": "circle", "size": 11, "color": colour, "line": {"color": "white", "width": 1}},
+            hovertext=[plotly_text(f"landmark {name}: {_counted(verdicts[name])}") for name in names],
+        )
+        for label, colour, names in kinds
+    ]
+
+
+def _counted(verdicts: Counter[Verdict]) -> str:
+    return ", ".join(f"{verdicts[kind]} {_SAID[kind]}" for kind in Verdict if verdicts[kind])
+
+
+_SAID = {Verdict.AGREES: "agree", Verdict.CONTRADICTS: "contradict", Verdict.NOTHING: "with nothing to compare"}
+
+
+def _contradicting(references: Sequence[Reference]) -> Trace:
+    """An arrow, true to scale, from where the others have a landmark to where each that contradicts has it."""
+    drawn = []
+    for one in references:
+        if one.verdict is Verdict.CONTRADICTS and one.offset_m is not None:
+            label = f"{named(one)}: {one.size_m:.2f} m"
+            drawn.append(((one.x_m, one.y_m), one.offset_m, f"{label} off, usual are {one.sigma_m:.2f} m", label))
+    font = {"size": 12, "color": RED}
+    return arrows("contradicts", RED, 2.5, drawn, textfont=font, textposition="middle right")

@@ -1,0 +1,264 @@
+"""The page of a data set: statistics, charts, each floor's map of fingerprints and gaps, splits and how they leak."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import polars as pl
+from plotly.colors import qualitative
+
+from vislam2tag import __version__
+from vislam2tag.core.status import Status
+from vislam2tag.dataset.coverage import FloorCoverage, GapWalk, coverage, gap_walks
+from vislam2tag.dataset.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
+from vislam2tag.dataset.model import Dataset, Storey
+from vislam2tag.dataset.settings import CoverageSettings
+from vislam2tag.dataset.statistics_record import UNKNOWN, DatasetStatistics, Table3
+from vislam2tag.views.dataset_charts import charts
+from vislam2tag.views.dataset_figures import PALETTE, colours_of
+from vislam2tag.views.floor_map import drawn_plan, map_figure, walk_to_fill
+from vislam2tag.views.layers import GREY, ORANGE, VERMILION, Trace, cells, colour_bar, plotly_text, scatter
+from vislam2tag.views.page import page_text
+from vislam2tag.walkable.walked.walked_record import WalkedFloor
+
+MOST_SESSIONS = 300
+"""Walks listed at most; all are in sessions.parquet."""
+
+
+@dataclass(frozen=True)
+class SplitView:
+    """One split, as far as it concerns the fingerprints of one technology."""
+
+    split: SplitLeakage
+    technology: str
+
+    @property
+    def folds(self) -> list[FoldLeakage]:
+        """Its folds."""
+        return [fold for fold in self.split.folds if fold.of == self.technology and fold.fold != ALL_FOLDS]
+
+    @property
+    def whole(self) -> FoldLeakage | None:
+        """All folds together; None where nothing tests."""
+        together = [fold for fold in self.split.folds if fold.of == self.technology and fold.fold == ALL_FOLDS]
+        return next(iter(together or self.folds), None)
+
+
+def dataset_page(
+    dataset: Dataset, statistics: DatasetStatistics, walked: Mapping[Storey, WalkedFloor] = MappingProxyType({})
+) -> str:
+    """Return the page as HTML that needs nothing else; equal input gives equal text.
+
+    ``walked`` tells what of the plans was walked, of the floors where that is known.
+
+    However large the set, the page grows only with its floors, devices and (to :data:`MOST_SESSIONS`) walks.
+    """
+    main = statistics.main
+    name, technology = main or ("wifi", None)
+    colours = _colours(sorted(technology.by_device)) if technology else {}
+    context = {
+        "title": dataset.info.title or dataset.info.name,
+        "info": dataset.info,
+        "version": __version__,
+        "statistics": statistics,
+        "technology": technology,
+        "names": {"wifi": "Wi-Fi", "ble": "BLE"},
+        "table": Table3.of(statistics.by_device, statistics.walks),
+        "floors": [
+            floor_map(dataset, name, covered, colours, walked.get(covered.storey))
+            for covered in coverage(dataset, name)
+        ],
+        "charts": charts(technology, statistics.sessions, name, colours) if technology else [],
+        "transmitters": _transmitters(dataset),
+        "radius_m": CoverageSettings().radius_m,
+        "splits": [SplitView(split, name) for split in leakage(dataset, dataset.splits)],
+        "sessions": statistics.sessions[:MOST_SESSIONS],
+        "main": name,
+    }
+    return page_text("dataset.html.j2", context)
+
+
+def _transmitters(dataset: Dataset) -> list[dict[str, Any]]:
+    """Count the transmitters of each technology; flags are None where no identifier is an address."""
+    flag = {name: pl.when(pl.col(name).count() > 0).then(pl.col(name).sum()) for name in ("randomised", "mobile")}
+    counted = dataset.access_points.group_by("technology").agg(
+        heard=pl.len(), once=(pl.col("readings") == 1).sum(), strongest=pl.col("strongest_dbm").max(), **flag
+    )
+    return counted.sort("technology").collect().to_dicts()
+
+
+def _colours(devices: list[str]) -> dict[str, str]:
+    """The colours of the printed figures where they suffice; on the screen hovering tells more of them apart."""
+    if len(devices) <= len(PALETTE):
+        return colours_of(devices)
+    return dict(zip(devices, cycle(qualitative.Dark24), strict=False))
+
+
+MOST_POINTS = 1500
+"""Fingerprints drawn on a floor at most: of more, every so many-th."""
+_CELL_AREA = "counts"
+
+
+@dataclass(frozen=True)
+class FloorMap:
+    """One floor of the page."""
+
+    anchor: str
+    title: str
+    note: str
+    """Why there is no plan, and what is not drawn; empty where all is."""
+    figure: str
+    """Plotly's JSON."""
+    coverage: FloorCoverage
+    walks: Sequence[GapWalk]
+    fingerprints: int
+    walked: WalkedFloor | None
+    """What of the plan's walkable space was walked; None where the survey that tells is not at hand."""
+
+    @property
+    def by_plan(self) -> bool:
+        """Whether coverage is measured against the plan."""
+        return self.walked is not None and not self.walked.note
+
+    @property
+    def walkable_m2(self) -> float:
+        """Area of the walkable cells."""
+        return float(self.coverage.walkable.sum()) * self.coverage.grid.cell_m**2
+
+    @property
+    def gap_m2(self) -> float:
+        """Area of the cells near no fingerprint."""
+        return float(self.coverage.gaps.sum()) * self.coverage.grid.cell_m**2
+
+    @property
+    def share(self) -> float | None:
+        """Share of the walkable cells with a fingerprint near; None where only fingerprints tell what is walkable."""
+        return self.coverage.share if self.coverage.tells else None
+
+    @property
+    def stops(self) -> int:
+        """Places at which the walks fill gaps."""
+        return sum(len(walk.stops_m) for walk in self.walks)
+
+    @property
+    def walk_m(self) -> float:
+        """Length of the walks that fill the gaps."""
+        return sum(walk.length_m for walk in self.walks)
+
+    @property
+    def walk_s(self) -> float:
+        """What they take."""
+        return 60 * sum(walk.minutes() for walk in self.walks)
+
+
+def floor_map(
+    dataset: Dataset,
+    technology: str,
+    coverage: FloorCoverage,
+    colours: dict[str, str],
+    walked: WalkedFloor | None = None,
+) -> FloorMap:
+    """Draw one floor; ``colours`` by device, grey where a device has none.
+
+    The walk that fills the rest is that of the plan where ``walked`` measured it, else one over the cells that walks
+    touched.
+    """
+    building, number = coverage.storey
+    floor = dataset.site_floor(Storey(building, number))
+    plan, note = drawn_plan(floor)
+    walks = gap_walks(coverage)
+    points, labelled = _labelled_points(dataset, technology, coverage)
+    ways = _walks(walks) if walked is None or walked.note else walk_to_fill(walked)
+    traces = [_cells(coverage), _gaps(coverage), *_fingerprints(points, colours), *ways]
+    left, right, low, high = coverage.grid.extent_m
+    shown = np.array([(left, low), (right, high), *(floor.corners_m if plan else ())])
+    colour_axis = {"colorscale": "Viridis", "showscale": False, "colorbar": colour_bar("")}
+    left_out = f"{len(points)} of {labelled} fingerprints are drawn as points." if len(points) < labelled else ""
+    far = f"{coverage.far} fingerprints lie too far away to be drawn." if coverage.far else ""
+    return FloorMap(
+        anchor=f"floor-{building}-{number}" if building else f"floor-{number}",
+        title=f"{building}, floor {number}" if building else f"Floor {number}",
+        note=" ".join(text for text in (note, left_out, far) if text),
+        figure=map_figure(floor, plan, traces, shown, coloraxis=colour_axis),
+        coverage=coverage,
+        walks=walks,
+        fingerprints=labelled,
+        walked=walked,
+    )
+
+
+def _labelled_points(dataset: Dataset, technology: str, coverage: FloorCoverage) -> tuple[pl.DataFrame, int]:
+    """Labelled fingerprints of a floor, thinned evenly, and how many there are."""
+    building, number = coverage.storey
+    here = dataset.fingerprints.filter(
+        (pl.col("technology") == technology)
+        & (pl.col("status") == Status.OK.label)
+        & (pl.col("floor") == number)
+        & (pl.col("building").fill_null("") == building)
+    )
+    count = int(here.select(pl.len()).collect(engine="streaming").item())
+    columns = here.select("x", "y", "sigma", "readings", "session", pl.col("device").fill_null(UNKNOWN))
+    step = max(1, -(-count // MOST_POINTS))
+    return columns.gather_every(step).collect(engine="streaming"), count
+
+
+def _fingerprints(points: pl.DataFrame, colours: dict[str, str]) -> list[Trace]:
+    """One trace a device; ``customdata`` holds sigma (metres) and access points heard, by which the page colours."""
+    return [_device(str(device), own, colours) for (device,), own in sorted(points.group_by("device"))]
+
+
+def _device(device: str, points: pl.DataFrame, colours: dict[str, str]) -> Trace:
+    name = plotly_text(device)
+    return scatter(
+        "markers",
+        name,
+        points.select(pl.col("x", "y").round(2)).to_numpy(),
+        f"{name}, %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m<br>sigma %{{customdata[0]}} m, "
+        "%{customdata[1]} readings",
+        meta="fingerprints",
+        customdata=points.select(pl.col("sigma").round(3), "readings").rows(),
+        text=[plotly_text(session) for session in points["session"]],
+        marker={"size": 6, "color": colours.get(device, GREY), "line": {"width": 0.5, "color": "white"}},
+    )
+
+
+def _cells(coverage: FloorCoverage) -> Trace:
+    """Fingerprints a cell, as a heat map."""
+    counts = [[value or None for value in row] for row in coverage.total.tolist()]
+    look = {"colorscale": "YlGnBu", "zmin": 0, "visible": False, "colorbar": colour_bar("fingerprints a cell")}
+    return _grid(coverage, "fingerprints a cell", counts, "%{z} fingerprints", meta=_CELL_AREA, **look)
+
+
+def _gaps(coverage: FloorCoverage) -> Trace:
+    missing = coverage.gaps
+    name = "walkable, no fingerprint near"
+    values = np.where(missing, 1.0, np.nan).tolist() if missing.any() else []
+    look = {"colorscale": [[0, ORANGE], [1, ORANGE]], "showscale": False, "showlegend": bool(missing.any())}
+    return _grid(coverage, name, values, name, **look)
+
+
+def _grid(coverage: FloorCoverage, name: str, values: list[Any], hover: str, **look: Any) -> Trace:
+    grid = coverage.grid
+    left, low = grid.origin_m
+    x, y = left + (np.arange(grid.columns) + 0.5) * grid.cell_m, low + (np.arange(grid.rows) + 0.5) * grid.cell_m
+    return cells(name, x, y, values, hover, opacity=0.7, **look)
+
+
+def _walks(walks: Sequence[GapWalk]) -> list[Trace]:
+    """The walks as one line with breaks."""
+    if not walks:
+        return []
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for walk in walks:
+        across, up = np.round(walk.points_m, 2).T.tolist()
+        x += [*across, None]
+        y += [*up, None]
+    name = f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m"
+    look: dict[str, Any] = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
+    return [scatter("lines+markers", name, x=x, y=y, **look)]  # a walk of one stop is a point

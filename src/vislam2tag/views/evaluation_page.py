@@ -1,0 +1,222 @@
+"""The page of an evaluation: its tables, and errors as curves, against landmark movement and against distance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.evaluation.dense import SINCE_LANDMARK
+from vislam2tag.evaluation.point_errors import TruthKind
+from vislam2tag.evaluation.pooling import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS, ErrorCurve, error_curve
+from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
+from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
+from vislam2tag.views.layers import Trace, axis, chart, figure_json, plotly_text, scatter
+from vislam2tag.views.page import write_page
+
+MEANINGS = {
+    TruthKind.DENSE: "The position at every frame, from truth.csv: the simulator's, or another tracking system's.",
+    TruthKind.TOTAL_STATION: "A total station followed a prism on the walker, at its own rate, where it saw it.",
+    TruthKind.CONTROL_POINTS: "The walker pressed a button at surveyed points, a few to a walk; what the hand is off "
+    "is part of the errors here.",
+}
+"""Where each kind of truth comes from, for those who did not set it up."""
+_BEST_FIRST = tuple(MEANINGS)
+_COMPLETE = 0.9
+"""A strategy that labels less than this share of what the most complete one labels is not called the best."""
+
+
+@dataclass(frozen=True)
+class TruthView:
+    """One truth, made by one method: its rows over all walks and over their points, over the walks of each floor and
+    each device, and its figures.
+    """
+
+    name: str
+    meaning: str
+    sigma_m: float | None
+    """How exactly its positions are known along each axis, root mean square over walks; None where nothing tells."""
+    walks: Sequence[ErrorRow]
+    points: Sequence[ErrorRow]
+    groups: Sequence[ErrorRow]
+    curves: str
+    movement: str | None
+    """None where no walk tells."""
+
+
+def write_evaluation_page(out_file: Path, title: str, evaluation: SurveyEvaluation) -> None:
+    """Write the page ``out_file`` about an evaluation; equal input gives equal bytes.
+
+    It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    """
+    ranked = ranking(evaluation.rows)
+    context = {
+        "title": title,
+        "evaluation": evaluation,
+        "truths": list(_truths(evaluation)),
+        "heads": HEADS,
+        "figure_text": figure_text,
+        "best": ranked[0] if ranked else None,
+        "second": ranked[1] if len(ranked) > 1 else None,
+        "lines": lambda session: list(_lines(session, evaluation.strategies)),
+        "drift_figure": drift_figure(evaluation),
+    }
+    write_page(out_file, "evaluation.html.j2", context)
+
+
+def ranking(rows: Sequence[ErrorRow]) -> list[ErrorRow]:
+    """Strategies over all walks, the best first, against the most telling truth; see :data:`_COMPLETE`."""
+    whole = [row for row in rows if (row.group, row.selection, row.over) == (ALL, ALL_WALKS, OVER_WALKS)]
+    if not whole:
+        return []
+    telling = min((row.truth for row in whole), key=_BEST_FIRST.index)
+    first = next(row for row in whole if row.truth == telling)
+    here = [row for row in whole if (row.truth, row.method) == (first.truth, first.method)]
+    errors = {row.strategy: row.mean_m.value for row in here if row.mean_m.value is not None}
+    shares = {row.strategy: row.labelled.value or 0.0 for row in here}
+    least = _COMPLETE * max(shares.values())
+    known = [row for row in here if row.strategy in errors]
+    return sorted(known, key=lambda row: (shares[row.strategy] < least, errors[row.strategy]))
+
+
+def _name(truth: TruthKind, method: str) -> str:
+    return "the whole true path" if truth is TruthKind.DENSE else truth_name(truth, method)
+
+
+def _truths(evaluation: SurveyEvaluation) -> Iterator[TruthView]:
+    for (truth, method), group in groupby(evaluation.rows, key=lambda row: (row.truth, row.method)):
+        rows = list(group)
+        yield TruthView(
+            name=_name(truth, method),
+            meaning=MEANINGS[truth],
+            sigma_m=truth_sigma_m([one for session in evaluation.sessions for one in session.measured], truth, method),
+            walks=[row for row in rows if row.group == ALL and row.over == OVER_WALKS],
+            points=[row for row in rows if row.group == ALL and row.over == OVER_POINTS],
+            groups=[row for row in rows if row.group != ALL and row.over == OVER_WALKS],
+            curves=cdf_figure(evaluation, truth, method),
+            movement=movement_figure(evaluation, truth, method),
+        )
+
+
+def truth_sigma_m(measured: Sequence[StrategyErrors], truth: TruthKind, method: str) -> float | None:
+    """Root mean square, over the walks measured against a truth, of its own sigma; None where nothing tells."""
+    here = [one.truth_sigma_m for one in measured if (one.truth, one.method) == (truth, method)]
+    known = [value for value in here if value is not None]
+    return float(np.sqrt(np.mean(np.square(known)))) if known else None
+
+
+def _lines(session: SessionEvaluation, strategies: Sequence[str]) -> Iterator[tuple[str, list[StrategyErrors | None]]]:
+    """Yield a session's truths by name, and what each strategy shows against it."""
+    for truth, method in dict.fromkeys((one.truth, one.method) for one in session.measured):
+        here = {one.strategy: one for one in session.measured if (one.truth, one.method) == (truth, method)}
+        yield _name(truth, method), [here.get(strategy) for strategy in strategies]
+
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#4d4d4d")
+"""Okabe and Ito's, one for each strategy in turn."""
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
+
+
+def cdf_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str:
+    """Return, as JSON, each strategy's share of points with an error up to a length, with bands."""
+    traces: list[Trace] = []
+    for number, strategy in enumerate(evaluation.strategies):
+        walks = [one for _, one in _measured(evaluation, truth, method, strategy)]
+        curve = error_curve(walks) if walks else None
+        if curve is not None:
+            traces += _curve(curve, strategy, number)
+    return _chart(traces, axis("error / m", type="log"), axis("share of all points", [0.0, 1.0], tickformat=".0%"))
+
+
+def _curve(curve: ErrorCurve, strategy: str, number: int) -> Iterator[Trace]:
+    colour = COLOURS[number % len(COLOURS)]
+    x = np.round(curve.error_m, 5).tolist()
+    if curve.low is not None and curve.high is not None:
+        yield {
+            "type": "scatter",
+            "mode": "none",
+            "fill": "toself",
+            "fillcolor": colour,
+            "opacity": 0.15,
+            "x": x + x[::-1],
+            "y": _rounded([*curve.high, *curve.low[::-1]]),
+            "hoverinfo": "skip",
+            "showlegend": False,
+            "legendgroup": strategy,
+        }
+    yield scatter(
+        "lines",
+        plotly_text(strategy),
+        x=x,
+        y=_rounded(curve.share),
+        legendgroup=strategy,
+        line={"color": colour, "width": 2.2, "dash": DASHES[number % len(DASHES)]},
+        hovertemplate="%{y:.1%} within %{x:.2f} m",
+    )
+
+
+def movement_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str | None:
+    """Return, as JSON, each walk's mean error against the movement of its landmarks; None where no walk tells."""
+    traces = []
+    for number, strategy in enumerate(evaluation.strategies):
+        pairs = [
+            (session, one.mean_m)
+            for session, one in _measured(evaluation, truth, method, strategy)
+            if one.mean_m is not None and session.movement_m is not None
+        ]
+        look = {"color": COLOURS[number % len(COLOURS)], "size": 8, "symbol": number, "opacity": 0.8}
+        if pairs:
+            traces.append(
+                scatter(
+                    "markers",
+                    plotly_text(strategy),
+                    [(session.movement_m, mean) for session, mean in pairs],
+                    text=[plotly_text(f"floor {s.floor} / {s.device} / {s.session}") for s, _ in pairs],
+                    marker=look,
+                    hovertemplate="%{text}<br>moved %{x:.2f} m, error %{y:.2f} m",
+                )
+            )
+    x = axis("mean displacement of landmarks / m", rangemode="tozero")
+    return _chart(traces, x, axis("mean error of the walk / m", rangemode="tozero")) if traces else None
+
+
+def drift_figure(evaluation: SurveyEvaluation) -> str | None:
+    """Return, as JSON, the mean error by the distance walked since the last landmark; None without dense truth."""
+    traces = []
+    for number, strategy in enumerate(evaluation.strategies):
+        rows = [row for row in evaluation.dense if (row.strategy, row.what) == (strategy, SINCE_LANDMARK)]
+        if rows:
+            traces.append(
+                scatter(
+                    "lines+markers",
+                    plotly_text(strategy),
+                    x=[f"{row.low:g} to {row.high:g}" if row.high is not None else f"over {row.low:g}" for row in rows],
+                    y=[row.mean_m for row in rows],
+                    line={"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)]},
+                    hovertemplate="%{x} m: %{y:.2f} m",
+                )
+            )
+    x = axis("distance walked since the last landmark / m", grid=False, type="category")
+    return _chart(traces, x, axis("mean error / m", rangemode="tozero")) if traces else None
+
+
+def _measured(
+    evaluation: SurveyEvaluation, truth: TruthKind, method: str, strategy: str
+) -> list[tuple[SessionEvaluation, StrategyErrors]]:
+    return [
+        (session, one)
+        for session in evaluation.sessions
+        for one in session.measured
+        if (one.truth, one.method, one.strategy) == (truth, method, strategy)
+    ]
+
+
+def _chart(traces: Sequence[Trace], x: Trace, y: Trace) -> str:
+    return figure_json(chart(traces, x, y, hovermode="closest", dragmode="zoom"))
+
+
+def _rounded(values: Iterable[float]) -> list[float]:
+    return [round(float(value), 5) for value in values]

@@ -1,0 +1,260 @@
+"""Radio maps: the page to look through them, and maps of access points in print."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+from PIL import Image
+
+from vislam2tag import __version__
+from vislam2tag.dataset.map_process import MapKernel
+from vislam2tag.dataset.radio_maps import FloorMaps, RadioMap
+from vislam2tag.survey.model import Floor
+from vislam2tag.views.floor_map import drawn_plan
+from vislam2tag.views.page import data_uri, write_page
+from vislam2tag.views.panels import (
+    PAGE_IN,
+    aspect_of,
+    draw_cells,
+    draw_plan,
+    in_metres,
+    letter,
+    panel_grid,
+    print_quality,
+    show,
+)
+
+_STOPS = 9
+"""Colours of a legend's gradient."""
+
+
+@dataclass(frozen=True)
+class MapTile:
+    """One access point: what is said of it, and its maps as images by layer."""
+
+    map: RadioMap
+    images: dict[str, str]
+    file: str
+    """Its GeoTIFF."""
+
+
+@dataclass(frozen=True)
+class MapFloor:
+    """One floor and technology on the page; made by :meth:`of`."""
+
+    title: str
+    stem: str
+    technology: str
+    aspect: float
+    """Width over height of the maps."""
+    plan: str | None
+    """The plan as a data URI."""
+    plan_style: str
+    """Where the plan lies under a map, as CSS."""
+    scans: int
+    kernel: MapKernel
+    heard_width_m: float
+    offsets_db: dict[str, float]
+    tiles: tuple[MapTile, ...]
+    strongest: str
+    """How loud the loudest access point is, as an image."""
+    classes: tuple[SignalClass, ...]
+    heard: str
+    """How many access points a scan hears, as an image."""
+    heard_scale: Scale
+    heard_median: float
+
+    def louder_share(self, threshold_dbm: float) -> float:
+        """Share of the mapped area where some access point has at least a threshold of :data:`THRESHOLDS_DBM`."""
+        return sum(one.share for one in self.classes[: 1 + THRESHOLDS_DBM.index(threshold_dbm)])
+
+    @classmethod
+    def of(cls, maps: FloorMaps, floor: Floor, stem: str, files: Sequence[str]) -> MapFloor:
+        """Turn one floor's maps into images; ``files`` are their GeoTIFFs relative to the page."""
+        left, right, low, high = maps.grid.extent_m
+        plan, _ = drawn_plan(floor)
+        across, up = 100 / (right - left), 100 / (high - low)
+        strongest, classes = strongest_signal(maps)
+        heard, heard_scale, heard_median = heard_access_points(maps)
+        style = ""
+        if plan is not None and floor.extent_m is not None:
+            x0, x1, y0, y1 = floor.extent_m
+            style = (
+                f"left:{(x0 - left) * across:.3f}%;top:{(high - y1) * up:.3f}%;"
+                f"width:{(x1 - x0) * across:.3f}%;height:{(y1 - y0) * up:.3f}%"
+            )
+        return cls(
+            title=" ".join(part for part in (maps.place.building, floor.name) if part),
+            stem=stem,
+            technology=maps.place.technology,
+            aspect=(right - left) / (high - low),
+            plan=plan,
+            plan_style=style,
+            scans=maps.scans,
+            kernel=maps.kernel,
+            heard_width_m=maps.heard_width_m,
+            offsets_db=maps.offsets_db,
+            tiles=tuple(_tile(maps, number, file) for number, file in enumerate(files)),
+            strongest=data_uri(strongest),
+            classes=tuple(classes),
+            heard=data_uri(heard),
+            heard_scale=heard_scale,
+            heard_median=heard_median,
+        )
+
+
+def _tile(maps: FloorMaps, number: int, file: str) -> MapTile:
+    images = {layer: data_uri(thumbnail(getattr(maps, layer)[number], scale)) for layer, scale in SCALES.items()}
+    return MapTile(maps.maps[number], images, file)
+
+
+def write_radio_map_page(out_file: Path, title: str, floors: Sequence[MapFloor]) -> None:
+    """Write the page, Wi-Fi before other technologies; equal input gives equal bytes.
+
+    Raises OutputError where it cannot be written.
+    """
+    context = {
+        "title": title,
+        "version": __version__,
+        "floors": sorted(floors, key=lambda floor: floor.technology != "wifi"),
+        "technologies": {"wifi": "Wi-Fi", "ble": "BLE"},
+        "gradient": _gradient,
+        "scales": {layer: (scale, _gradient(scale)) for layer, scale in SCALES.items()},
+    }
+    write_page(out_file, "radio_maps.html.j2", context)
+
+
+def _gradient(scale: Scale) -> str:
+    return ", ".join(to_hex(colormaps[scale.colours](step / (_STOPS - 1))) for step in range(_STOPS))
+
+
+SHEET = 12
+"""Maps on a contact sheet, the most heard."""
+_COLUMNS = 3
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How the cells of one kind of map are coloured."""
+
+    title: str
+    unit: str
+    low: float
+    high: float
+    colours: str
+
+
+SCALES: Mapping[str, Scale] = MappingProxyType(
+    {
+        "mean_dbm": Scale("Mean RSSI where heard", "dBm", -95.0, -35.0, "viridis"),
+        "deviation_db": Scale("Deviation of a reading", "dB", 1.0, 7.0, "magma"),
+        "heard": Scale("Share of scans that hear it", "", 0.0, 1.0, "cividis"),
+    }
+)
+"""By the layer of :class:`FloorMaps`."""
+
+
+@print_quality
+def contact_sheet(maps: FloorMaps, floor: Floor) -> Figure:
+    """Draw the mean RSSI of the access points that are heard most, on one scale."""
+    shown = maps.maps[:SHEET]
+    columns = min(_COLUMNS, len(shown))
+    figure, axes = panel_grid(len(shown), columns, PAGE_IN, _aspect(maps), extra_in=0.2)
+    for number, one in enumerate(axes):
+        image = _draw(one, maps, floor, "mean_dbm", number)
+        one.label_outer()
+    letter(axes, [one.bssid for one in shown])
+    figure.colorbar(image, ax=axes, label="mean RSSI where heard / dBm", shrink=0.6, pad=0.01)
+    return figure
+
+
+@print_quality
+def access_point_map(maps: FloorMaps, floor: Floor, number: int) -> Figure:
+    """Draw all that is known of one access point (by its number in ``maps``): mean, deviation, share heard."""
+    figure, axes = panel_grid(len(SCALES), 1, PAGE_IN * 0.7, _aspect(maps), extra_in=0.25)
+    for one, (layer, scale) in zip(axes, SCALES.items(), strict=True):
+        image = _draw(one, maps, floor, layer, number)
+        figure.colorbar(image, ax=one, label=scale.unit, shrink=0.9, pad=0.01)
+    letter(axes, [scale.title for scale in SCALES.values()])
+    return figure
+
+
+def _aspect(maps: FloorMaps) -> float:
+    left, right, low, high = maps.grid.extent_m
+    return aspect_of((np.array([left, low]), np.array([right, high])))
+
+
+def _draw(axes: Axes, maps: FloorMaps, floor: Floor, layer: str, number: int) -> AxesImage:
+    left, right, low, high = maps.grid.extent_m
+    scale = SCALES[layer]
+    draw_plan(axes, floor)
+    colours = {"vmin": scale.low, "vmax": scale.high, "cmap": scale.colours}
+    values = getattr(maps, layer)[number]
+    image = draw_cells(axes, values, maps.grid.extent_m, 2, interpolation="nearest", alpha=0.85, **colours)
+    in_metres(axes)
+    show(axes, (np.array([left, low]), np.array([right, high])))
+    return image
+
+
+THRESHOLDS_DBM = (-55.0, -67.0, -75.0, -85.0)
+"""Lower ends of the classes that a map of the strongest signal shows; the last class has none."""
+_CLASS_COLOURS = ("#fde725", "#5ec962", "#21918c", "#3b528b", "#440154")
+
+
+@dataclass(frozen=True)
+class SignalClass:
+    """One class of the strongest signal on a floor: its name, colour, and the share of the known cells, 0 to 1."""
+
+    name: str
+    colour: str
+    share: float
+
+
+def strongest_signal(maps: FloorMaps) -> tuple[bytes, list[SignalClass]]:
+    """Image (PNG, one pixel a cell) and classes of the loudest mean of any access point in each cell."""
+    strongest = np.fmax.reduce(maps.mean_dbm, axis=0)
+    known = np.isfinite(strongest)
+    of_cell = (strongest[..., None] < THRESHOLDS_DBM).sum(axis=-1)
+    names = [*(f"at least {low:g} dBm" for low in THRESHOLDS_DBM), f"below {THRESHOLDS_DBM[-1]:g} dBm"]
+    pixels = np.array([to_rgba(colour) for colour in _CLASS_COLOURS])[of_cell]
+    pixels[~known] = 0
+    shares = [float((of_cell[known] == number).mean()) if known.any() else 0.0 for number in range(len(names))]
+    classes = [SignalClass(*each) for each in zip(names, _CLASS_COLOURS, shares, strict=True)]
+    return _png((255 * pixels).astype(np.uint8)), classes
+
+
+def heard_access_points(maps: FloorMaps) -> tuple[bytes, Scale, float]:
+    """Image (PNG, one pixel a cell) of how many access points a scan hears, its scale, and the median over cells."""
+    known = np.isfinite(maps.heard).any(axis=0)
+    number = np.where(known, np.nansum(maps.heard, axis=0), np.nan)
+    scale = Scale(
+        "Access points that a scan hears", "", 0.0, max(1.0, float(np.nanmax(number, initial=0.0))), "cividis"
+    )
+    return thumbnail(number, scale), scale, float(np.median(number[known])) if known.any() else 0.0
+
+
+def thumbnail(values: NDArray[np.float32], scale: Scale) -> bytes:
+    """PNG with one pixel a cell of values (rows, columns), row 0 at the lower edge; cells without one are clear."""
+    known = np.isfinite(values)
+    share = np.clip((np.where(known, values, scale.low) - scale.low) / (scale.high - scale.low), 0, 1)
+    pixels = colormaps[scale.colours](share, bytes=True)
+    pixels[~known] = 0
+    return _png(pixels)
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    """PNG of pixels (rows, columns, 4), row 0 at the lower edge."""
+    buffer = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(pixels[::-1])).quantize(64).save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()

@@ -1,0 +1,352 @@
+"""A run in a few numbers and sentences: totals reduced session by session, expected errors, problems with advice."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TypeVar
+
+import numpy as np
+
+from vislam2tag.common import log_bins
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.palette import STATUS_STYLES, StatusStyle
+from vislam2tag.core.status import Status
+from vislam2tag.evaluation.reliability import added, coverage_curve
+from vislam2tag.labeling.results import (
+    ContradictionMark,
+    ErrorRecord,
+    LandmarkContradiction,
+    SessionResult,
+    SigmaStatistics,
+    Summary,
+)
+from vislam2tag.views.page import count, duration, percent
+
+_Key = tuple[int, str]
+"""Floor and landmark."""
+
+
+@dataclass
+class LandmarkTally:
+    """Counts sessions by landmark; its size grows with the landmarks alone."""
+
+    _seen: Counter[_Key] = field(default_factory=Counter)
+    _found: dict[_Key, LandmarkContradiction] = field(default_factory=dict)
+
+    def add(self, result: SessionResult) -> None:
+        """Add what one session says."""
+        said = {mark.landmark: mark for mark in result.contradictions}
+        for landmark in result.landmarks_logged:
+            floor = said[landmark].floor if landmark in said else result.floor
+            self._seen[floor, landmark] += 1
+        for mark in said.values():
+            self._found[mark.floor, mark.landmark] = _joined(self._found.get((mark.floor, mark.landmark)), mark)
+
+    def all(self) -> list[LandmarkContradiction]:
+        """Return all contradictions, those that most sessions speak of first, then the greatest."""
+        complete = [found.model_copy(update={"seen": self._seen[key]}) for key, found in sorted(self._found.items())]
+        return sorted(complete, key=lambda found: (-found.sessions, -found.greatest_m))
+
+
+def _joined(before: LandmarkContradiction | None, mark: ContradictionMark) -> LandmarkContradiction:
+    """Take one more session into the mean offset."""
+    sessions = 1 + (before.sessions if before else 0)
+    x, y = before.offset_m if before else (0.0, 0.0)
+    return LandmarkContradiction(
+        floor=mark.floor,
+        landmark=mark.landmark,
+        sessions=sessions,
+        seen=0,
+        greatest_m=max(mark.size_m, before.greatest_m if before else 0.0),
+        surveyed_m=before.surveyed_m if before else mark.surveyed_m,
+        offset_m=(
+            round(x + (mark.offset_m[0] - x) / sessions, 4),
+            round(y + (mark.offset_m[1] - y) / sessions, 4),
+        ),
+    )
+
+
+_Number = TypeVar("_Number", int, float)
+
+_OK = Status.OK.label
+_DUPLICATE = Status.DUPLICATE.label
+
+
+def summarise(
+    results: Iterable[SessionResult], strategy: str, version: str, site_findings: Iterable[Finding] = ()
+) -> Summary:
+    """Add up the results of a run's sessions; takes them one at a time, so memory does not grow with the survey.
+
+    ``per_floor`` and ``per_device`` hold, for each floor number or device name, ``sessions``, ``failed``,
+    ``duration_s``, ``distance_m``, ``frames`` and ``frames_ok`` (both without repeated frames).
+    """
+    totals = _Totals()
+    for result in results:
+        totals.add(result)
+    return Summary(
+        version=version,
+        strategy=strategy,
+        sessions=totals.sessions,
+        failed=len(totals.failures),
+        duration_s=round(totals.duration_s, 3),
+        distance_m=round(totals.distance_m, 3),
+        frames=_sorted(totals.frames),
+        frame_seconds=_rounded(totals.frame_seconds),
+        readings={table: _sorted(counts) for table, counts in sorted(totals.readings.items())},
+        findings=_sorted(totals.findings),
+        site_findings=findings_by_kind(site_findings),
+        failures=totals.failures,
+        events=_sorted(totals.events),
+        contradictions=totals.contradictions.all(),
+        sigma=_sigma(totals),
+        errors=totals.errors,
+        per_floor={str(floor): _rounded(sums) for floor, sums in sorted(totals.floors.items())},
+        per_device={device: _rounded(sums) for device, sums in sorted(totals.devices.items())},
+    )
+
+
+def findings_by_kind(findings: Iterable[Finding]) -> dict[str, int]:
+    """Count what was found, by kind, sorted."""
+    counts = _integers()
+    for finding in findings:
+        counts[finding.kind] += finding.count
+    return _sorted(counts)
+
+
+def _integers() -> dict[str, int]:
+    return defaultdict(int)
+
+
+def _floats() -> dict[str, float]:
+    return defaultdict(float)
+
+
+@dataclass
+class _Totals:
+    """Running sums over the sessions added so far."""
+
+    sessions: int = 0
+    duration_s: float = 0.0
+    distance_m: float = 0.0
+    frames: dict[str, int] = field(default_factory=_integers)
+    frame_seconds: dict[str, float] = field(default_factory=_floats)
+    readings: dict[str, dict[str, int]] = field(default_factory=lambda: defaultdict(_integers))
+    findings: dict[str, int] = field(default_factory=_integers)
+    failures: dict[str, str] = field(default_factory=dict)
+    events: dict[str, int] = field(default_factory=_integers)
+    contradictions: LandmarkTally = field(default_factory=LandmarkTally)
+    sigma: Counter[int] = field(default_factory=Counter)
+    """Frames by the bin of their sigma."""
+    uncertain: float = 0.0
+    errors: ErrorRecord | None = None
+    floors: dict[int, dict[str, float]] = field(default_factory=lambda: defaultdict(_floats))
+    devices: dict[str, dict[str, float]] = field(default_factory=lambda: defaultdict(_floats))
+
+    def add(self, result: SessionResult) -> None:
+        self.sessions += 1
+        self.duration_s += result.duration_s
+        self.distance_m += result.distance_m
+        _accumulate(self.frames, result.frames)
+        _accumulate(self.frame_seconds, result.frame_seconds)
+        for table, counts in result.readings.items():
+            _accumulate(self.readings[table], counts)
+        _accumulate(self.findings, findings_by_kind(result.findings))
+        _accumulate(self.events, Counter(event.kind.value for event in result.events))
+        self.contradictions.add(result)
+        if result.sigma is not None:
+            self.sigma.update(result.sigma.frames)
+            self.uncertain += result.sigma.uncertain_share * sum(result.sigma.frames.values())
+        if result.errors is not None:
+            self.errors = result.errors if self.errors is None else added(self.errors, result.errors)
+        if result.error is not None:
+            self.failures[result.slug] = result.error
+        sums = _group_sums(result)
+        _accumulate(self.floors[result.floor], sums)
+        _accumulate(self.devices[result.device], sums)
+
+
+def _sigma(totals: _Totals) -> SigmaStatistics | None:
+    """How sure the frames of all sessions are, to the width of a bin."""
+    if not totals.sigma:
+        return None
+    return SigmaStatistics(
+        median_m=round(log_bins.quantile_m(totals.sigma, 0.5), 4),
+        p95_m=round(log_bins.quantile_m(totals.sigma, 0.95), 4),
+        uncertain_share=round(totals.uncertain / totals.sigma.total(), 6),
+        frames=dict(sorted(totals.sigma.items())),
+    )
+
+
+def _group_sums(result: SessionResult) -> dict[str, float]:
+    frames = sum(count for status, count in result.frames.items() if status != _DUPLICATE)
+    return {
+        "sessions": 1,
+        "failed": int(result.error is not None),
+        "duration_s": result.duration_s,
+        "distance_m": result.distance_m,
+        "frames": frames,
+        "frames_ok": result.frames.get(_OK, 0),
+    }
+
+
+def _accumulate(sums: dict[str, _Number], more: Mapping[str, _Number]) -> None:
+    for key, value in more.items():
+        sums[key] += value
+
+
+def _sorted(counts: Mapping[str, int]) -> dict[str, int]:
+    return dict(sorted(counts.items()))
+
+
+def _rounded(sums: Mapping[str, float]) -> dict[str, float]:
+    return {key: round(value, 3) for key, value in sorted(sums.items())}
+
+
+MOST_FINDINGS = 5
+"""Findings about the site named on the first screen; all stand further down."""
+STEP_M = 1e-4
+"""To this the quantile of expected errors is found."""
+ADVICE: Mapping[str, str] = MappingProxyType(
+    {
+        Status.BEFORE_FIRST_LANDMARK.label: "begin walks at a landmark",
+        Status.AFTER_LAST_LANDMARK.label: "end walks at a landmark",
+        Status.TRACKING_LOST.label: "walk there again, in light and past something to see, from landmark to landmark",
+        Status.BREAK.label: "walk there again from landmark to landmark",
+        Status.NO_MAPPING.label: "pass at least two landmarks on each walk",
+    }
+)
+"""What to do about the causes that a walker can avoid."""
+_ELSE = "see the session's details"
+MUCH = 0.1
+"""From this share of unsure frames on walks should be mapped together."""
+TOGETHER = "let the walks tell one another where they were: process --together"
+
+
+@dataclass(frozen=True)
+class ExpectedError:
+    """What the stated sigmas say of the errors of all positions, metres; ``p95_m``: 95 % are smaller."""
+
+    mean_m: float
+    p95_m: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong, what to do about it, and an anchor of the page that tells more (may be empty)."""
+
+    what: str
+    todo: str
+    anchor: str = ""
+
+
+def expected_error(sigma: SigmaStatistics) -> ExpectedError:
+    """Mean and quantile of errors drawn from circular normal distributions with the sigmas that were counted."""
+    bins = np.array(sorted(sigma.frames))
+    frames = np.array([sigma.frames[index] for index in bins.tolist()], dtype=np.float64)
+    sigma_m = np.array([log_bins.lower_edge_m(index + 0.5) for index in bins.tolist()])
+    share = frames / frames.sum()
+    mean_m = float(np.sqrt(np.pi / 2) * (share * sigma_m).sum())
+    within = lambda steps: float((share * np.exp(-((steps * STEP_M) ** 2) / (2 * sigma_m**2))).sum()) <= 0.05
+    return ExpectedError(mean_m, STEP_M * bisect_left(range(int(10 * sigma_m.max() / STEP_M)), True, key=within))
+
+
+def accuracy_sentence(summary: Summary) -> str:
+    """How far positions are off: as expected and, where a truth is known, as measured; empty where nothing tells."""
+    sentences = []
+    if summary.sigma is not None and summary.sigma.frames:
+        expected = expected_error(summary.sigma)
+        sentences.append(
+            f"Positions are expected to be {expected.mean_m:.2f} m off on average, 95 % of them less than "
+            f"{expected.p95_m:.2f} m" + (", if landmarks hang where the survey has them" * bool(summary.contradictions))
+        )
+    curve = coverage_curve(summary.errors) if summary.errors is not None else None
+    if curve is not None and summary.errors is not None:
+        points = f"{count(summary.errors.points)} points whose true place is known"
+        sentences.append(f"at {points} they are {curve.mean_m[-1]:.2f} m off on average")
+    text = "; ".join(sentences)
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
+
+
+def problems(summary: Summary, findings: Sequence[Finding]) -> list[Problem]:
+    """What is wrong with a run and with its site (``findings``), the gravest first, each with what to do."""
+    return [*_failures(summary), *_about_site(findings), *_contradicted(summary.contradictions), *_lost(summary)]
+
+
+def _failures(summary: Summary) -> Iterator[Problem]:
+    if summary.failed:
+        what = f"{summary.failed} of {summary.sessions} sessions could not be read or mapped"
+        yield Problem(what, "read why, and correct the file that is named", "failures")
+
+
+def _about_site(findings: Sequence[Finding]) -> Iterator[Problem]:
+    grave = [one for one in findings if one.severity is not Severity.INFO]
+    for one in sorted(grave, key=lambda one: one.severity is not Severity.ERROR)[:MOST_FINDINGS]:
+        what, _, todo = one.message.rpartition("; ")
+        yield Problem(
+            f"{one.file}: {what or todo}" if one.file else what or todo, todo if what else "", "site-findings"
+        )
+    if len(grave) > MOST_FINDINGS:
+        yield Problem(f"{len(grave) - MOST_FINDINGS} more findings about the site", "read them", "site-findings")
+
+
+def _contradicted(found: Sequence[LandmarkContradiction]) -> Iterator[Problem]:
+    for one in found:
+        away_m = float(np.hypot(*one.offset_m))
+        what = f"{one.called}: {one.sessions} of {one.seen} sessions put it {away_m:.2f} m from where the survey has it"
+        yield Problem(what, "measure it again, or say in corrections.toml where it hung", "contradictions")
+
+
+def _lost(summary: Summary) -> Iterator[Problem]:
+    for time in lost_times(summary.frame_seconds):
+        what = f"{duration(time.seconds)} ({percent(time.share)} of the time) without a position: {time.style.name}"
+        todo = ADVICE.get(time.style.label, _ELSE)
+        unmapped = time.style.label == Status.NO_MAPPING.label and may_join(summary)
+        yield Problem(what, f"{TOGETHER}; or {todo}" if unmapped else todo, "details")
+    if summary.sigma is not None and summary.sigma.uncertain_share > 0:
+        share = percent(summary.sigma.uncertain_share)
+        what = f"{share} of the positions are uncertain: the band on the map is wide there"
+        more = "one more landmark near; vislam2tag check tells where it helps most"
+        yield Problem(what, f"{TOGETHER}; or {more}" if may_join(summary) else more, "uncertainty")
+
+
+def may_join(summary: Summary) -> bool:
+    """Whether walks were mapped each alone that could tell one another something."""
+    return summary.strategy == "smoother" and summary.sessions > 1 and "told_by_others" not in summary.findings
+
+
+def joining_helps(summary: Summary) -> bool:
+    """Whether so much is unsure or not mapped of walks mapped each alone that telling one another is worth a try."""
+    unsure = sum(summary.frames.get(status.label, 0) for status in (Status.UNCERTAIN, Status.NO_MAPPING))
+    return may_join(summary) and unsure > MUCH * sum(summary.frames.values())
+
+
+_NOT_LOST = (Status.OK.label, Status.UNCERTAIN.label, Status.DUPLICATE.label)
+
+
+@dataclass(frozen=True)
+class StatusTime:
+    """Seconds of a walk, or of all, with one status; ``share`` of its whole time, 0 to 1."""
+
+    style: StatusStyle
+    seconds: float
+    share: float
+
+
+def status_times(seconds: dict[str, float]) -> list[StatusTime]:
+    """Return the time spent in each status, in the palette's order; statuses without time are left out."""
+    total = sum(seconds.values())
+    return [
+        StatusTime(style, seconds[label], seconds[label] / total)
+        for label, style in STATUS_STYLES.items()
+        if seconds.get(label, 0.0) > 0
+    ]
+
+
+def lost_times(seconds: dict[str, float]) -> list[StatusTime]:
+    """Return the time without a position by cause, the longest first."""
+    lost = [time for time in status_times(seconds) if time.style.label not in _NOT_LOST]
+    return sorted(lost, key=lambda time: -time.seconds)
