@@ -12,10 +12,10 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.changes import APPEARED, CHANGED, CHANGED_POINTS, MOVED, VANISHED, survey_changes
-from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
+from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.changes import APPEARED, CHANGED, CHANGED_POINTS, MOVED, VANISHED, survey_changes
+from vislam2tag.datasets.model import Dataset, DatasetInfo, FloorInfo, Grouping
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
 from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk, position_at

@@ -9,7 +9,7 @@ import pypdfium2
 import pytest
 from markdown_it import MarkdownIt
 
-from tests.report.browser import running_browser
+from tests.views.browser import running_browser
 from vislam2tag.preparation.planning.settings import CameraSettings
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 

@@ -30,11 +30,11 @@ from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk, _Cells
 from vislam2tag.quality.evaluation.press_truth import estimate_lead
 from vislam2tag.quality.evaluation.station_frame import read_station_track
 from vislam2tag.quality.evaluation.truth import nearest_points
-from vislam2tag.report.pages.check_page import _gain_map
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.landmark_file import read_control_points
 from vislam2tag.site.walkable.graph import _net_places
 from vislam2tag.site.walkable.space import WalkableSpace
+from vislam2tag.views.check_page import _gain_map
 
 GB = 10**9
 YEARS_200_NS = 200 * 365 * 86_400 * 10**9

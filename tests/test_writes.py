@@ -15,7 +15,7 @@ import pytest
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "vislam2tag"
 THE_MODULE = SOURCE / "common" / "files" / "folder.py"
 EXEMPT = {
-    "cli/native_output.py": "a second handle of standard error, and a nameless file for what libraries print there",
+    "cli/terminal.py": "a second handle of standard error, and a nameless file for what libraries print there",
     "site/plans/reader_process.py": "a second handle of standard output, and /dev/null in its place",
 }
 """Files whose writes reach no name on a disk."""

@@ -14,16 +14,16 @@ import numpy as np
 import polars as pl
 from PIL import Image
 from tests.estimation.dead_reckoning.ilc20 import make_site
-from tests.receiving.zips import session_zip
 from tests.site.plans import drawn_floor
+from tests.studio.receiving.zips import session_zip
 
 from vislam2tag.cli import main
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.toml_file import toml_value
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.format_registry import ImportContext, import_format_of
-from vislam2tag.dataset.labelled import open_labelled
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.format_registry import ImportContext, import_format_of
+from vislam2tag.datasets.labelled import open_labelled
 from vislam2tag.positioning.model_file import load_model
 from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
 from vislam2tag.preparation.registration.record import RegistrationSettings
@@ -31,12 +31,12 @@ from vislam2tag.preparation.registration.tape_and_clicks import read_distances, 
 from vislam2tag.quality.evaluation.press_identity import read_route
 from vislam2tag.quality.evaluation.station_frame import read_shots, read_station_track
 from vislam2tag.quality.evaluation.trajectory_files import READERS
-from vislam2tag.receiving.session_zip import unpack
 from vislam2tag.settings import part_of, setting_fields
 from vislam2tag.site.corrections import edits as correction_lines
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.settings import SETTINGS_FILE
+from vislam2tag.studio.receiving.zips import unpack
 
 CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""

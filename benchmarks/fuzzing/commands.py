@@ -20,17 +20,16 @@ from unittest import mock
 import numpy as np
 import typer
 from tests.mutations import mutate
-from tests.receiving.signing import signed
-from tests.receiving.zips import session_files, session_zip
+from tests.studio.receiving.zips import session_files, session_zip, signed
 
 from fuzzing.bases import LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
 from fuzzing.mutations import ODD_VALUES, Rng
 from fuzzing.runs import HANG_S
 from vislam2tag.cli.app import app
 from vislam2tag.common.files.toml_file import toml_value
-from vislam2tag.receiving import token as tokens
-from vislam2tag.receiving.server import UPLOADS
 from vislam2tag.settings import part_of, setting_fields
+from vislam2tag.studio.receiving import token as tokens
+from vislam2tag.studio.receiving.server import UPLOADS
 
 _SURVEY_FILES = (*SITE_FILES, "floor_0/*/*/*", "vislam2tag.toml")
 _ILC20_FILES = ("F1/*", "F1/*/*")

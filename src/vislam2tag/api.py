@@ -41,25 +41,25 @@ if TYPE_CHECKING:
     from vislam2tag.core.tracks import LandmarkLog as LandmarkLog
     from vislam2tag.core.tracks import Landmarks as Landmarks
     from vislam2tag.core.tracks import Trajectory as Trajectory
-    from vislam2tag.dataset.changes import SurveyChanges as SurveyChanges
-    from vislam2tag.dataset.comparison import Comparison as Comparison
-    from vislam2tag.dataset.comparison import compare as _compare
-    from vislam2tag.dataset.coverage import CoverageRecord as CoverageRecord
-    from vislam2tag.dataset.description import Description as Description
-    from vislam2tag.dataset.folder import open_dataset as open_dataset
-    from vislam2tag.dataset.folder import write_dataset as write_dataset
-    from vislam2tag.dataset.model import Dataset as Dataset
-    from vislam2tag.dataset.model import Split as Split
-    from vislam2tag.dataset.model import Storey as Storey
-    from vislam2tag.dataset.privacy import Privacy as Privacy
-    from vislam2tag.dataset.settings import CoverageSettings as CoverageSettings
-    from vislam2tag.dataset.settings import DatasetSettings as DatasetSettings
-    from vislam2tag.dataset.settings import ImuWindowSettings as ImuWindowSettings
-    from vislam2tag.dataset.settings import RadioMapSettings as RadioMapSettings
-    from vislam2tag.dataset.settings import SplitKind as SplitKind
-    from vislam2tag.dataset.settings import SplitSettings as SplitSettings
-    from vislam2tag.dataset.splits import make_split as _make_split
-    from vislam2tag.dataset.statistics_record import FieldWork as FieldWork
+    from vislam2tag.datasets.changes import SurveyChanges as SurveyChanges
+    from vislam2tag.datasets.comparison import Comparison as Comparison
+    from vislam2tag.datasets.comparison import compare as _compare
+    from vislam2tag.datasets.coverage import CoverageRecord as CoverageRecord
+    from vislam2tag.datasets.description import Description as Description
+    from vislam2tag.datasets.folder import open_dataset as open_dataset
+    from vislam2tag.datasets.folder import write_dataset as write_dataset
+    from vislam2tag.datasets.model import Dataset as Dataset
+    from vislam2tag.datasets.model import Split as Split
+    from vislam2tag.datasets.model import Storey as Storey
+    from vislam2tag.datasets.privacy import Privacy as Privacy
+    from vislam2tag.datasets.settings import CoverageSettings as CoverageSettings
+    from vislam2tag.datasets.settings import DatasetSettings as DatasetSettings
+    from vislam2tag.datasets.settings import ImuWindowSettings as ImuWindowSettings
+    from vislam2tag.datasets.settings import RadioMapSettings as RadioMapSettings
+    from vislam2tag.datasets.settings import SplitKind as SplitKind
+    from vislam2tag.datasets.settings import SplitSettings as SplitSettings
+    from vislam2tag.datasets.splits import make_split as _make_split
+    from vislam2tag.datasets.statistics_record import FieldWork as FieldWork
     from vislam2tag.estimation.settings import HeightSettings as HeightSettings
     from vislam2tag.estimation.settings import MappingSettings as MappingSettings
     from vislam2tag.estimation.settings import SmootherSettings as SmootherSettings

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-import typer
-from vislam2tag.cli.datasets import command_export
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.factory import small_dataset
-from tests.dataset.formats.round_trip import with_split
+from tests.datasets.factory import small_dataset
+from tests.datasets.formats.round_trip import with_split
 from vislam2tag.cli.app import app
-from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.datasets.folder import write_dataset
 
 
 @pytest.fixture(scope="module")

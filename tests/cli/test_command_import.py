@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from tests.datasets.formats.test_fingerprint_tables import quartet_in
 import shutil
 from pathlib import Path
 
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.formats.test_getsensordata import walk
-from tests.dataset.formats.test_ilc20 import trace
-from tests.dataset.formats.test_tampere import quartet
+from tests.datasets.formats.test_fingerprint_tables import quartet_in
+from tests.datasets.formats.test_getsensordata import walk
+from tests.datasets.formats.test_ilc20 import trace
 from vislam2tag.cli.command_import import degrees_of, floor_words
 from vislam2tag.common.errors import UsageError
 from vislam2tag.datasets.folder import open_dataset

@@ -1,8 +1,6 @@
 from __future__ import annotations
 
 import json
-import typer
-from vislam2tag.cli.collect.command_inspect import register
 from pathlib import Path
 
 import pytest
@@ -10,7 +8,7 @@ from typer.testing import CliRunner
 
 from tests.cli.command import vislam2tag
 from tests.locks import lock
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from vislam2tag.cli.app import app
 from vislam2tag.common.errors import SurveyError
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.factory import bssid, small_dataset
+from tests.datasets.factory import bssid, small_dataset
 from vislam2tag.cli.command_radio_maps import metres_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.datasets.folder import write_dataset

@@ -11,13 +11,13 @@ from PIL import Image
 
 from tests.cli.command import the_error, vislam2tag
 from tests.conftest import shared_folder
-from tests.survey.plans import drawn_floor
-from tests.survey.site import write_survey
-from tests.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan, walls
+from tests.site.plans import drawn_floor
+from tests.site.site import write_survey
+from tests.site.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan, walls
 from vislam2tag.cli import main
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.plans.model import Use
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.plans.source import Use
 
 
 def test_a_site_is_begun_shown_and_written(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.cli.command import vislam2tag
 from tests.cli.three_plans import HEIGHT_M, WIDTH_M, draw
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.site.discover import read_site
 
 DOCS = Path(__file__).parents[2] / "docs" / "tutorials" / "first_survey.md"

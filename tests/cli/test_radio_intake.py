@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.dataset.factory import bssid, small_dataset
-from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.privacy import key_name, read_key
+from tests.datasets.factory import bssid, small_dataset
+from vislam2tag.datasets.folder import open_dataset, write_dataset
+from vislam2tag.datasets.privacy import key_name, read_key
 from vislam2tag.intake.readings import SIGNAL_STRENGTH
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.model_file import load_model, save_model

@@ -6,7 +6,6 @@ The simulator tells what a phone saw (a script); the app's core plays it, writes
 from __future__ import annotations
 
 import hashlib
-from vislam2tag.studio.receiving.filing import file_zip
 import json
 import shutil
 from pathlib import Path
@@ -29,6 +28,7 @@ from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.model import Survey
+from vislam2tag.studio.receiving.filing import file_zip
 
 pytestmark = pytest.mark.slow
 

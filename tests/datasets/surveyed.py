@@ -12,7 +12,7 @@ from tests.datasets.factory import scan_id
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, empty_table, in_schema
-from vislam2tag.simulation.building.building import make_building
+from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_radio_environment, mean_rss_dbm
 from vislam2tag.simulation.settings import BuildingSettings

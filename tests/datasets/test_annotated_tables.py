@@ -23,7 +23,7 @@ from vislam2tag.datasets.annotated_tables import (
 )
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.datasets.privacy import Privacy, hashed
-from vislam2tag.sessions.tables.wifi_table import parse_wifi
+from vislam2tag.sessions.readings import parse_wifi
 
 WIFI_HEAD = "id,time,type,ssid,mac,rss,x_coord,y_coord\n"
 

@@ -25,7 +25,7 @@ from vislam2tag.datasets.description import read_description
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.schema import SCHEMAS, meaning
 from vislam2tag.datasets.statistics import dataset_statistics
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 COLUMNS = [(table, column) for table, schema in SCHEMAS.items() for column in schema]
 

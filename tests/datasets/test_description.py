@@ -13,7 +13,7 @@ from tests.datasets.described import FULL
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.datasets.description import Person, description_text, missing_fields, read_description, with_description
 from vislam2tag.datasets.model import DatasetInfo, FloorInfo
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 BARE = DatasetInfo(name="bare", floors=(FloorInfo(number=1), FloorInfo(number=2, building="annex")))
 WRONG = [

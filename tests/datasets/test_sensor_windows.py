@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from vislam2tag.simulation.model import orientation_at
-from vislam2tag.simulation.model import position_at
 from typing import Any
 
 import numpy as np
@@ -18,9 +16,9 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.datasets.schema import MAGNETIC, SCHEMAS
 from vislam2tag.datasets.sensor_windows import ImuWindows, imu_windows, magnetic_windows
 from vislam2tag.datasets.settings import ImuWindowSettings
-from vislam2tag.simulation.building.building import make_building
-from vislam2tag.simulation.model import TrueWalk
-from vislam2tag.simulation.sensors.imu import GRAVITY_M_S2, SENSOR_TYPES, ImuSettings, simulate_imu
+from vislam2tag.simulation.building import make_building
+from vislam2tag.simulation.imu import GRAVITY_M_S2, SENSOR_TYPES, ImuSettings, simulate_imu
+from vislam2tag.simulation.model import TrueWalk, orientation_at, position_at
 from vislam2tag.simulation.settings import BuildingSettings, WalkSettings
 from vislam2tag.simulation.walk import START_NS as WALK_START_NS
 from vislam2tag.simulation.walk import make_walk

@@ -13,11 +13,11 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 
-from tests.planning.floors import write_ring_site
+from tests.preparation.planning.floors import write_ring_site
+from tests.site.plans import drawn_floor
 from tests.studio.running import running_studio
 from tests.studio.test_from_plan_to_link import WIDE, extent_of, pixel, sound, step
 from tests.studio.test_page import watched_page
-from tests.survey.plans import drawn_floor
 from tests.views.browser import running_browser
 
 THEIRS = '# theirs\n[[exclude_landmark]]\nid = "theirs"\n'

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.site.plans import drawn_floor
 from tests.studio.running import running_studio
 from tests.studio.test_from_plan_to_link import DROPPED, WIDE, step
 from tests.studio.test_page import press, watched_page
-from tests.survey.plans import drawn_floor
 from tests.views.browser import running_browser
 
 HERE = drawn_floor.HERE

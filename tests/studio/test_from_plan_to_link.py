@@ -14,26 +14,24 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Locator, Page, expect
 from pypdfium2 import PdfDocument
 
+from tests.site.plans import drawn_floor
 from tests.studio.receiving.zips import digest, session_zip, signed
 from tests.studio.running import running_studio
 from tests.studio.sharing.file_servers import plain_server, range_server, shown
 from tests.studio.sharing.test_export import WHOLE
 from tests.studio.test_page import click, errors_of, idle, open_tab, press, watched_page
 from tests.studio.test_prepare import POINTS, station_files
-from tests.survey.plans import drawn_floor
 from tests.views.browser import running_browser
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.pipeline.site.walkable import write_walkable
-from vislam2tag.simulation.building.site_building import site_building
-from vislam2tag.simulation.building.site_survey import site_floors
+from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.pipeline.site.show import write_walkable
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import SITE_SEED, site_survey
 from vislam2tag.simulation.site_building import site_building, site_floors
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.studio.receiving.server import UPLOADS
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.walkable.settings import WalkableSettings
 
 WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 400, "height": 800}
 OWN = {"truth.csv", "script.txt"}

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from tests.views.browser import own_part, tags_in_figures
-from vislam2tag.self_check.gain_map import GainMap, session_gains
-from vislam2tag.self_check.landmark_gain import Gains
-from vislam2tag.self_check.record import BadLandmark, Fault, LeftOutMark, SessionCheck, SurveyCheck
+from vislam2tag.quality.landmark_gain import GainMap, Gains, session_gains
+from vislam2tag.quality.self_check_record import BadLandmark, Fault, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.views.check_page import median_left_out_m, write_check_page
 

@@ -13,9 +13,9 @@ from playwright.sync_api import Browser, Page
 
 from tests.views.browser import note_problems, running_browser
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.registration.clicks import read_clicks
-from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.tape_and_clicks import read_clicks
+from vislam2tag.site.model import ControlPoints, Floor
 from vislam2tag.views.click_pages import write_click_page
 
 pytestmark = pytest.mark.slow

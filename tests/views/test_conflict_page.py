@@ -6,10 +6,10 @@ import json
 import re
 from pathlib import Path
 
-from tests.survey.site import write_survey
+from tests.site.site import write_survey
 from tests.views.browser import own_part, tags_in_figures
-from vislam2tag.diagnosis.references import OddReference, Reference, References
-from vislam2tag.landmark_survey.comparison import Verdict
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
+from vislam2tag.quality.diagnosis.record import OddReference, Reference, References
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.views.conflict_page import write_conflict_page
 

@@ -5,12 +5,12 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
-from tests.dataset.changing import Survey, surveyed, usual_places
+from tests.datasets.changing import Survey, surveyed, usual_places
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.dataset.changes import CHANGED, Changes, survey_changes
-from vislam2tag.dataset.coverage import FloorCoverage, gap_walks
-from vislam2tag.dataset.model import Storey
-from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.datasets.changes import CHANGED, Changes, survey_changes
+from vislam2tag.datasets.coverage import FloorCoverage, gap_walks
+from vislam2tag.datasets.model import Storey
+from vislam2tag.site.model import ControlPoints, Floor
 from vislam2tag.views.coverage_figures import PLACES, ChangedFloor, CoveredFloor, change_map, coverage_map
 from vislam2tag.views.panels import rendered
 

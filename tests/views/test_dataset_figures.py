@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from matplotlib.patches import Rectangle
 
-from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.model import Storey
-from vislam2tag.dataset.schema import REQUIRED, empty_table
-from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import (
+from tests.datasets.factory import small_dataset
+from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.schema import REQUIRED, empty_table
+from vislam2tag.datasets.settings import CoverageSettings
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import (
     DeviceRssi,
     Distribution,
     FloorLabels,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from vislam2tag.report.pages import dataset_map
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,16 +14,16 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Page
 
-from tests.dataset.factory import SCANS, small_dataset
+from tests.datasets.factory import SCANS, small_dataset
 from tests.views.browser import note_problems, own_part, running_browser, tags_in_figures
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
-from vislam2tag.dataset.splits import standard_splits
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
+from vislam2tag.datasets.splits import standard_splits
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import FieldWork
+from vislam2tag.site.walkable.walked import WalkedArea, WalkedFloor, WalkToFill
 from vislam2tag.views import dataset_page
-from vislam2tag.walkable.walked.walked_record import WalkedArea, WalkedFloor, WalkToFill
 
 EVIL = "</script><img src=x onerror=alert(1)>"
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from tests.evaluation.maps import floor_with, straight_walk
+from tests.quality.evaluation.maps import floor_with, straight_walk
 from tests.walks import corridor_walk, landmarks_at, log_of, to_acs
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors
-from vislam2tag.evaluation.pooling import ErrorCurve
-from vislam2tag.evaluation.reliability import CoverageCurve
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.quality.evaluation.metrics import ErrorCurve
+from vislam2tag.quality.evaluation.press_truth import nearest_point_errors
+from vislam2tag.quality.evaluation.reliability import CoverageCurve
 from vislam2tag.views.error_figures import (
     control_point_errors,
     coverage_accuracy,

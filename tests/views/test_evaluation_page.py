@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.evaluation.test_pooling import session, walk
+from tests.quality.evaluation.test_metrics import session, walk
 from tests.views.browser import tags_in_figures
 from vislam2tag.common.findings import Finding
-from vislam2tag.evaluation.pooling import table_rows
-from vislam2tag.evaluation.record import DenseRow, SurveyEvaluation
+from vislam2tag.quality.evaluation.metrics import table_rows
+from vislam2tag.quality.evaluation.record import DenseRow, SurveyEvaluation
 from vislam2tag.views.evaluation_page import ranking, write_evaluation_page
 
 

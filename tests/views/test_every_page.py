@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from tests.preparation.planning.floors import write_ring_site
-from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.quality.evaluation.paper import PaperTable
 from importlib import resources
 from pathlib import Path
 from typing import Literal
@@ -14,9 +11,10 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.positioning.test_benchmark_record import record
-from tests.survey.plans import drawn_floor
+from tests.preparation.planning.floors import write_ring_site
+from tests.site.plans import drawn_floor
 from tests.undrawn import undrawn
 from tests.views.browser import note_problems, running_browser
 from tests.views.factory import make_results, make_survey
@@ -25,18 +23,20 @@ from tests.views.test_conflict_page import write_page_of_conflicts
 from tests.views.test_dataset_page import make_dataset
 from tests.views.test_evaluation_page import evaluation
 from tests.views.test_fleet_pages import write_fleet_page, write_session_page
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.settings import RadioMapSettings
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import Table3
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.settings import RadioMapSettings
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import Table3
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
 from vislam2tag.positioning.benchmark_record import Benchmark, benchmark_rows
 from vislam2tag.positioning.benchmark_tables import best_models
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.quality.evaluation.paper import PaperTable
 from vislam2tag.settings import Settings
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.views.click_pages import write_click_page, write_measure_page
 from vislam2tag.views.dataset_page import dataset_page
 from vislam2tag.views.evaluation_page import write_evaluation_page

@@ -10,9 +10,9 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from tests.cli.command import vislam2tag
-from tests.survey.plans import drawn_floor
+from tests.site.plans import drawn_floor
 from tests.views.browser import note_problems, running_browser
-from vislam2tag.survey.discover import read_site
+from vislam2tag.site.discover import read_site
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from tests.dataset.factory import small_dataset
+from tests.datasets.factory import small_dataset
 from tests.site.site import write_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import UsageError

@@ -7,7 +7,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
-from vislam2tag.mapping.registry import strategy_names
+from vislam2tag.estimation.strategy import strategy_names
 from vislam2tag.views.panels import colour_of, name_of, print_quality, rendered
 
 

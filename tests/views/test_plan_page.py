@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.planning.floors import nothing_given, ring
-from vislam2tag.planning.floor import FloorDesign, plan_floor
-from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark, floor_summary, new_ids
-from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.survey.model import ControlPoints, Floor
+from tests.preparation.planning.floors import nothing_given, ring
+from vislam2tag.preparation.planning.floor import FloorDesign, plan_floor
+from vislam2tag.preparation.planning.records import FloorPlanRecord, PlannedLandmark, floor_summary, new_ids
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.site.model import ControlPoints, Floor
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.plan_page import ASIDE_M, SHEET_IN, _sheets, landmark_plan, sigma_figure
 

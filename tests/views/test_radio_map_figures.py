@@ -9,11 +9,11 @@ import pytest
 from matplotlib.image import AxesImage
 from PIL import Image
 
-from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.model import Storey
-from vislam2tag.dataset.radio_maps import FloorMaps, radio_maps
-from vislam2tag.dataset.settings import RadioMapSettings
-from vislam2tag.survey.model import Floor
+from tests.datasets.factory import small_dataset
+from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.radio_maps import FloorMaps, radio_maps
+from vislam2tag.datasets.settings import RadioMapSettings
+from vislam2tag.site.model import Floor
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.radio_map_page import (
     SCALES,

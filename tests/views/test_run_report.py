@@ -17,12 +17,12 @@ from vislam2tag.common.files.folder import UNFINISHED
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.status import STATUS_LABELS
-from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve, reduce_errors
-from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.labeling.results import Drawing, SessionResult, Stretch
 from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.quality.evaluation.reliability import CoverageCurve, ReliabilityCurve, reduce_errors
+from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
 from vislam2tag.settings import Settings
-from vislam2tag.survey.model import Floor, SessionKey, Survey
+from vislam2tag.site.model import Floor, SessionKey, Survey
 from vislam2tag.views.run_report import FloorView, write_report
 from vislam2tag.views.run_summary import summarise
 from vislam2tag.views.uncertainty import coverage_figure, reliability_figure

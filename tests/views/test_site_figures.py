@@ -7,15 +7,15 @@ import polars as pl
 import pytest
 from PIL import Image
 
-from tests.evaluation.maps import floor_with
-from tests.registration.networks import survey
+from tests.preparation.registration.networks import survey
+from tests.quality.evaluation.maps import floor_with
 from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.registration.register import FloorMeasurements, register_floor
-from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.survey.model import ControlPoints, Floor, Site
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.register import FloorMeasurements, register_floor
+from vislam2tag.site.model import ControlPoints, Floor, Site
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.site_figures import landmark_configuration, residual_figure, scan_labels, workflow
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from tests.survey.plans import drawn_floor
-from tests.survey.plans.drawn_floor import HERE, floor_with
-from tests.walkable.hand_made import plan
-from vislam2tag.survey.landmark_file import landmarks_from
-from vislam2tag.survey.model import ControlPoints, Floor
+from tests.site.plans import drawn_floor
+from tests.site.plans.drawn_floor import HERE, floor_with
+from tests.site.walkable.hand_made import plan
+from vislam2tag.site.landmark_file import landmarks_from
+from vislam2tag.site.model import ControlPoints, Floor
+from vislam2tag.site.walkable.graph import NodeKind, corridor_graph
+from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.site_figures import site_plan, walkable_figure
-from vislam2tag.walkable.graph import NodeKind, corridor_graph
-from vislam2tag.walkable.space import walkable_space
 
 
 def floor_of(folder: Path, lower_left_m: tuple[float, float] = (0.0, 0.0)) -> Floor:

@@ -56,7 +56,7 @@ def attach_command(given: AttachOptions) -> None:
       vislam2tag attach survey/floor_1/iPhone/walk-1 co2.csv --by motion
     """
     from vislam2tag.pipeline.labels.attach import attach
-    from vislam2tag.sessions.companions.tie import TableColumns
+    from vislam2tag.sessions.companion_ties import TableColumns
 
     if given.time_column is None and given.unit is not None:
         raise UsageError("--unit needs --time-column: which column is in it")

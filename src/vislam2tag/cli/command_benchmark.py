@@ -19,7 +19,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.datasets.model import Dataset
     from vislam2tag.positioning.benchmark_protocol import ModelChoice
     from vislam2tag.positioning.benchmark_record import Benchmark, BestModel
 
@@ -130,7 +130,7 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
 @contextmanager
 def _opened(given: BenchmarkOptions) -> Iterator[Dataset]:
     """Open DS, or the public data set from its files."""
-    from vislam2tag.dataset.folder import open_dataset
+    from vislam2tag.datasets.folder import open_dataset
     from vislam2tag.pipeline.positioning.benchmark import public_dataset
 
     folder, dataset, data = given.folder, given.dataset, given.data

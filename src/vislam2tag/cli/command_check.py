@@ -25,8 +25,8 @@ from vislam2tag.cli.terminal import answer, say
 if TYPE_CHECKING:
     from rich.text import Text
 
-    from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
-    from vislam2tag.walkable.walked.walked_record import WalkedFloor
+    from vislam2tag.quality.self_check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
+    from vislam2tag.site.walkable.walked import WalkedFloor
 
 
 _MOST_ROOMS = 8
@@ -133,7 +133,7 @@ def _print_sessions(found: SurveyCheck) -> None:
 
 
 def _session_cells(session: SessionCheck) -> tuple[str | Text, ...]:
-    from vislam2tag.report.pages.check_page import median_left_out_m
+    from vislam2tag.views.check_page import median_left_out_m
 
     if session.error is not None:
         return (red("failed"),)
@@ -148,7 +148,7 @@ def _session_cells(session: SessionCheck) -> tuple[str | Text, ...]:
 
 
 def _print_bad(found: list[BadLandmark]) -> None:
-    from vislam2tag.report.pages.check_page import FAULTS
+    from vislam2tag.views.check_page import FAULTS
 
     rows = []
     for bad in found:

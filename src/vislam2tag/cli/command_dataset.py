@@ -25,9 +25,9 @@ from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.model import Dataset
-    from vislam2tag.dataset.settings import DatasetSettings
-    from vislam2tag.dataset.statistics_record import FieldWork
+    from vislam2tag.datasets.model import Dataset
+    from vislam2tag.datasets.settings import DatasetSettings
+    from vislam2tag.datasets.statistics_record import FieldWork
     from vislam2tag.pipeline.datasets.build import BuildOptions, SessionStep
 
 
@@ -128,7 +128,7 @@ def dataset_command(given: DatasetOptions) -> None:
       vislam2tag dataset main-building annex --building main --building annex \\
           --out campus
     """
-    from vislam2tag.dataset.description import read_description
+    from vislam2tag.datasets.description import read_description
     from vislam2tag.pipeline.datasets.build import BuildOptions
     from vislam2tag.pipeline.datasets.sources import FAILED
 
@@ -158,7 +158,7 @@ def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
     """What the survey took; raises UsageError for people without hours, and for numbers that cannot be."""
     from pydantic import ValidationError
 
-    from vislam2tag.dataset.statistics_record import FieldWork
+    from vislam2tag.datasets.statistics_record import FieldWork
 
     if hours is None and people is not None:
         raise UsageError(f"--people {people}: give --hours, too, for what the survey cost")

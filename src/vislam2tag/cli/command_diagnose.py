@@ -17,7 +17,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.judgement import Answer
 
 if TYPE_CHECKING:
-    from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
+    from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, Gain
     from vislam2tag.settings import Settings
 
 
@@ -61,8 +61,8 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     """
     from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
     from vislam2tag.pipeline.labels.joining.landmark_files import check_targets
-    from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
-    from vislam2tag.survey.corrections.lines import add_entries
+    from vislam2tag.site.corrections.edits import add_entries
+    from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 
     if given.apply and given.revert:
         raise UsageError("--apply and --revert: give one of them")
@@ -88,8 +88,8 @@ def diagnose_command(given: DiagnoseOptions) -> None:
 
 
 def _revert(given: DiagnoseOptions) -> None:
-    from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
-    from vislam2tag.survey.corrections.lines import remove_added
+    from vislam2tag.site.corrections.edits import remove_added
+    from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 
     removed, file = remove_added(given.survey), given.survey / CORRECTIONS_FILE
 
@@ -114,9 +114,9 @@ def _after(found: Diagnosis, applied: bool) -> str:
 
 
 def _write_conflicts(page: Path, given: DiagnoseOptions, settings: Settings, found: Diagnosis) -> None:
-    from vislam2tag.report.pages.conflict_page import write_conflict_page
     from vislam2tag.sessions.registry import open_survey
-    from vislam2tag.survey.links import left_out_of, shared_survey
+    from vislam2tag.site.links import left_out_of, shared_survey
+    from vislam2tag.views.conflict_page import write_conflict_page
 
     opened = open_survey(given.survey, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
     shown = shared_survey(opened, follow_links=given.follow_links)

@@ -16,15 +16,15 @@ from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.coverage import CoverageRecord
-    from vislam2tag.dataset.model import Storey
+    from vislam2tag.datasets.coverage import CoverageRecord
+    from vislam2tag.datasets.model import Storey
 
 _START = re.compile(r"(?:(.*)/)?(-?\d+):(-?\d+(?:\.\d+)?),(-?\d+(?:\.\d+)?)")
 
 
 def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
     """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
-    from vislam2tag.dataset.model import Storey
+    from vislam2tag.datasets.model import Storey
 
     match = _START.fullmatch(text)
     if match is None:
@@ -72,7 +72,7 @@ def figures_command(
 
 
 def _print(made: CoverageRecord, out: Path, dataset: Path) -> None:
-    from vislam2tag.dataset.model import Storey
+    from vislam2tag.datasets.model import Storey
     from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, storey_text
 
     rows = []

@@ -23,7 +23,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.model import Dataset, FloorInfo
+    from vislam2tag.datasets.model import Dataset, FloorInfo
 
 
 _NAMES_SHOWN = 12
@@ -121,7 +121,7 @@ def import_command(given: ImportArguments) -> None:
       vislam2tag import ipin2023/training --origin 49.4609,11.0252 --out ipin \\
           --json
     """
-    from vislam2tag.dataset.description import read_description
+    from vislam2tag.datasets.description import read_description
     from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 
     options = ImportOptions(

@@ -73,7 +73,7 @@ def _print(inspection: Inspection, survey: Path) -> None:
 
 
 def _print_floors(floors: Iterable[FloorOverview]) -> None:
-    from vislam2tag.survey.landmark_states import LandmarkCounts
+    from vislam2tag.site.landmark_states import LandmarkCounts
 
     rows = []
     for floor in floors:

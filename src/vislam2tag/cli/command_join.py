@@ -11,10 +11,10 @@ from vislam2tag.cli.progress import outputs_of_interrupted
 from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.tables import print_table
 from vislam2tag.cli.terminal import answer, say, visible_console
-from vislam2tag.dataset.settings import CHANGE_CELL_M
+from vislam2tag.datasets.settings import CHANGE_CELL_M
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.changes import SurveyChanges, TechnologyChanges
+    from vislam2tag.datasets.changes import SurveyChanges, TechnologyChanges
 
 
 @command
@@ -50,7 +50,7 @@ def join_command(
 
 
 def _print(record: SurveyChanges, out: Path) -> None:
-    from vislam2tag.dataset.changes import CHANGED, OUTDATED
+    from vislam2tag.datasets.changes import CHANGED, OUTDATED
     from vislam2tag.pipeline.datasets.join import CHANGES
 
     for one in record.technologies:

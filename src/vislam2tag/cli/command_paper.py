@@ -14,7 +14,7 @@ from vislam2tag.cli.terminal import answer, print_line, say
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.paper.reproduce import ReproducedPaper
-    from vislam2tag.report.pages.paper_page import CollectionPart, PositioningPart, TablePart
+    from vislam2tag.views.result_pages import CollectionPart, PositioningPart, TablePart
 
 
 @command
@@ -71,7 +71,7 @@ def _print(made: ReproducedPaper, out: Path) -> None:
 
 
 def _print_collection(part: CollectionPart) -> None:
-    from vislam2tag.dataset.statistics_record import TABLE_3_TITLE
+    from vislam2tag.datasets.statistics_record import TABLE_3_TITLE
 
     if part.table is None:
         say(f"{TABLE_3_TITLE}: {part.missing}")
@@ -91,8 +91,8 @@ def _print_positioning(part: PositioningPart) -> None:
 
 
 def _print_table(part: TablePart) -> None:
-    from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
     from vislam2tag.pipeline.paper.reproduce import NAMES
+    from vislam2tag.quality.evaluation.paper import figures_of, heads_of
 
     if part.missing:
         say(f"{part.table.title}: {part.missing}")

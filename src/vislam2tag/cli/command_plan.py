@@ -15,10 +15,10 @@ from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import or_dash, print_table
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
-from vislam2tag.survey.sheet_size import sheet_size
+from vislam2tag.preparation.sheets.settings import sheet_size
 
 if TYPE_CHECKING:
-    from vislam2tag.planning.records import FloorPlanRecord, PlanSummary
+    from vislam2tag.preparation.planning.records import FloorPlanRecord, PlanSummary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +77,7 @@ def plan_command(given: PlanOptions) -> None:
       vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
     """
     from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
-    from vislam2tag.planning.floor import STEPS
+    from vislam2tag.preparation.planning.floor import STEPS
 
     settings = settings_of(given.config, _settings(given), given.site)
     request = PlanRequest(

@@ -120,7 +120,7 @@ def _print(summary: Summary, given: ProcessOptions) -> None:
 
 def _after(summary: Summary) -> str:
     """Name what to go on with."""
-    from vislam2tag.report.run_page.verdict import joining_helps
+    from vislam2tag.views.run_summary import joining_helps
 
     found = {
         "process, unsure": joining_helps(summary) and not summary.faults and summary.frames_placed > 0,
@@ -186,7 +186,7 @@ def _process_with_progress(given: ProcessOptions, settings: Settings, executor: 
 
 
 def _print_summary(summary: Summary, out: Path) -> None:
-    from vislam2tag.report.run_page.verdict import accuracy_sentence
+    from vislam2tag.views.run_summary import accuracy_sentence
 
     say(
         f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "

@@ -17,8 +17,8 @@ from vislam2tag.cli.terminal import answer, print_line, say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from vislam2tag.registration.record import RegisteredPoint, Registration
-    from vislam2tag.survey.model import Floor, Site
+    from vislam2tag.preparation.registration.record import RegisteredPoint, Registration
+    from vislam2tag.site.model import Floor, Site
 
 
 WORST = 10
@@ -81,8 +81,8 @@ def register_command(given: RegisterOptions) -> None:
       vislam2tag register site --floor 1 --clicks clicks_floor_1.csv --write
     """
     from vislam2tag.pipeline.site import register as registering
-    from vislam2tag.registration.names import NameRules
-    from vislam2tag.registration.point_file import parse_columns
+    from vislam2tag.preparation.registration.names import NameRules
+    from vislam2tag.preparation.registration.point_file import parse_columns
 
     whole, chosen = registering.floor_of(given.site, given.floor)
     if given.click is not None:
@@ -125,8 +125,8 @@ def _write_page(page: Path, given: RegisterOptions, site: Site, floor: Floor) ->
     """Write the page to click landmarks on, and end."""
     import numpy as np
 
-    from vislam2tag.report.pages.click_page import write_click_page
-    from vislam2tag.survey.links import refuse_outside_plan
+    from vislam2tag.site.links import refuse_outside_plan
+    from vislam2tag.views.click_pages import write_click_page
 
     if not given.follow_links:
         refuse_outside_plan(given.site, floor)

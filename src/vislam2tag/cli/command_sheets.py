@@ -16,7 +16,7 @@ from vislam2tag.cli.tables import print_table
 from vislam2tag.cli.terminal import answer, say
 
 if TYPE_CHECKING:
-    from vislam2tag.sheets.sheet_folder import SheetsRecord
+    from vislam2tag.preparation.sheets.sheet_folder import SheetsRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +60,8 @@ def sheets_command(given: SheetsOptions) -> None:
       vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
       vislam2tag sheets --images photos --width-m 0.2 --out sheets
     """
-    from vislam2tag.sheets.making import SheetOptions as Wanted
-    from vislam2tag.sheets.making import make_sheets
+    from vislam2tag.preparation.sheets.sheet_folder import SheetOptions as Wanted
+    from vislam2tag.preparation.sheets.sheet_folder import make_sheets
 
     wanted = Wanted(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
     with interrupted_with(f"{given.out} holds no new sheets"), session_bar("images and pages") as bar:
@@ -70,8 +70,8 @@ def sheets_command(given: SheetsOptions) -> None:
 
 
 def _print(found: SheetsRecord, out: Path) -> None:
-    from vislam2tag.sheets.recognition import ENOUGH_INLIERS
-    from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
+    from vislam2tag.preparation.sheets.features import ENOUGH_INLIERS
+    from vislam2tag.preparation.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
 
     _print_sheets(found)
     say(f"{ENOUGH_INLIERS} agreeing features count as recognised; of each image: {out / RECORD_FILE}")

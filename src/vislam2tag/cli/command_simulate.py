@@ -115,7 +115,7 @@ def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
           --landmark-file plan/landmarks.csv
     """
     from vislam2tag.simulation.survey import WritingOptions, simulate
-    from vislam2tag.simulation.writing.traps import check_traps
+    from vislam2tag.simulation.traps import check_traps
 
     if given.scripts and given.layout is not SessionLayout.PHONE:
         raise UsageError("--scripts: needs --format phone")
@@ -170,10 +170,9 @@ def _refuse_ignored(context: typer.Context, given: SimulateOptions) -> None:
 
 def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> Scenario:
     """Walks on the plans of a site, past its landmarks."""
-    from vislam2tag.simulation.building.site_building import site_building
-    from vislam2tag.simulation.building.site_survey import site_floors
+    from vislam2tag.simulation.phones import device_names
     from vislam2tag.simulation.scenario import SITE_SEED, site_survey
-    from vislam2tag.simulation.sensors.devices import device_names
+    from vislam2tag.simulation.site_building import site_building, site_floors
 
     masks = {} if given.mask is None else dict.fromkeys(given.floor, given.mask)
     floors = site_floors(site, given.floor, given.landmark_file, masks, settings.walkable)
@@ -200,8 +199,8 @@ def _like_the_paper(given: SimulateOptions) -> Scenario:
 
 def _regular(given: SimulateOptions, settings: Settings) -> Scenario:
     """Walks through a made building."""
+    from vislam2tag.simulation.phones import device_names
     from vislam2tag.simulation.scenario import WALKING_DAY, regular_survey
-    from vislam2tag.simulation.sensors.devices import device_names
 
     return regular_survey(
         given.seed,

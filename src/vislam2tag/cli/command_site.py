@@ -18,9 +18,8 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.judgement import Answer
 
 if TYPE_CHECKING:
-    from vislam2tag.pipeline.site.show import SiteSummary
-    from vislam2tag.pipeline.site.walkable import WalkableFloor
-    from vislam2tag.survey.frame_change import FrameChanges
+    from vislam2tag.pipeline.site.show import SiteSummary, WalkableFloor
+    from vislam2tag.site.frame_change import FrameChanges
 
 
 @command
@@ -83,7 +82,7 @@ def write_command(
     Example:
       vislam2tag site write survey --out published
     """
-    from vislam2tag.pipeline.site.write import write_published
+    from vislam2tag.pipeline.site.rebase import write_published
 
     changes, findings = write_published(site, out, follow_links=follow_links)
 
@@ -162,8 +161,8 @@ def rebase_command(given: RebaseOptions) -> None:
 
 def _changes(given: RebaseOptions) -> FrameChanges:
     """The change as given, or estimated."""
-    from vislam2tag.survey.discover import read_site
-    from vislam2tag.survey.frame_change import estimated_changes, read_changes
+    from vislam2tag.site.discover import read_site
+    from vislam2tag.site.frame_change import estimated_changes, read_changes
 
     if given.by is not None:
         if given.old is not None or given.rigid or given.without:
@@ -222,7 +221,7 @@ def walkable_command(
       vislam2tag site walkable survey --floor 4 --mask corrected.png \\
           --out walkable
     """
-    from vislam2tag.pipeline.site.walkable import floor_record, write_walkable
+    from vislam2tag.pipeline.site.show import floor_record, write_walkable
 
     settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
     found = write_walkable(site, out, floor, settings, mask, follow_links=follow_links, tell=print_warnings)
@@ -230,7 +229,7 @@ def walkable_command(
 
 
 def _print_walkable(found: tuple[WalkableFloor, ...], site: Path, out: Path) -> None:
-    from vislam2tag.walkable.graph import NodeKind
+    from vislam2tag.site.walkable.graph import NodeKind
 
     kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]
     rows = []

@@ -15,11 +15,11 @@ from vislam2tag.cli.settings_options import ConfigFile, option_of, setting, sett
 from vislam2tag.cli.tables import print_table
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.settings import SplitKind, SplitSettings
+from vislam2tag.datasets.settings import SplitKind, SplitSettings
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.leakage import FoldLeakage, QuantileSummary, SplitLeakage
-    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.datasets.leakage import FoldLeakage, QuantileSummary, SplitLeakage
+    from vislam2tag.datasets.model import Dataset
 
 
 _TAKES: Mapping[SplitKind, tuple[str, ...]] = MappingProxyType(
@@ -65,9 +65,9 @@ def split_command(given: SplitOptions) -> None:
           --seed 1 --name blocks-8m
       vislam2tag split fingerprints --json > splits.json
     """
-    from vislam2tag.dataset.folder import open_dataset
-    from vislam2tag.dataset.leakage import leakage
-    from vislam2tag.dataset.splits import make_split
+    from vislam2tag.datasets.folder import open_dataset
+    from vislam2tag.datasets.leakage import leakage
+    from vislam2tag.datasets.splits import make_split
     from vislam2tag.pipeline.datasets.finish import add_split
 
     by, settings = given.by, _settings(given)

@@ -18,7 +18,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.store import address_of, shown
 
 if TYPE_CHECKING:
-    from vislam2tag.studio.sharing.export import ExportRecord
+    from vislam2tag.studio.export import ExportRecord
     from vislam2tag.studio.workspace import Workspace
 
 
@@ -110,7 +110,7 @@ def _opened(given: StudioOptions) -> Workspace:
 
 
 def _export_fleet(given: StudioOptions, out: Path) -> None:
-    from vislam2tag.studio.sharing.fleet import export_fleet
+    from vislam2tag.studio.fleet import export_fleet
 
     with session_bar("surveys") as bar:
         record = export_fleet(
@@ -127,7 +127,7 @@ def _export_fleet(given: StudioOptions, out: Path) -> None:
 
 
 def _export(given: StudioOptions, out: Path) -> None:
-    from vislam2tag.studio.sharing.export import export_survey
+    from vislam2tag.studio.export import export_survey
 
     with closing(_opened(given)) as workspace, session_bar("steps") as bar:
         record = export_survey(
@@ -154,8 +154,8 @@ def _serve(given: StudioOptions, workspace: Workspace) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
     import webbrowser
 
-    from vislam2tag.receiving.address import code_of, listen
-    from vislam2tag.studio.serving import opened_studio, serve_studio
+    from vislam2tag.common.serving import code_of, listen
+    from vislam2tag.studio.app import opened_studio, serve_studio
 
     with (
         listen(given.host, given.port) as opened,

@@ -13,8 +13,8 @@ from vislam2tag.cli.tables import metres, print_table
 from vislam2tag.cli.terminal import answer, say
 
 if TYPE_CHECKING:
-    from vislam2tag.dataset.comparison import Comparison, TableDifferences
-    from vislam2tag.dataset.label_comparison import LabelComparison
+    from vislam2tag.datasets.comparison import Comparison, TableDifferences
+    from vislam2tag.datasets.label_comparison import LabelComparison
 
 
 SHOWN = 20
@@ -52,7 +52,7 @@ def verify_command(
       vislam2tag verify out-before out-now --tolerance 0.001 \\
           --json > differences.json
     """
-    from vislam2tag.dataset.comparison import compare
+    from vislam2tag.datasets.comparison import compare
 
     with session_bar("tables") as bar:
         found = compare(a, b, tolerance, bar.reach)
@@ -76,7 +76,7 @@ def _print(found: Comparison, a: Path, b: Path) -> None:
 
 
 def _print_tables(differences: tuple[TableDifferences, ...]) -> None:
-    from vislam2tag.dataset.comparison import WHOLE_SET
+    from vislam2tag.datasets.comparison import WHOLE_SET
 
     rows = []
     for one in differences:

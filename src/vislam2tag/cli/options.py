@@ -95,14 +95,14 @@ class PrivacyOptions:
     @property
     def privacy(self) -> Privacy:
         """The wish; raises UsageError for a key that cannot be used."""
-        from vislam2tag.dataset.privacy import Privacy
+        from vislam2tag.datasets.privacy import Privacy
 
         return Privacy(include_nomap=self.include_nomap, hash_key=key_of(self.hash_bssid), keep_ssids=not self.no_ssid)
 
 
 def key_of(file: Path | None) -> bytes | None:
     """Read the secret for hashes; raises UsageError for a file that cannot be used."""
-    from vislam2tag.dataset.privacy import read_key
+    from vislam2tag.datasets.privacy import read_key
 
     return None if file is None else read_key(file)
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from vislam2tag.pipeline.site.init import NewFloor
     from vislam2tag.pipeline.site.show import SiteSummary
-    from vislam2tag.survey.plans.source import PlanSource
-    from vislam2tag.survey.site_file import GeoreferencePart
+    from vislam2tag.site.plans.source import PlanSource
+    from vislam2tag.site.site_file import GeoreferencePart
 
     Made = TypeVar("Made", bound=BaseModel)
 
@@ -70,7 +70,7 @@ def _point(text: str, name: str) -> dict[str, list[float]]:
 
 def _georeference(text: str, name: str) -> GeoreferencePart:
     """Read ``EPSG:CODE,EASTING,NORTHING[,ROTATION]`` or ``LATITUDE,LONGITUDE[,BEARING]``; raises UsageError."""
-    from vislam2tag.survey.site_file import GeoreferencePart
+    from vislam2tag.site.site_file import GeoreferencePart
 
     system = re.fullmatch(r"EPSG:(\d+),(.*)", text, re.IGNORECASE)
     numbers = _found(system.group(2) if system else text)
@@ -178,7 +178,7 @@ def init_command(given: InitOptions) -> None:
     """
     from vislam2tag.pipeline.site.init import add_floor, describe_published
     from vislam2tag.pipeline.site.show import summarise_site
-    from vislam2tag.survey.site_file import SITE_FILE
+    from vislam2tag.site.site_file import SITE_FILE
 
     file = given.site / SITE_FILE
     if given.plan is None:
@@ -206,9 +206,8 @@ def _print(lines: list[str], summary: SiteSummary, site: Path) -> None:
 
 def _new_floor(given: InitOptions, plan: Path) -> tuple[NewFloor, list[str]]:
     """The floor to add, and notes about how its plan is read."""
-    from vislam2tag.pipeline.site.init import NewFloor, competition_floor, is_competition_floor
-    from vislam2tag.pipeline.site.plan_scale import settled_source
-    from vislam2tag.survey.site_file import FloorPart
+    from vislam2tag.pipeline.site.init import NewFloor, competition_floor, is_competition_floor, settled_source
+    from vislam2tag.site.site_file import FloorPart
 
     if is_competition_floor(plan):
         return competition_floor(plan, given.floor), []
@@ -225,7 +224,7 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[NewFloor, list[str]]:
 
 def _source(given: InitOptions, plan: Path) -> PlanSource:
     """How a plan is read; raises UsageError where the options cannot be meant so."""
-    from vislam2tag.survey.plans.source import PlanSource
+    from vislam2tag.site.plans.source import PlanSource
 
     own = {name: getattr(given, name) for name in ("unit_m", "page", "level", "others", "epsg")}
     values: dict[str, Any] = {"file": plan.name} | {name: value for name, value in own.items() if value is not None}
@@ -252,7 +251,7 @@ def _source(given: InitOptions, plan: Path) -> PlanSource:
 
 def _before_landmarks(summary: SiteSummary) -> SiteSummary:
     """Leave out that floors have no landmarks yet: to plan or measure them is the next step, which is told."""
-    from vislam2tag.survey.landmark_file import LANDMARK_FILE
+    from vislam2tag.site.landmark_file import LANDMARK_FILE
 
     kept = [one for one in summary.findings if one.kind != "missing_file" or Path(one.file).name != LANDMARK_FILE]
     return replace(summary, findings=tuple(kept))
@@ -264,7 +263,7 @@ def _measure(given: InitOptions, plan: Path, source: PlanSource, page: Path) -> 
     import sys
     import webbrowser
 
-    from vislam2tag.report.pages.measure_page import write_measure_page
+    from vislam2tag.views.click_pages import write_measure_page
 
     words = ["vislam2tag", "site", "init", str(given.site), "--plan", str(plan)]
     words += [] if given.floor is None else ["--floor", str(given.floor)]

@@ -76,7 +76,7 @@ class Kind:
 STRATEGIES = Kind("mapping strategy", "vislam2tag.strategies", "vislam2tag.estimation.strategies")
 SESSION_FORMATS = Kind("session format", "vislam2tag.session_formats", "vislam2tag.sessions.formats")
 PLAN_FORMATS = Kind("plan format", "vislam2tag.plan_formats", "vislam2tag.site.plan_formats")
-DATASET_FORMATS = Kind("data set format", "vislam2tag.dataset_formats", "vislam2tag.dataset.formats")
+DATASET_FORMATS = Kind("data set format", "vislam2tag.dataset_formats", "vislam2tag.datasets.formats")
 MODELS = Kind("positioning model", "vislam2tag.models", "vislam2tag.positioning.models")
 STUDIO_LAYERS = Kind("layer of the studio", "vislam2tag.studio_layers", "vislam2tag.studio.layers")
 

@@ -9,7 +9,6 @@ gap lies within a radius of one; ways between them are shortest paths over walka
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
@@ -28,7 +27,7 @@ from vislam2tag.datasets.model import Dataset, RunningTotal, Storey, each_sessio
 from vislam2tag.datasets.schema import IMU_WINDOWS, MAGNETIC
 from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.datasets.statistics_record import UNKNOWN
-from vislam2tag.walkable.walked.short_walk import WALKING_M_S, covering_stops, short_order
+from vislam2tag.site.walkable.walking_distances import WALKING_M_S, covering_stops, short_order
 
 _FLOOR = ("building", "floor")
 _CELL: Mapping[str, pl.DataType] = MappingProxyType(

@@ -6,8 +6,6 @@ docs/how-to/publish.md tells more.
 from __future__ import annotations
 
 import datetime as dt
-from vislam2tag.dataset.model import DatasetInfo
-from vislam2tag.dataset.model import FloorInfo
 import re
 import tomllib
 from collections.abc import Mapping
@@ -21,7 +19,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 if TYPE_CHECKING:
     from vislam2tag.datasets.model import DatasetInfo, FloorInfo

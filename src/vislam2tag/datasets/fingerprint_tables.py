@@ -26,8 +26,7 @@ from vislam2tag.datasets.format_registry import ExportFormat, ImportContext, Imp
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.datasets.point_fingerprints import NO_NAMES, PointFingerprints, floor_infos, point_dataset
 from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
-from vislam2tag.intake.quantity import Quantity
-from vislam2tag.intake.signal_strength import NOT_HEARD, SIGNAL_STRENGTH
+from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, Quantity
 
 LEVELS = "rss"
 """Role of the file of levels; the only one where a name has no group ``role``."""

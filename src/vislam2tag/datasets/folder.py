@@ -30,9 +30,7 @@ from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.datasets.privacy import counted_without
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, RTT, SCHEMAS, UNITS
-from vislam2tag.intake.addresses import MASKED, masked_addresses, normal_address
-from vislam2tag.intake.quantity import Quantity
-from vislam2tag.intake.signal_strength import level_findings, strength_of
+from vislam2tag.intake.readings import MASKED, Quantity, level_findings, masked_addresses, normal_address, strength_of
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 from vislam2tag.site.links import CURE, outside_link
 

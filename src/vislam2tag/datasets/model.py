@@ -21,8 +21,8 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.datasets.description import Funding, Person, Related
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MEASURED, READINGS, SESSIONS
-from vislam2tag.survey.georeference import Georeference
-from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.site.georeference import Georeference
+from vislam2tag.site.model import ControlPoints, Floor
 
 FORMAT_VERSION = 1
 

@@ -19,7 +19,7 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.datasets.model import Dataset, DatasetInfo
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, OF_ACCESS_POINTS
-from vislam2tag.intake.addresses import normal_address
+from vislam2tag.intake.readings import normal_address
 
 LEAST_KEY_BYTES = 16
 """Shorter keys can be tried out."""

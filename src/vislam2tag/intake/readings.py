@@ -60,7 +60,7 @@ drivers that measured nothing report 0. Above, a transmitter of 20 dBm at a hand
 """
 _WITH_ZERO = replace(SIGNAL_STRENGTH, greatest=0.0)
 _MEASURE_ZERO = frozenset({"uji"})
-"""Formats whose specification has 0 dBm as a measured level; dataset/formats/uji.py names it."""
+"""Formats whose specification has 0 dBm as a measured level; datasets/formats/uji.py names it."""
 NOT_HEARD = 100.0
 """What published tables write for "not heard"."""
 

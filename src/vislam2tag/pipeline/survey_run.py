@@ -16,7 +16,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.dataset.folder import is_dataset
+from vislam2tag.datasets.folder import is_dataset
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
@@ -29,11 +29,11 @@ from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.quality.diagnosis.record import Diagnosis
 from vislam2tag.quality.self_check_record import SurveyCheck
-from vislam2tag.report.pages.conflict_page import write_conflict_page
-from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.links import left_out_of, shared_survey
+from vislam2tag.views.conflict_page import write_conflict_page
+from vislam2tag.views.result_pages import IndexLink, write_index_page
 
 LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"

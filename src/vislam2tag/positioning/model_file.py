@@ -25,7 +25,7 @@ from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.dataset.model import Storey
+from vislam2tag.datasets.model import Storey
 from vislam2tag.intake.readings import normal_address
 from vislam2tag.positioning.registry import (
     Positioner,

@@ -13,7 +13,7 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.studio.collecting import covered_floors
 from vislam2tag.studio.corrections_view import Diagnoses, corrections_view
 from vislam2tag.studio.layer_registry import LAYERS

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from vislam2tag.studio.endpoints import Asked
-from vislam2tag.studio.prepare.endpoints import PREPARE
-from vislam2tag.studio.work_messages import ConflictView
 import socket
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
@@ -26,6 +23,8 @@ from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, serve, url_for, whole_body
 from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.site.corrections.edits import ChangedMeanwhileError
+from vislam2tag.site.corrections.merging import Conflict, ConflictError
 from vislam2tag.studio.collecting import Handover
 from vislam2tag.studio.corrections_view import Diagnoses, corrections_view
 from vislam2tag.studio.endpoints import Studio
@@ -37,8 +36,6 @@ from vislam2tag.studio.preparing import MOST_FILE, DroppedFiles
 from vislam2tag.studio.routing import ENDPOINTS, Binary, Endpoint
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
-from vislam2tag.survey.corrections.merging import Conflict, ConflictError
 
 _Record = TypeVar("_Record", bound=FiniteRecord)
 BODY_S = 30.0

@@ -19,6 +19,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.status import Status
 from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
+from vislam2tag.site.floors import read_room_names
+from vislam2tag.site.walkable.walked import Areas, WalkedFloor, WalkedSpace, filling_walk, walked_floor, walked_space
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.outputs import LABELS, Track
 from vislam2tag.studio.receiving.filing import FiledSession
@@ -27,10 +29,6 @@ from vislam2tag.studio.receiving.token import Guard, grouped, new_token
 from vislam2tag.studio.receiving.uploads import Uploads
 from vislam2tag.studio.work_messages import JobRequest
 from vislam2tag.studio.workspace import Workspace, plan_stamp
-from vislam2tag.survey.room_names import read_room_names
-from vislam2tag.walkable.walked.areas import Areas
-from vislam2tag.walkable.walked.walked_record import WalkedFloor, walked_floor
-from vislam2tag.walkable.walked.walked_space import WalkedSpace, filling_walk, walked_space
 
 if TYPE_CHECKING:  # which needs this module for pages of files
     from vislam2tag.studio.jobs import JobQueue

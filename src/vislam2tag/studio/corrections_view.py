@@ -12,10 +12,23 @@ from pydantic import TypeAdapter
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.judgement import Answer, Judgement
-from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
 from vislam2tag.pipeline.labels.process import kept_faults
 from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.site.corrections.edits import (
+    AddEntry,
+    change_text,
+    changed_text,
+    corrections_of,
+    corrections_text,
+    difference,
+    entries_of,
+    save_text,
+)
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.corrections.merging import merged
+from vislam2tag.site.model import Survey
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.work_messages import (
@@ -32,11 +45,6 @@ from vislam2tag.studio.work_messages import (
     UndoRequest,
 )
 from vislam2tag.studio.workspace import Snapshot, Workspace
-from vislam2tag.survey.corrections.edits import AddEntry, changed_text, corrections_of, difference, entries_of
-from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.corrections.lines import change_text, corrections_text, save_text
-from vislam2tag.survey.corrections.merging import merged
-from vislam2tag.survey.model import Survey
 
 
 def corrections_view(workspace: Workspace) -> CorrectionsView:

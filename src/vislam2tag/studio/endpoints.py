@@ -13,6 +13,7 @@ from urllib.parse import quote
 import numpy as np
 
 from vislam2tag.common.serving import code_of, url_for
+from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.studio import corrections_view, preparing, session_view, survey_view
 from vislam2tag.studio import series as charts
 from vislam2tag.studio.collecting import CollectingView, CoveredFloors, Handover, covered_floors
@@ -75,7 +76,6 @@ from vislam2tag.studio.work_messages import (
     UndoRequest,
 )
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.plans.source import PlanSource
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import FiniteRecord, Record
-from vislam2tag.dataset.folder import is_dataset
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.datasets.folder import is_dataset
+from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.pipeline.datasets.build import BuildOptions, SessionStep, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE

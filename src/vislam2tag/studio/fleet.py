@@ -7,7 +7,6 @@ rows, for whoever searches, ``surveys/NAME`` what the page shows of a survey.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from vislam2tag.site.stored_survey import survey_at_hand
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, Fleet, FleetTotals, t
 from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS
 from vislam2tag.pipeline.fleet.process import chosen
 from vislam2tag.settings import Settings
+from vislam2tag.site.stored_survey import survey_at_hand
 from vislam2tag.studio.answers import without_addresses
 from vislam2tag.studio.export import ExportRecord, new_export, recorded, write_page, write_rows, write_survey
 from vislam2tag.studio.workspace import Workspace

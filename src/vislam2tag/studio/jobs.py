@@ -6,8 +6,6 @@ Jobs map sessions again, look for faults, make radio maps, and write folders to 
 from __future__ import annotations
 
 import threading
-from vislam2tag.site.corrections.file import Corrections
-from vislam2tag.site.model import Survey
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -29,6 +27,8 @@ from vislam2tag.pipeline.labels.process import jobs_of, label_run
 from vislam2tag.pipeline.labels.stored_session import run_session
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.workers import done_in, worker_pool
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.model import Survey
 from vislam2tag.studio.export import make_dataset, make_page
 from vislam2tag.studio.messages import NewLabels
 from vislam2tag.studio.outputs import BEFORE

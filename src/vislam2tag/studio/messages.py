@@ -13,9 +13,9 @@ from pydantic import Field, field_validator
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.labeling.results import ContradictionMark
-from vislam2tag.sessions.corrected_taps import SAME_TAP_S
+from vislam2tag.sessions.corrected import SAME_TAP_S
+from vislam2tag.site.model import SessionKey
 from vislam2tag.studio.outputs import LABELS, WINDOW_POINTS
-from vislam2tag.survey.model import SessionKey
 
 Point: TypeAlias = tuple[float, float]
 Box: TypeAlias = tuple[float, float, float, float]

@@ -21,13 +21,13 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.status import Status, has_position
-from vislam2tag.dataset.label_comparison import settings_of_output
-from vislam2tag.dataset.labelled import LabelledSession
-from vislam2tag.evaluation.point_errors import walking_velocity
+from vislam2tag.datasets.label_comparison import settings_of_output
+from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.status_column import status_codes
 from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.quality.evaluation.truth import walking_velocity
 
 LABELS, BEFORE = "labels", "before"
 KEPT_BYTES = 400_000_000

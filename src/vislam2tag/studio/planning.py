@@ -16,14 +16,21 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.pipeline.site.plan import PlanRequest, add_to_site, constraints_of, designed
 from vislam2tag.pipeline.site.register import floor_of
-from vislam2tag.planning.changed_plan import ChangedPlan
-from vislam2tag.planning.prediction import mean_error_m
-from vislam2tag.planning.records import PlanSummary, floor_summary, new_ids
-from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.preparation.planning.floor import ChangedPlan
+from vislam2tag.preparation.planning.prediction import mean_error_m
+from vislam2tag.preparation.planning.records import PlanSummary, floor_summary, new_ids
+from vislam2tag.preparation.planning.settings import PlanSettings
+from vislam2tag.preparation.sheets.settings import SheetSettings, sheet_size
+from vislam2tag.preparation.sheets.sheet_folder import PDF_FILE, SheetOptions, is_sheets, make_sheets
 from vislam2tag.settings import Settings
-from vislam2tag.sheets.making import SheetOptions, make_sheets
-from vislam2tag.sheets.settings import SheetSettings
-from vislam2tag.sheets.sheet_folder import PDF_FILE, is_sheets
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.floors import MASK_FILE
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask, plan_grid
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.studio.layers.walkable import rings_of
 from vislam2tag.studio.preparing import (
     HeldLandmark,
@@ -38,16 +45,6 @@ from vislam2tag.studio.preparing import (
     WallsView,
 )
 from vislam2tag.studio.workspace import beside, plan_stamp
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.survey.plans.model import FloorPlan
-from vislam2tag.survey.sheet_size import sheet_size
-from vislam2tag.survey.site_floors import MASK_FILE
-from vislam2tag.walkable.correction import GREEN, RED, floor_mask
-from vislam2tag.walkable.plan_cells import plan_grid
-from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.space import walkable_space
 
 KEPT = 4
 """Plans remembered; the oldest goes."""

@@ -16,16 +16,14 @@ from pydantic import Field
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.pipeline.site.init import NewFloor, add_floor
-from vislam2tag.pipeline.site.plan_scale import settled_source
-from vislam2tag.registration.record import Registration
-from vislam2tag.registration.settings import RegistrationSettings
+from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
+from vislam2tag.preparation.registration.record import Registration, RegistrationSettings
+from vislam2tag.site.names import portable_name
+from vislam2tag.site.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
+from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.site_file import FloorPart, has_site_file, read_site_file
 from vislam2tag.studio.messages import Box, Point
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.names import portable_name
-from vislam2tag.survey.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
-from vislam2tag.survey.plans.source import PlanSource
-from vislam2tag.survey.site_file import FloorPart, has_site_file, read_site_file
 
 Name = Annotated[str, Field(min_length=1, max_length=300)]
 
@@ -310,7 +308,7 @@ def registered(
 ) -> RegistrationView:
     """Adjust what the files say, and write it into the site where that is asked for; raises what registering raises."""
     from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
-    from vislam2tag.registration.names import NameRules
+    from vislam2tag.preparation.registration.names import NameRules
 
     site, floor = floor_of(root, request.floor)
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.changes import ChangedPoint, SurveyChanges, survey_changes, survey_record
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy
-from vislam2tag.dataset.radio_maps import FloorMaps, MapLayer, radio_maps
+from vislam2tag.datasets.changes import ChangedPoint, SurveyChanges, survey_changes, survey_record
+from vislam2tag.datasets.model import Dataset
+from vislam2tag.datasets.privacy import Privacy
+from vislam2tag.datasets.radio_maps import FloorMaps, MapLayer, radio_maps
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.settings import Settings
 from vislam2tag.studio.messages import Box, Point

@@ -3,11 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from vislam2tag.site.corrections.file import session_start
-from vislam2tag.site.model import SessionKey
-from vislam2tag.studio import tracks
-from vislam2tag.studio.messages import ContradictionView
-from vislam2tag.studio.messages import Key
 from collections.abc import Collection
 from typing import Any
 
@@ -15,10 +10,12 @@ import numpy as np
 
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import Status, has_position, labelled_share
-from vislam2tag.dataset.label_comparison import mean_error_m
+from vislam2tag.datasets.label_comparison import mean_error_m
 from vislam2tag.labeling.results import Drawing, EventMark, SessionResult, VisitMark
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
+from vislam2tag.site.corrections.file import session_start
+from vislam2tag.site.model import SessionKey
 from vislam2tag.studio import outputs
 from vislam2tag.studio.messages import (
     Box,

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import io
-from vislam2tag.site.corrections.landmarks import corrected_landmarks
-from vislam2tag.site.model import Floor
-from vislam2tag.site.model import SessionKey
-from vislam2tag.site.plans.load import plan_picture
 import math
 from collections import Counter
 
@@ -17,7 +13,10 @@ from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.dataset.label_comparison import Labelled, Positions, compare_labels
+from vislam2tag.datasets.label_comparison import Labelled, Positions, compare_labels
+from vislam2tag.site.corrections.landmarks import corrected_landmarks
+from vislam2tag.site.model import Floor, SessionKey
+from vislam2tag.site.plans.load import plan_picture
 from vislam2tag.studio.messages import (
     MOST_PIXELS,
     ControlPointView,

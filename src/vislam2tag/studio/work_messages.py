@@ -9,12 +9,11 @@ from pydantic import Field
 from vislam2tag.common.findings import Severity
 from vislam2tag.common.judgement import Judgement
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.label_comparison import LabelComparison
+from vislam2tag.datasets.label_comparison import LabelComparison
 from vislam2tag.quality.diagnosis.record import Gain
 from vislam2tag.site.corrections.edits import Change
+from vislam2tag.site.corrections.merging import Conflict
 from vislam2tag.studio.messages import OutputView, Point
-from vislam2tag.survey.corrections.edits import Change
-from vislam2tag.survey.corrections.merging import Conflict
 
 JobKind: TypeAlias = Literal["process", "diagnose", "radio", "dataset", "page"]
 MOST_CHANGES = 100

@@ -21,14 +21,11 @@ from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.quality.diagnosis.record import Diagnosis
 from vislam2tag.sessions.registry import SurveyFiles, survey_files
 from vislam2tag.settings import Settings
-from vislam2tag.studio.messages import Versions
-from vislam2tag.studio.outputs import BEFORE, LABELS, Output, Track
-from vislam2tag.survey.corrections.edits import corrections_of
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections
-from vislam2tag.survey.corrections.lines import corrections_text
-from vislam2tag.survey.discover import session_folders, site_files
-from vislam2tag.survey.landmark_file import landmarks_from
-from vislam2tag.survey.links import (
+from vislam2tag.site.corrections.edits import corrections_of, corrections_text
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
+from vislam2tag.site.discover import session_folders, site_files
+from vislam2tag.site.landmark_file import landmarks_from
+from vislam2tag.site.links import (
     CURE,
     is_from_outside,
     left_out_of,
@@ -39,8 +36,7 @@ from vislam2tag.survey.links import (
 from vislam2tag.site.model import Floor, SessionKey, SessionRef, Site, Survey
 from vislam2tag.site.names import session_slugs
 from vislam2tag.studio.messages import Versions
-from vislam2tag.studio.outputs import BEFORE, LABELS, Output
-from vislam2tag.studio.tracks import Track
+from vislam2tag.studio.outputs import BEFORE, LABELS, Output, Track
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from vislam2tag.report.floor_map.arrows import arrow_line
-from vislam2tag.report.floor_map.layers import Columns
 from dataclasses import dataclass
 from itertools import compress
 from pathlib import Path
@@ -13,15 +11,13 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.core.cell_grid import around_most
-from vislam2tag.self_check.gain_map import Cell, GainMap
-from vislam2tag.self_check.landmark_gain import CELL_M
-from vislam2tag.self_check.record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
-from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.quality.landmark_gain import CELL_M, Cell, GainMap
+from vislam2tag.quality.self_check_record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
+from vislam2tag.site.model import Floor, Survey
+from vislam2tag.site.walkable.walked import WalkedFloor, WalkedSpace
 from vislam2tag.views.floor_map import drawn_plan, site_figure, walk_to_fill
 from vislam2tag.views.layers import BLUE, GREEN, ORANGE, RED, Trace, arrows, cells, colour_bar, plotly_text, scatter
 from vislam2tag.views.page import write_page
-from vislam2tag.walkable.walked.walked_record import WalkedFloor
-from vislam2tag.walkable.walked.walked_space import WalkedSpace
 
 FAULTS = {
     Fault.OFFSET: "the walks put it elsewhere, all at one place: measure it again",

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from PIL import Image
 
-from vislam2tag.registration.clicks import HEADER
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import floor_plan, look_at_plan, plan_called, unplaced_picture
-from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.preparation.registration.tape_and_clicks import HEADER
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import floor_plan, look_at_plan, plan_called, unplaced_picture
+from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.views.page import data_uri, embedded, write_page
 
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from vislam2tag.report.floor_map.arrows import arrow_line
-from vislam2tag.report.floor_map.layers import Columns
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.diagnosis.references import Reference, References
-from vislam2tag.landmark_survey.comparison import Verdict
-from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.estimation.landmark_survey.comparison import Verdict
+from vislam2tag.quality.diagnosis.record import Reference, References
+from vislam2tag.site.model import Floor, Survey
 from vislam2tag.views.floor_map import drawn_plan, site_figure
 from vislam2tag.views.layers import GREEN, RED, Trace, arrows, plotly_text, scatter
 from vislam2tag.views.page import write_page

@@ -17,9 +17,19 @@ from matplotlib.patches import Patch, Rectangle
 
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.dataset.changes import APPEARED, CHANGED, MOVED, NEW, NOT_WALKED, OUTDATED, UNCHANGED, VANISHED, Changes
-from vislam2tag.dataset.coverage import FloorCoverage, GapWalk
-from vislam2tag.survey.model import Floor
+from vislam2tag.datasets.changes import (
+    APPEARED,
+    CHANGED,
+    MOVED,
+    NEW,
+    NOT_WALKED,
+    OUTDATED,
+    UNCHANGED,
+    VANISHED,
+    Changes,
+)
+from vislam2tag.datasets.coverage import FloorCoverage, GapWalk
+from vislam2tag.site.model import Floor
 from vislam2tag.views.panels import Extent, draw_cells, floor_panels, print_quality
 
 CLASSES = (1, 2, 3, 6, 11, 21)

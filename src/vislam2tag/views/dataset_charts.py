@@ -7,7 +7,7 @@ from itertools import accumulate
 from typing import Any
 
 from vislam2tag.common import log_bins
-from vislam2tag.dataset.statistics_record import DeviceRssi, SessionStatistics, TechnologyStatistics
+from vislam2tag.datasets.statistics_record import DeviceRssi, SessionStatistics, TechnologyStatistics
 from vislam2tag.views.dataset_figures import BINS, floor_name
 from vislam2tag.views.layers import BLUE, ORANGE, Trace, axis, chart, figure_json, plotly_text
 

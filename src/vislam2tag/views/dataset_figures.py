@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from vislam2tag.common import log_bins
-from vislam2tag.dataset.coverage import coverage, gap_walks
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics_record import (
+from vislam2tag.datasets.coverage import coverage, gap_walks
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.settings import CoverageSettings
+from vislam2tag.datasets.statistics_record import (
     DatasetStatistics,
     DeviceRssi,
     Distribution,

@@ -14,17 +14,17 @@ from plotly.colors import qualitative
 
 from vislam2tag import __version__
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.coverage import FloorCoverage, GapWalk, coverage, gap_walks
-from vislam2tag.dataset.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.settings import CoverageSettings
-from vislam2tag.dataset.statistics_record import UNKNOWN, DatasetStatistics, Table3
+from vislam2tag.datasets.coverage import FloorCoverage, GapWalk, coverage, gap_walks
+from vislam2tag.datasets.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.settings import CoverageSettings
+from vislam2tag.datasets.statistics_record import UNKNOWN, DatasetStatistics, Table3
+from vislam2tag.site.walkable.walked import WalkedFloor
 from vislam2tag.views.dataset_charts import charts
 from vislam2tag.views.dataset_figures import PALETTE, colours_of
 from vislam2tag.views.floor_map import drawn_plan, map_figure, walk_to_fill
 from vislam2tag.views.layers import GREY, ORANGE, VERMILION, Trace, cells, colour_bar, plotly_text, scatter
 from vislam2tag.views.page import page_text
-from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 MOST_SESSIONS = 300
 """Walks listed at most; all are in sessions.parquet."""

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Segment, Trajectory, Visit
-from vislam2tag.evaluation.point_errors import PointErrors
-from vislam2tag.evaluation.pooling import ErrorCurve
-from vislam2tag.evaluation.reliability import CoverageCurve
-from vislam2tag.survey.model import Floor
+from vislam2tag.quality.evaluation.metrics import ErrorCurve
+from vislam2tag.quality.evaluation.reliability import CoverageCurve
+from vislam2tag.quality.evaluation.truth import PointErrors
+from vislam2tag.site.model import Floor
 from vislam2tag.views.panels import (
     COLUMN_IN,
     PAGE_IN,

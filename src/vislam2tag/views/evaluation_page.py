@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.evaluation.dense import SINCE_LANDMARK
-from vislam2tag.evaluation.point_errors import TruthKind
-from vislam2tag.evaluation.pooling import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS, ErrorCurve, error_curve
-from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
-from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
+from vislam2tag.quality.evaluation.dense import SINCE_LANDMARK
+from vislam2tag.quality.evaluation.metrics import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS, ErrorCurve, error_curve
+from vislam2tag.quality.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
+from vislam2tag.quality.evaluation.text import HEADS, figure_text, truth_name
+from vislam2tag.quality.evaluation.truth import TruthKind
 from vislam2tag.views.layers import Trace, axis, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import write_page
 

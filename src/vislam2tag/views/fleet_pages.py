@@ -15,7 +15,7 @@ from markupsafe import Markup
 from vislam2tag.common.palette import STATUS_STYLES, style_of
 from vislam2tag.core.status import labelled_share
 from vislam2tag.labeling.results import Drawing, Polyline, SessionResult, Summary
-from vislam2tag.survey.model import Survey
+from vislam2tag.site.model import Survey
 from vislam2tag.views.page import page_text
 from vislam2tag.views.run_summary import accuracy_sentence, problems
 

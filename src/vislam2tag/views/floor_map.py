@@ -26,8 +26,8 @@ from vislam2tag.labeling.results import (
     Stretch,
     VisitMark,
 )
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import plan_picture
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import plan_picture
 from vislam2tag.views.layers import (
     HALO,
     RED,
@@ -43,7 +43,7 @@ from vislam2tag.views.layers import (
 from vislam2tag.views.page import data_uri
 
 if TYPE_CHECKING:  # SciPy, which the report of a run does without
-    from vislam2tag.walkable.walked.walked_record import WalkedFloor
+    from vislam2tag.site.walkable.walked import WalkedFloor
 
 RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
 """Layers beside those named by a status or by the kind of an event; the page makes the band from the mapped layers."""
@@ -197,7 +197,7 @@ def size_m(found: LandmarkContradiction) -> float:
 def plan_data_uri(floor: Floor) -> str:
     """Return a floor's plan over its extent, scaled to at most :data:`MAX_PIXELS`, as a JPEG data URI.
 
-    Raises OSError where it is unreadable, as :func:`vislam2tag.survey.plans.load.plan_picture` does.
+    Raises OSError where it is unreadable, as :func:`vislam2tag.site.plans.load.plan_picture` does.
     """
     buffer = io.BytesIO()
     plan_picture(floor, MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)

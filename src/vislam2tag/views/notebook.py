@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.dataset.model import Dataset, Storey
-from vislam2tag.dataset.radio_maps import FloorMaps
+from vislam2tag.datasets.model import Dataset, Storey
+from vislam2tag.datasets.radio_maps import FloorMaps
 from vislam2tag.labeling.mapped_walk import MappedWalk
-from vislam2tag.survey.model import Survey
+from vislam2tag.site.model import Survey
 from vislam2tag.views.panels import LANDMARK, draw_plan, in_metres
 
 OK, UNCERTAIN = "#0072b2", "#56b4e9"

@@ -20,8 +20,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import plan_picture
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import plan_picture
 
 COLUMN_IN, PAGE_IN = 3.5, 7.16
 """Widths of one column and of a page with two, inches."""

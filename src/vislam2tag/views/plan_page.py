@@ -17,9 +17,9 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.place_names import near_landmarks
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.planning.floor import FloorDesign
-from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark, PlanSummary
-from vislam2tag.survey.model import Floor
+from vislam2tag.preparation.planning.floor import FloorDesign
+from vislam2tag.preparation.planning.records import FloorPlanRecord, PlannedLandmark, PlanSummary
+from vislam2tag.site.model import Floor
 from vislam2tag.views.floor_map import drawn_plan, site_figure
 from vislam2tag.views.layers import Trace, plotly_text, scatter
 from vislam2tag.views.page import data_uri, write_page

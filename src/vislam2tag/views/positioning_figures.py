@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from vislam2tag.figures.panels import aspect_of
-from vislam2tag.figures.panels import draw_plan
-from vislam2tag.figures.panels import in_metres
-from vislam2tag.figures.panels import show
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +16,7 @@ from matplotlib.figure import Figure
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
-from vislam2tag.survey.model import Floor
+from vislam2tag.site.model import Floor
 from vislam2tag.views.panels import (
     COLUMN_IN,
     DISCARDED,

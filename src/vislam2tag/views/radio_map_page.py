@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vislam2tag import __version__
-from vislam2tag.dataset.map_process import MapKernel
-from vislam2tag.dataset.radio_maps import FloorMaps, RadioMap
-from vislam2tag.survey.model import Floor
+from vislam2tag.datasets.map_process import MapKernel
+from vislam2tag.datasets.radio_maps import FloorMaps, RadioMap
+from vislam2tag.site.model import Floor
 from vislam2tag.views.floor_map import drawn_plan
 from vislam2tag.views.page import data_uri, write_page
 from vislam2tag.views.panels import (

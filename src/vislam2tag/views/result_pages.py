@@ -10,14 +10,13 @@ from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.core.status import labelled_share
-from vislam2tag.dataset.statistics_record import TABLE_3_TITLE, Table3
-from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
-from vislam2tag.evaluation.paper.tables import PaperTable
+from vislam2tag.datasets.statistics_record import TABLE_3_TITLE, Table3
 from vislam2tag.labeling.results import Summary
 from vislam2tag.positioning.benchmark_record import Benchmark
 from vislam2tag.positioning.benchmark_tables import HEADS, TABLE_4_TITLE, Table4, figure_text, fold_name
 from vislam2tag.positioning.benchmark_tables import TABLE_4_TITLE as TITLE_4
-from vislam2tag.self_check.record import SurveyCheck
+from vislam2tag.quality.evaluation.paper import PaperTable, figures_of, heads_of
+from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.views.page import data_uri, write_page
 
 

@@ -21,10 +21,10 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.palette import STATUS_STYLES, style_of
 from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.evaluation.reliability import CoverageCurve, coverage_curve
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.quality.evaluation.reliability import CoverageCurve, coverage_curve
+from vislam2tag.site.model import Floor, Survey
 from vislam2tag.views.floor_map import drawn_plan, floor_figure, session_part, size_m, surveyed_on
 from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import embedded, write_page

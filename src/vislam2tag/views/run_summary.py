@@ -15,7 +15,6 @@ from vislam2tag.common import log_bins
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.palette import STATUS_STYLES, StatusStyle
 from vislam2tag.core.status import Status
-from vislam2tag.evaluation.reliability import added, coverage_curve
 from vislam2tag.labeling.results import (
     ContradictionMark,
     ErrorRecord,
@@ -24,6 +23,7 @@ from vislam2tag.labeling.results import (
     SigmaStatistics,
     Summary,
 )
+from vislam2tag.quality.evaluation.reliability import added, coverage_curve
 from vislam2tag.views.page import count, duration, percent
 
 _Key = tuple[int, str]

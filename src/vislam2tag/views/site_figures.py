@@ -16,8 +16,10 @@ from matplotlib.patches import Rectangle
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.registration.record import PositionSource, RegisteredPoint, Registration, Residual
-from vislam2tag.survey.model import Floor, Site
+from vislam2tag.preparation.registration.record import PositionSource, RegisteredPoint, Registration, Residual
+from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind
+from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.views.panels import (
     LANDMARK,
     MARGIN_M,
@@ -42,8 +44,6 @@ from vislam2tag.views.panels import (
     print_quality,
     show,
 )
-from vislam2tag.walkable.graph import CorridorGraph, NodeKind
-from vislam2tag.walkable.space import WalkableSpace
 
 _COLOURS = 10
 """Colours of the map ``tab10``; neighbouring scans never share one."""

@@ -19,8 +19,7 @@ from vislam2tag.quality.evaluation.reliability import (
     reliability_curve,
     verdict,
 )
-from vislam2tag.evaluation.truth import CONTROL_POINTS
-from vislam2tag.labeling.results import Summary
+from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
 from vislam2tag.views.layers import BLUE, GREY, VERMILION, axis, chart, figure_json, scatter
 
 

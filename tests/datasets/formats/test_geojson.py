@@ -15,7 +15,7 @@ from tests.datasets.formats.round_trip import exported, odd_dataset, signatures,
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.datasets.formats.geojson import FILE
 from vislam2tag.datasets.model import Dataset
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 HOME = Georeference(latitude_deg=50.7796, longitude_deg=6.0685, bearing_deg=90.0)
 

@@ -20,7 +20,7 @@ from vislam2tag.datasets.folder import write_dataset
 from vislam2tag.datasets.format_registry import ImportContext, import_format_of
 from vislam2tag.datasets.formats.getsensordata import read
 from vislam2tag.datasets.model import Dataset
-from vislam2tag.survey.georeference import Georeference
+from vislam2tag.site.georeference import Georeference
 
 
 def walk(*extra: str) -> bytes:

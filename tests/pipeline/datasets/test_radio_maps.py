@@ -34,7 +34,7 @@ from vislam2tag.pipeline.datasets.radio_maps import (
     write_geotiff,
     write_radio_maps,
 )
-from vislam2tag.survey.georeference import Georeference, to_wgs84
+from vislam2tag.site.georeference import Georeference, to_wgs84
 
 GRID = CellGrid((-3.0, 4.0), 0.5, rows=3, columns=5)
 MEAN = np.arange(15, dtype=np.float32).reshape(3, 5)

@@ -13,7 +13,6 @@ import polars as pl
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.receiving.zips import record, session_zip
 from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.sessions.phone_raw import HEADERS
 from tests.studio.receiving.zips import record, session_zip

@@ -17,6 +17,7 @@ from tests.studio.receiving.zips import SESSION, digest, session_zip, signed, si
 from vislam2tag.common.serving import REPORTED_A_MINUTE
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.site.discover import read_site
 from vislam2tag.studio.receiving.filing import FiledSession
 from vislam2tag.studio.receiving.server import (
     ANSWER_MAC,
@@ -31,7 +32,6 @@ from vislam2tag.studio.receiving.server import (
 )
 from vislam2tag.studio.receiving.token import Guard, answer_mac
 from vislam2tag.studio.receiving.uploads import Uploads
-from vislam2tag.survey.discover import read_site
 
 PLENTY = 1_000_000
 TOKEN = "ABCDEFGHIJKLMNOP"

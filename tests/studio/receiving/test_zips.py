@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.cli.command import the_error, vislam2tag
-from tests.sessions.apps.recordings import APPS
+from tests.sessions.formats.app_recordings import APPS
 from tests.studio.receiving.zips import HEADER, SESSION, packed, record, session_files, session_zip, sums
 from tests.surveys import bytes_of
 from vislam2tag.common.files.folder import Folder

@@ -7,7 +7,6 @@ version read as a frame of its own.
 from __future__ import annotations
 
 import json
-from vislam2tag.common.findings import Severity
 from collections.abc import Mapping
 
 import numpy as np
@@ -19,7 +18,7 @@ from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, reg
 from vislam2tag.datasets.model import Dataset, SessionTables
 from vislam2tag.datasets.schema import FINGERPRINTS, SCHEMAS
 from vislam2tag.datasets.writing import labelled_by_session, labelled_fingerprints
-from vislam2tag.survey.georeference import Georeference, to_wgs84
+from vislam2tag.site.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"
 READINGS = ("bssid", "rssi_dbm", "frequency_mhz", "time_ns")

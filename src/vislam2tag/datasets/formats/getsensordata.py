@@ -22,10 +22,9 @@ from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, reg
 from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.sessions.tables.getsensordata_lines import looks_like_a_log
-from vislam2tag.sessions.tables.getsensordata_log import LoggedTaps, parse_log, parse_taps
-from vislam2tag.survey.georeference import Georeference, from_wgs84
-from vislam2tag.survey.names import unique_slugs
+from vislam2tag.sessions.formats.getsensordata import LoggedTaps, looks_like_a_log, parse_log, parse_taps
+from vislam2tag.site.georeference import Georeference, from_wgs84
+from vislam2tag.site.names import unique_slugs
 
 ORIGIN_STEP_DEG = 1e-4
 """Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""

@@ -26,8 +26,8 @@ from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, reg
 from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.sessions.tables.ilc20_trace import parse_trace
-from vislam2tag.survey.names import floor_number, unique_slugs
+from vislam2tag.sessions.formats.ilc20 import parse_trace
+from vislam2tag.site.names import floor_number, unique_slugs
 
 TRACES = "path_data_files"
 INFO = "floor_info.json"

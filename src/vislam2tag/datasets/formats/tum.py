@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from vislam2tag.common.findings import Severity
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.folder import Folder
@@ -12,7 +11,6 @@ from vislam2tag.core.status import has_position
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.writing import UNMAPPED, shared_labels
-from vislam2tag.evaluation.trajectory_files import covariance_text, tum_text
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.quality.evaluation.trajectory_files import covariance_text, tum_text

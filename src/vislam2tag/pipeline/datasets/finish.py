@@ -25,8 +25,8 @@ from vislam2tag.datasets.model import Dataset, DatasetInfo, Split, Storey
 from vislam2tag.datasets.splits import split_findings, standard_splits
 from vislam2tag.datasets.statistics import dataset_statistics
 from vislam2tag.datasets.statistics_record import DatasetStatistics, FieldWork
-from vislam2tag.report.pages.dataset_page import dataset_page
 from vislam2tag.site.walkable.walked import WalkedFloor
+from vislam2tag.views.dataset_page import dataset_page
 
 STATISTICS_FILE = "statistics.json"
 PAGE_FILE = "report.html"

@@ -25,8 +25,6 @@ from vislam2tag.datasets.folder import dataset_folder, open_dataset_to_share
 from vislam2tag.datasets.joining import join_datasets
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Storey
 from vislam2tag.datasets.settings import CHANGE_CELL_M
-from vislam2tag.figures.change_figures import ChangedFloor, change_map
-from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.views.coverage_figures import ChangedFloor, change_map
 from vislam2tag.views.panels import rendered

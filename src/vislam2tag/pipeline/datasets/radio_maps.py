@@ -24,11 +24,10 @@ from vislam2tag.datasets.map_process import MapKernel
 from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.radio_maps import FloorMaps, RadioMap, radio_maps
 from vislam2tag.datasets.settings import RadioMapSettings
-from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
-from vislam2tag.figures.style import rendered
-from vislam2tag.report.pages.radio_map_page import MapFloor, write_radio_map_page
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.names import unique_slugs
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.radio_map_page import MapFloor, access_point_map, contact_sheet, write_radio_map_page
 
 _DOUBLE, _SHORT, _ASCII = "d", "H", "s"
 _TRANSFORMATION, _KEYS, _DOUBLES, _TEXTS = 34264, 34735, 34736, 34737

@@ -23,8 +23,8 @@ from vislam2tag.pipeline.fleet.tables import session_row, write_tables
 from vislam2tag.pipeline.labels.process import opened_run
 from vislam2tag.pipeline.labels.stored_session import Output
 from vislam2tag.pipeline.run.keys import code_key
-from vislam2tag.report.pages.fleet_pages import session_page, survey_pages
 from vislam2tag.site.stored_survey import survey_at_hand
+from vislam2tag.views.fleet_pages import session_page, survey_pages
 
 _PAGE = re.compile(r"(index(_\d+)?|floor_.*)\.html")
 """Names of the pages about a survey and its sessions; what else people put beside them stays."""

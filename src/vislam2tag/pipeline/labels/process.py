@@ -46,9 +46,6 @@ from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.quality.diagnosis.id_faults import id_faults
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, References
 from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
-from vislam2tag.report.pages.conflict_page import write_conflict_page
-from vislam2tag.report.run_page.html import write_report
-from vislam2tag.report.run_page.summary import findings_by_kind, summarise
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
@@ -57,6 +54,9 @@ from vislam2tag.site.frame_change import CHANGE_FILE
 from vislam2tag.site.links import is_described_from_outside, shared_survey
 from vislam2tag.site.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.site.stored_survey import survey_at_hand
+from vislam2tag.views.conflict_page import write_conflict_page
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import findings_by_kind, summarise
 
 REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
 """Faults that findings of the site or of sessions report already."""

@@ -12,7 +12,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
 from vislam2tag.core.clock_by_levels import Heard, align_by_levels
-from vislam2tag.dataset.labelled import LabelledSession
+from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.intake.readings import level_findings, with_addresses
 from vislam2tag.sessions.clocks import LEVELS, MOTION, heard_in
 from vislam2tag.sessions.foreign_tables import MOTION_COLUMNS, TableTimes, level_columns, numbers, three_axes

@@ -11,18 +11,8 @@ from matplotlib.figure import Figure
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.dataset.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
+from vislam2tag.datasets.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
 from vislam2tag.estimation.settings import MappingSettings
-from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
-from vislam2tag.figures.error_figures import (
-    control_point_errors,
-    coverage_accuracy,
-    error_by_landmark_movement,
-    error_distributions,
-    station_overlay,
-)
-from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
-from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import ProcessSettings
@@ -39,6 +29,18 @@ from vislam2tag.quality.evaluation.paper import (
 from vislam2tag.quality.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.sessions.model import Session
 from vislam2tag.site.model import Floor, SessionKey
+from vislam2tag.views.dataset_figures import fingerprints_by_device_and_floor
+from vislam2tag.views.error_figures import (
+    control_point_errors,
+    coverage_accuracy,
+    error_by_landmark_movement,
+    error_distributions,
+    landmark_distances,
+    local_mapping,
+    station_overlay,
+    strategies_compared,
+)
+from vislam2tag.views.site_figures import landmark_configuration, scan_labels, workflow
 
 SPLIT = SessionKey(4, "Subtrajectory_split", "2022-01-14T16:35:30")
 FLAWED = SessionKey(1, "OnePlus_ref", "2022-01-19T15:51:00")

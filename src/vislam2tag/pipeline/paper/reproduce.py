@@ -22,7 +22,6 @@ from vislam2tag.datasets.statistics_record import (
     table_3_latex,
     table_3_markdown,
 )
-from vislam2tag.figures.style import name_of, rendered
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.collection import paper_collection
 from vislam2tag.pipeline.paper.data import open_paper_data
@@ -46,7 +45,8 @@ from vislam2tag.quality.evaluation.paper import (
     table_2,
     walks_csv,
 )
-from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
+from vislam2tag.views.panels import name_of, rendered
+from vislam2tag.views.result_pages import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
 
 PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3, TABLE_4 = "index.html", "walks.csv", "table_3", "table_4"

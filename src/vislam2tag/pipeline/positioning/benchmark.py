@@ -28,14 +28,6 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.model import Dataset, Split, Storey
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
-from vislam2tag.figures.positioning_figures import (
-    ErrorFloor,
-    calibration,
-    error_distributions_by_model,
-    error_map,
-    floor_confusion,
-)
-from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder, claim
@@ -66,9 +58,16 @@ from vislam2tag.positioning.benchmark_tables import (
 )
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.registry import model_modules
-from vislam2tag.report.pages.benchmark_page import write_benchmark_page
-from vislam2tag.report.pages.paper_page import FigurePart
 from vislam2tag.site.names import unique_slugs
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.positioning_figures import (
+    ErrorFloor,
+    calibration,
+    error_distributions_by_model,
+    error_map,
+    floor_confusion,
+)
+from vislam2tag.views.result_pages import FigurePart, write_benchmark_page
 
 Drawn = tuple[FigurePart, dict[str, bytes]]
 Predictions = Mapping[Path, RunRecord]

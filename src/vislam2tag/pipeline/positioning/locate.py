@@ -14,9 +14,9 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.judgement import Answer, Judgement, counted
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.dataset.folder import is_dataset, open_dataset
-from vislam2tag.dataset.model import SessionTables, each_session
-from vislam2tag.dataset.privacy import hashed, hashed_as_written, key_name
+from vislam2tag.datasets.folder import is_dataset, open_dataset
+from vislam2tag.datasets.model import SessionTables, each_session
+from vislam2tag.datasets.privacy import hashed, hashed_as_written, key_name
 from vislam2tag.intake.readings import normal_address
 from vislam2tag.positioning.model_file import SavedModel, load_model
 from vislam2tag.positioning.places import Positions

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.intake.readings import SIGNAL_STRENGTH, is_masked
 from vislam2tag.pipeline.positioning.locate import located_table, namer
 from vislam2tag.positioning.model_file import SavedModel, model_bytes

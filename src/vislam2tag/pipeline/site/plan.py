@@ -18,8 +18,6 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
-from vislam2tag.figures.style import rendered
 from vislam2tag.preparation.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.preparation.planning.records import (
     FloorPlanRecord,
@@ -32,7 +30,6 @@ from vislam2tag.preparation.planning.records import (
     read_forbidden,
 )
 from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
 from vislam2tag.site.discover import floor_folders, read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_file import LANDMARK_FILE, table_path
 from vislam2tag.site.landmark_states import write_states
@@ -44,6 +41,8 @@ from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.plan_cells import floor_mask
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.plan_page import PlannedMap, landmark_plan, sigma_figure, write_plan_page
 
 SUMMARY_FILE, LANDMARKS_FILE, PAGE_FILE = "plan.json", "landmarks.csv", "index.html"
 

@@ -21,11 +21,11 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.dataset.folder import dataset_folder, is_dataset, open_dataset_to_share, sha256_of
-from vislam2tag.dataset.labelled import LabelledSurvey, is_labelled, open_labelled
-from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
-from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.datasets.folder import dataset_folder, is_dataset, open_dataset_to_share, sha256_of
+from vislam2tag.datasets.labelled import LabelledSurvey, is_labelled, open_labelled
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
+from vislam2tag.datasets.schema import FINGERPRINTS
+from vislam2tag.datasets.statistics_record import FieldWork
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
 from vislam2tag.labeling.schemas import SCHEMAS
@@ -35,8 +35,6 @@ from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path
 from vislam2tag.pipeline.labels.process import floor_records, site_hashes
-from vislam2tag.report.run_page.html import write_report
-from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.site.discover import read_site, site_files
 from vislam2tag.site.frame_change import (
     CHANGE_FILE,
@@ -53,6 +51,8 @@ from vislam2tag.site.model import Floor, SessionKey, SessionRef, Site, Survey
 from vislam2tag.site.plans.images import GREATEST_PX
 from vislam2tag.site.plans.load import plan_file, plan_picture
 from vislam2tag.site.site_file import FLOOR_FILE
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import summarise
 
 
 def write_published(

@@ -13,8 +13,6 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.figures.registration_figures import residual_figure
-from vislam2tag.figures.style import rendered
 from vislam2tag.preparation.registration.names import LandmarkTable, NameRules
 from vislam2tag.preparation.registration.point_file import PointColumn
 from vislam2tag.preparation.registration.record import Registration, RegistrationSettings
@@ -32,6 +30,8 @@ from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
 from vislam2tag.site.landmark_states import STATES_FILE, updated_states_text
 from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.model import Floor, Site
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.site_figures import residual_figure
 
 RECORD_FILE = "registration.json"
 FIGURE_FILES = ("residuals.svg", "residuals.png")

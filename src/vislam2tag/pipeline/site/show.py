@@ -18,10 +18,6 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity, count_of
 from vislam2tag.common.judgement import Judgement, counted
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.figures.site_plan import site_plan
-from vislam2tag.figures.style import rendered
-from vislam2tag.figures.walkable_figures import walkable_figure
-from vislam2tag.report.page import data_uri, write_page
 from vislam2tag.site.discover import read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.links import left_out_of, site_name
@@ -31,6 +27,9 @@ from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
+from vislam2tag.views.page import data_uri, write_page
+from vislam2tag.views.panels import rendered
+from vislam2tag.views.site_figures import site_plan, walkable_figure
 
 KINDS = ("png", "pdf", "svg", "html")
 

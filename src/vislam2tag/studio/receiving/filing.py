@@ -10,7 +10,9 @@ from pathlib import Path, PurePosixPath
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.sessions.phone.record import RECORD_FILE
+from vislam2tag.sessions.phone_app import RECORD_FILE
+from vislam2tag.site.discover import floor_folders
+from vislam2tag.site.names import same_name
 from vislam2tag.studio.receiving.zips import (
     SUMS_FILE,
     AppPlace,
@@ -24,8 +26,6 @@ from vislam2tag.studio.receiving.zips import (
     unpack,
     unpack_app,
 )
-from vislam2tag.survey.discover import floor_folders
-from vislam2tag.survey.names import same_name
 
 WORK_FOLDER = ".receiving"
 """Hidden folder of a survey that holds what is not filed yet; surveys ignore it."""

@@ -27,6 +27,10 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.serving import RefusalLog, admit, blocks, drain
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.links import site_name
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.load import plan_picture
 from vislam2tag.studio.receiving.filing import FiledSession
 from vislam2tag.studio.receiving.token import SCHEME, WRONG_PROOF, Guard, SignedRequest, answer_mac, authorization_mac
 from vislam2tag.studio.receiving.uploads import (
@@ -39,10 +43,6 @@ from vislam2tag.studio.receiving.uploads import (
     WrongOffsetError,
 )
 from vislam2tag.studio.receiving.zips import RefusedZipError
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.links import site_name
-from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.load import plan_picture
 
 MOST_PER_REQUEST = 8 << 20
 """Bytes of a zip that one request may bring."""

@@ -19,12 +19,12 @@ from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.bounded_file import BoundedFile
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain, read_bytes
-from vislam2tag.sessions.apps.format import AppFormat
+from vislam2tag.sessions.apps import AppFormat
 from vislam2tag.sessions.formats.phone import FILE_NAMES
-from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
+from vislam2tag.sessions.phone_app import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
-from vislam2tag.survey.names import is_portable, portable_name, same_name
-from vislam2tag.survey.site_table import is_file
+from vislam2tag.site.names import is_portable, portable_name, same_name
+from vislam2tag.site.site_table import is_file
 
 SUMS_FILE = "SHA256SUMS"
 KNOWN_FILES = frozenset(name for names in FILE_NAMES.values() for name in names) | {SUMS_FILE}

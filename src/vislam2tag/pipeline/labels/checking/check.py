@@ -32,11 +32,11 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.quality.landmark_gain import GainMap
 from vislam2tag.quality.self_check import bad_landmarks, judgement_of
 from vislam2tag.quality.self_check_record import FloorCheck, SessionCheck, SurveyCheck
-from vislam2tag.report.pages.check_page import write_check_page
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.views.check_page import write_check_page
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
 

@@ -38,9 +38,9 @@ from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_poi
 from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.quality.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.quality.evaluation.trajectory_files import READERS
-from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.views.evaluation_page import write_evaluation_page
 
 PROGRAM = "vislam2tag evaluate"
 RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"
