@@ -12,12 +12,12 @@ from vislam2tag.labeling.results_in_new_frame import turned_result
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.status_column import status_codes
 from vislam2tag.labeling.tables import LabelledWalk
-from vislam2tag.pipeline.labels import statistics
 from vislam2tag.pipeline.labels.accuracy import error_record
 from vislam2tag.pipeline.labels.drawing import draw
 from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findings
 from vislam2tag.pipeline.labels.kept_passes import passes_record
 from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
+from vislam2tag.pipeline.labels.statistics import recording_record, scan_statistics, sigma_statistics, walk_statistics
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
 from vislam2tag.sessions.told_floors import floors_told
@@ -44,16 +44,16 @@ def session_result(
             *pose_lag_findings(session.camera.pose_lag_s, settings),
         ],
         pose_lag_s=session.camera.pose_lag_s,
-        **statistics.walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
+        **walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
         readings={name: counts_by_label(status_codes(table)) for name, table in walk.readings.items()},
         visits=visit_marks(trajectory, own),
         landmarks_logged=list(session.landmarks.ids),
         floors_told=list(floors_told(session)),
-        scans=statistics.scan_statistics(session.tables["wifi"]),
-        recording=statistics.recording_record(session),
+        scans=scan_statistics(session.tables["wifi"]),
+        recording=recording_record(session),
         events=event_marks(trajectory, own),
         contradictions=contradiction_marks(trajectory, prepared.landmarks),
-        sigma=statistics.sigma_statistics(trajectory),
+        sigma=sigma_statistics(trajectory),
         max_sigma_m=settings.labels.max_sigma_without_poses_m if session.camera.without_poses else None,
         errors=errors,
         drawing=drawings.pop(own),
