@@ -14,8 +14,8 @@ from data_sets import extract_agreement, landmarks_on
 
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
+from vislam2tag.labeling.tables import label_readings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session

@@ -39,8 +39,8 @@ from vislam2tag.diagnosis.streams import StreamSigns
 from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from vislam2tag.diagnosis.walls_crossed import Inside
 from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
-from vislam2tag.pipeline.labels.diagnosing.diagnose_session import PATH_STEP
-from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
+from vislam2tag.pipeline.labels.diagnose import PATH_STEP
+from vislam2tag.pipeline.labels.wifi_clocks import wifi_clocks
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.simulation.building.building import draw_plan

@@ -33,7 +33,7 @@ from tests.stores import Bucket, bucket
 
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.stored_session import on_dask
-from vislam2tag.pipeline.run.cluster import connected
+from vislam2tag.pipeline.run.dask import connected
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")

@@ -24,8 +24,7 @@ from vislam2tag.evaluation.paper.tables import (
     WalkSummary,
     summarise_walks,
 )
-from vislam2tag.pipeline.paper.data import open_paper_data
-from vislam2tag.pipeline.paper.walks import paper_walks
+from vislam2tag.pipeline.paper.data import open_paper_data, paper_walks
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import paper_evaluation
 from vislam2tag.simulation.survey import simulate

@@ -25,7 +25,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
+from vislam2tag.pipeline.labels.together import scans_of
 from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors

@@ -24,7 +24,7 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import speed_model
 from vislam2tag.dead_reckoning.walk import SensedWalk
-from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
+from vislam2tag.pipeline.labels.together import scans_of
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log

@@ -12,8 +12,8 @@ import pytest
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
+from vislam2tag.labeling.tables import label_readings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session

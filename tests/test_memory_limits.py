@@ -27,7 +27,7 @@ from vislam2tag.diagnosis.wifi_clock import HeardOnWalk, _Cells
 from vislam2tag.evaluation.control_points.press_truth import estimate_lead
 from vislam2tag.evaluation.total_station.station_file import read_station_track
 from vislam2tag.evaluation.truth import nearest_points
-from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
+from vislam2tag.pipeline.labels.landmark_survey import join_sessions
 from vislam2tag.planning.sigma_map import sigma_map
 from vislam2tag.report.pages.check_page import _gain_map
 from vislam2tag.sessions.registry import open_survey

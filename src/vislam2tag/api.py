@@ -68,13 +68,13 @@ if TYPE_CHECKING:
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
     from vislam2tag.intake.shifted_ids import IdShift as IdShift
     from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
-    from vislam2tag.labeling.readings import label_readings as label_readings
-    from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
     from vislam2tag.labeling.results import SessionResult as SessionResult
     from vislam2tag.labeling.results import Summary as Summary
     from vislam2tag.labeling.settings import LabelRule as LabelRule
     from vislam2tag.labeling.settings import LabelSettings as LabelSettings
     from vislam2tag.labeling.settings import ProcessSettings as ProcessSettings
+    from vislam2tag.labeling.tables import label_readings as label_readings
+    from vislam2tag.labeling.tables import mark_uncertain as mark_uncertain
     from vislam2tag.mapping.registry import MappingStrategy as MappingStrategy
     from vislam2tag.mapping.registry import strategies_for_poses as strategies_for_poses
     from vislam2tag.mapping.registry import strategy_named as strategy_named
@@ -104,19 +104,19 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.fleet.process import process_fleet as _process_fleet
     from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey as AddedSurvey
     from vislam2tag.pipeline.fleet.reduction import SurveyOutcome as SurveyOutcome
-    from vislam2tag.pipeline.fleet.report import write_fleet_report as _write_fleet_report
+    from vislam2tag.pipeline.fleet.reduction import write_fleet_report as _write_fleet_report
     from vislam2tag.pipeline.labels.attach import Attached as Attached
     from vislam2tag.pipeline.labels.attach import attach as attach
-    from vislam2tag.pipeline.labels.checking.check import check as check
-    from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose as diagnose
-    from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession as DiagnosedSession
-    from vislam2tag.pipeline.labels.diagnosing.diagnose_session import MappedShare as MappedShare
-    from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate as evaluate
-    from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey as JointSurvey
-    from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession as ReducedSession
-    from vislam2tag.pipeline.labels.joining.landmark_survey import survey_landmarks as survey_landmarks
+    from vislam2tag.pipeline.labels.check import check as check
+    from vislam2tag.pipeline.labels.diagnose import DiagnosedSession as DiagnosedSession
+    from vislam2tag.pipeline.labels.diagnose import MappedShare as MappedShare
+    from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
+    from vislam2tag.pipeline.labels.evaluate import evaluate as evaluate
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
     from vislam2tag.pipeline.labels.label_table import label as label
+    from vislam2tag.pipeline.labels.landmark_survey import JointSurvey as JointSurvey
+    from vislam2tag.pipeline.labels.landmark_survey import ReducedSession as ReducedSession
+    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks as survey_landmarks
     from vislam2tag.pipeline.labels.map_walk import map_walk as map_walk
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
@@ -258,7 +258,7 @@ _NAMES = {
     "heights.settings": "HeightSettings",
     "intake.shifted_ids": "IdShift",
     "labeling.mapped_walk": "MappedWalk",
-    "labeling.readings": "label_readings mark_uncertain",
+    "labeling.tables": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
     "mapping.registry": "MappingStrategy strategies_for_poses strategy_named strategy_names",
@@ -275,15 +275,13 @@ _NAMES = {
     "pipeline.fleet.catalogue": "FleetTotals fleet_list fleet_status",
     "pipeline.fleet.process": "SessionOutcome fleet_process=process_fleet",
     "pipeline.fleet.raw_copy": "AddedSurvey",
-    "pipeline.fleet.reduction": "SurveyOutcome",
-    "pipeline.fleet.report": "fleet_report=write_fleet_report",
+    "pipeline.fleet.reduction": "SurveyOutcome fleet_report=write_fleet_report",
     "pipeline.labels.attach": "Attached attach",
-    "pipeline.labels.checking.check": "check",
-    "pipeline.labels.diagnosing.diagnose": "diagnose",
-    "pipeline.labels.diagnosing.diagnose_session": "DiagnosedSession MappedShare",
-    "pipeline.labels.evaluating.evaluate": "evaluate",
+    "pipeline.labels.check": "check",
+    "pipeline.labels.diagnose": "DiagnosedSession MappedShare diagnose",
+    "pipeline.labels.evaluate": "evaluate",
     "pipeline.labels.label_table": "TableLabels label",
-    "pipeline.labels.joining.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
+    "pipeline.labels.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
     "pipeline.labels.map_walk": "map_walk",
     "pipeline.labels.process": "process",
     "pipeline.labels.session": "Outcome",

@@ -59,7 +59,7 @@ def executor_of(
             raise UsageError("--scheduler and --cluster go with --executor dask: add that")
         yield partial(process_all, workers=jobs)
         return
-    from vislam2tag.pipeline.run.cluster import connected
+    from vislam2tag.pipeline.run.dask import connected
 
     tell = lambda line: say(line, err=True)
     with connected(scheduler, cluster, tell) as client:

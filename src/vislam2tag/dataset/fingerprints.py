@@ -21,7 +21,7 @@ from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.status_column import STATUS_TYPE
+from vislam2tag.labeling.schemas import STATUS_TYPE
 from vislam2tag.sessions.tables.clocks import FIRST_UNIX_S
 from vislam2tag.survey.corrections.file import session_start
 

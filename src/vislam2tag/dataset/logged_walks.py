@@ -36,9 +36,9 @@ from vislam2tag.dataset.schema import (
 )
 from vislam2tag.dataset.sensor_windows import magnetic_windows
 from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.labeling.readings import label_readings
+from vislam2tag.labeling.schemas import status_text
 from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.labeling.status_column import status_text
+from vislam2tag.labeling.tables import label_readings
 
 TAP_SIGMA_M = 0.3
 """Where the walker stands when tapping, against the place tapped at; one standard deviation per axis."""

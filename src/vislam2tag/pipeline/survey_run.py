@@ -21,9 +21,9 @@ from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
-from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, check
-from vislam2tag.pipeline.labels.checking.check import PAGE_FILE as CHECK_PAGE
-from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
+from vislam2tag.pipeline.labels.check import CHECK_FILE, check
+from vislam2tag.pipeline.labels.check import PAGE_FILE as CHECK_PAGE
+from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.selection import refuse_among_sessions

@@ -10,8 +10,8 @@ from datetime import date, time
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.judgement import Answer, Judgement
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
 from vislam2tag.pipeline.labels.process import kept_faults
+from vislam2tag.pipeline.labels.survey_evidence import thinned
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.outputs import LABELS

@@ -20,7 +20,7 @@ from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
+from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import jobs_of, label_run
 from vislam2tag.pipeline.labels.stored_session import run_session
 from vislam2tag.pipeline.run.failures import unexpected

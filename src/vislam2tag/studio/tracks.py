@@ -14,8 +14,7 @@ import polars as pl
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.evaluation.point_errors import walking_velocity
-from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
-from vislam2tag.labeling.status_column import status_codes
+from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY, status_codes
 
 Columns: TypeAlias = Mapping[str, npt.NDArray[Any]]
 ARROW = "application/vnd.apache.arrow.stream"

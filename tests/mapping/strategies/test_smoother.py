@@ -16,7 +16,7 @@ from vislam2tag.core.orientation import level_view
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.labeling.readings import mark_uncertain
+from vislam2tag.labeling.tables import mark_uncertain
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.smoother.noise import NoiseLevels

@@ -11,7 +11,7 @@ from tests.pipeline.fleet.conftest import SmallFleet
 from tests.surveys import bytes_of
 from vislam2tag.pipeline.fleet.add import add_surveys
 from vislam2tag.pipeline.fleet.process import FleetOutcome, fleet_on_dask, process_fleet
-from vislam2tag.pipeline.run.cluster import connected
+from vislam2tag.pipeline.run.dask import connected
 from vislam2tag.settings import Settings
 
 pytest.importorskip("distributed")

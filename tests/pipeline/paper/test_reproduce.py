@@ -13,8 +13,7 @@ from tests.surveys import bytes_of, make_survey
 from tests.undrawn import undrawn
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.progress import silent
-from vislam2tag.pipeline.paper.collection import paper_collection
-from vislam2tag.pipeline.paper.data import open_paper_data
+from vislam2tag.pipeline.paper.data import open_paper_data, paper_collection
 from vislam2tag.pipeline.paper.figures import FIGURES, SCANNED, SPLIT
 from vislam2tag.pipeline.paper.reproduce import (
     PAGE_FILE,

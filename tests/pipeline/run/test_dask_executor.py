@@ -32,8 +32,7 @@ from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.labels.stored_session import give_up_session, on_dask
-from vislam2tag.pipeline.run.cluster import connected
-from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.run.dask import DaskExecutor, connected
 from vislam2tag.pipeline.run.workers import Report
 from vislam2tag.settings import Settings
 

@@ -48,7 +48,7 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
         ("vislam2tag.settings", False),
         ("vislam2tag.planning.settings", False),
         ("vislam2tag.mapping.strategies.local", False),
-        ("vislam2tag.pipeline.labels.evaluating.evaluate", False),
+        ("vislam2tag.pipeline.labels.evaluate", False),
         ("vislam2tag.report.page", False),
         ("vislam2tag.figures.style", False),
         ("vislam2tag.cli.app", False),

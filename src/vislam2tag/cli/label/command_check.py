@@ -79,7 +79,7 @@ def _check(
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
     use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, PAGE_FILE
+    from vislam2tag.pipeline.labels.check import CHECK_FILE, PAGE_FILE
 
     settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "survey.use_planned": use_planned}, survey)
     selection = selection_of(floor, device)
@@ -115,7 +115,7 @@ def _with_progress(
     jobs: int,
 ) -> SurveyCheck:
     """Check behind a progress bar; a line on standard error for each session that fails."""
-    from vislam2tag.pipeline.labels.checking.check import check
+    from vislam2tag.pipeline.labels.check import check
 
     with session_bar("sessions") as bar:
         return check(

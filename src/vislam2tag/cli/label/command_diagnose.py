@@ -65,7 +65,7 @@ def _diagnose(
     use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
     from vislam2tag.common.errors import UsageError
-    from vislam2tag.pipeline.labels.joining.landmark_files import check_targets
+    from vislam2tag.pipeline.labels.landmark_results import check_targets
     from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
     from vislam2tag.survey.corrections.lines import add_entries, remove_added
 
@@ -114,7 +114,7 @@ def _after(found: Diagnosis, applied: bool) -> str:
 
 def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
     """Diagnose behind a progress bar; a line on standard error for each session that fails."""
-    from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
+    from vislam2tag.pipeline.labels.diagnose import diagnose
 
     with session_bar("sessions") as bar:
         return diagnose(survey, settings, jobs=jobs, progress=lambda session, total: bar.advance(total, session.error))

@@ -54,7 +54,7 @@ Examples:
 
 
 def _there(out: Path) -> str:
-    from vislam2tag.pipeline.labels.evaluating.evaluate import RECORD_FILE
+    from vislam2tag.pipeline.labels.evaluate import RECORD_FILE
 
     return f"{out} contains {'an' if (out / RECORD_FILE).is_file() else 'no'} evaluation"
 
@@ -91,7 +91,7 @@ def _evaluate(
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
     use_planned: Annotated[bool | None, setting("survey.use_planned")] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.evaluating.evaluate import PAGE_FILE, evaluate
+    from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
 
     given = {
         "labels.max_sigma_m": max_sigma_m,

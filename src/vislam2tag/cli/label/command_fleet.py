@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from vislam2tag.pipeline.fleet.catalogue import FleetTotals
-    from vislam2tag.pipeline.fleet.dry_run import PlannedSurvey
+    from vislam2tag.pipeline.fleet.process import PlannedSurvey
     from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey
     from vislam2tag.pipeline.run.workers import Executor
 
@@ -210,7 +210,7 @@ def _process(
 
 
 def _print_dry_run(store: Path, surveys: tuple[str, ...], config: Path | None, executor: Executor, json: bool) -> None:
-    from vislam2tag.pipeline.fleet.dry_run import fleet_dry_run
+    from vislam2tag.pipeline.fleet.process import fleet_dry_run
 
     planned = list(
         fleet_dry_run(store, lambda folder: settings_of(config, {}, folder), surveys=surveys, executor=executor)
@@ -272,7 +272,7 @@ def _status(store: Store, json: AsJson = False) -> None:
 
 
 def _report(store: Store, json: AsJson = False) -> None:
-    from vislam2tag.pipeline.fleet.report import write_fleet_report
+    from vislam2tag.pipeline.fleet.reduction import write_fleet_report
 
     pages, page = write_fleet_report(store), store / "report" / "index.html"
     if json:

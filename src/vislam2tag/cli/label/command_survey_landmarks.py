@@ -17,8 +17,8 @@ from vislam2tag.cli.terminal import say_json
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.pipeline.labels.joining.landmark_results import LandmarkRow, LandmarkSurvey
-    from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey
+    from vislam2tag.pipeline.labels.landmark_results import LandmarkRow, LandmarkSurvey
+    from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
     from vislam2tag.settings import Settings
 
 HELP = """
@@ -60,8 +60,12 @@ def _survey_landmarks(
         Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
     ] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.joining.landmark_files import check_targets, shared_errors, write_completed
-    from vislam2tag.pipeline.labels.joining.landmark_results import landmark_survey
+    from vislam2tag.pipeline.labels.landmark_results import (
+        check_targets,
+        landmark_survey,
+        shared_errors,
+        write_completed,
+    )
 
     check_targets(survey, out, *([] if report is None else [report]))
     joint = _with_progress(
@@ -79,7 +83,7 @@ def _survey_landmarks(
 
 
 def _with_progress(survey: Path, settings: Settings, floors: tuple[int, ...], jobs: int) -> JointSurvey:
-    from vislam2tag.pipeline.labels.joining.landmark_survey import survey_landmarks
+    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks
 
     with session_bar("sessions") as bar:
         return survey_landmarks(

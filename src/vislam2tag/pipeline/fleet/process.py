@@ -2,10 +2,13 @@
 
 This process opens a survey when its sessions can be handed out, and forgets it when it is reduced: what it holds does
 not grow with the fleet's sessions.
+
+What ``fleet process`` would do, and why, survey by survey: nothing is written.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -14,15 +17,23 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import UsageError, Vislam2tagError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.common.files.store import shown
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.fleet.add import described, inputs_of
-from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED, UNREADABLE, Fleet, FleetTotals, fleet_status
-from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS
+from vislam2tag.pipeline.fleet.catalogue import (
+    DONE,
+    FAILED,
+    LABELS,
+    SURVEYS,
+    UNREADABLE,
+    Fleet,
+    FleetTotals,
+    fleet_status,
+)
 from vislam2tag.pipeline.fleet.reduction import (
     SurveyJob,
     SurveyOutcome,
@@ -30,12 +41,13 @@ from vislam2tag.pipeline.fleet.reduction import (
     is_reduced,
     reduce_survey,
     reduction_code,
+    write_fleet_report,
 )
-from vislam2tag.pipeline.fleet.report import write_fleet_report
+from vislam2tag.pipeline.labels.dry_run import dry_run
 from vislam2tag.pipeline.labels.process import LabelRun, jobs_of, label_run
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up_session, session_steps
-from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.run.dask import DaskExecutor
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.steps import InSteps, Steps
 from vislam2tag.pipeline.run.workers import Executor, process_all
@@ -281,3 +293,40 @@ class FleetRun:
 def fleet_on_dask(client: Any, tell: Callable[[str], None]) -> Executor:
     """What works at a fleet's jobs on the workers of a ``distributed.Client``; ``tell`` is told which are refused."""
     return DaskExecutor(client, code_of_job, give_up_job, tell)
+
+
+@dataclass(frozen=True)
+class PlannedSurvey:
+    """A survey that a run would look at."""
+
+    survey: str
+    kept: int
+    """Sessions that are done and unchanged."""
+    reasons: dict[str, int]
+    """Sessions that would be processed, by why; one may have several reasons."""
+    to_process: int
+    """How many these are."""
+    error: str | None
+    """Why the survey cannot be opened."""
+
+
+def fleet_dry_run(
+    fleet: Path,
+    settings_for: Callable[[Path], ProcessSettings] = lambda _: ProcessSettings(),
+    *,
+    surveys: Sequence[str] = (),
+    jobs: int = 1,
+    executor: Executor | None = None,
+) -> Iterator[PlannedSurvey]:
+    """Say of each survey what :func:`.process_fleet` with these arguments would process; raises as that."""
+    for row in chosen(Fleet(fleet), surveys):
+        name = row["survey"]
+        try:
+            with survey_at_hand(fleet / SURVEYS / name) as root:
+                found = dry_run(root, fleet / LABELS / name, settings_for(root), jobs=jobs, executor=executor)
+        except (OutputError, SurveyError) as error:
+            yield PlannedSurvey(name, 0, {}, 0, str(error))
+            continue
+        run = [one for one in found if one.reasons]
+        reasons = Counter(reason.value for one in run for reason in one.reasons)
+        yield PlannedSurvey(name, len(found) - len(run), dict(sorted(reasons.items())), len(run), None)

@@ -14,11 +14,11 @@ from typing import Any
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.progress import silent
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.joining.together import told_tasks
 from vislam2tag.pipeline.labels.process import jobs_of, opened_run
 from vislam2tag.pipeline.labels.session import Reason
 from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, reasons_to_run
-from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.labels.together import told_tasks
+from vislam2tag.pipeline.run.dask import DaskExecutor
 from vislam2tag.pipeline.run.outputs import output_at, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.pipeline.run.workers import Executor, process_all

@@ -37,13 +37,12 @@ from vislam2tag.labeling.results import (
 )
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans, survey_evidence, thinned
-from vislam2tag.pipeline.labels.joining.odd_references import odd_findings
-from vislam2tag.pipeline.labels.joining.together import refuse_together, told_tasks
-from vislam2tag.pipeline.labels.kept_passes import kept_walk
 from vislam2tag.pipeline.labels.kept_results import outdated_findings, removed_findings
+from vislam2tag.pipeline.labels.odd_references import odd_findings
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
+from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, survey_evidence, thinned
+from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
 from vislam2tag.pipeline.run.output_store import REPORT_FILE
 from vislam2tag.pipeline.run.outputs import claimed, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task

@@ -26,8 +26,7 @@ from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
 from vislam2tag.mapping.registry import strategy_modules
-from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, truth_mark
-from vislam2tag.pipeline.labels.session_result import result_of, session_result
+from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.store import OutputFolder
@@ -37,7 +36,7 @@ from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 from vislam2tag.sessions.told_floors import floors_told
 
-_JOINING = f"{__package__}.joining.together"
+_JOINING = f"{__package__}.together"
 
 
 @dataclass(frozen=True)

@@ -25,10 +25,7 @@ from vislam2tag.common.files.store import Version, asking
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE
-from vislam2tag.pipeline.labels.joining.heard_walks import HeardWalk
-from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession
-from vislam2tag.pipeline.labels.joining.together import HearJob, JoiningJob, ReduceJob
+from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
 from vislam2tag.pipeline.labels.session import (
     Job,
     Outcome,
@@ -39,7 +36,9 @@ from vislam2tag.pipeline.labels.session import (
     process_session,
     reasons_against,
 )
-from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.labels.session_result import TRUTH_FILE
+from vislam2tag.pipeline.labels.together import HeardWalk, HearJob, JoiningJob, ReduceJob
+from vislam2tag.pipeline.run.dask import DaskExecutor
 from vislam2tag.pipeline.run.failures import LOG, recorded
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.output_store import LOGS, Mark, OutputStore, short, table_name

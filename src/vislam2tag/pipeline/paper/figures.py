@@ -26,12 +26,11 @@ from vislam2tag.figures.error_figures import (
 )
 from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
-from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.labeling.tables import label_readings
 from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.pipeline.paper.data import PaperData, read_mappable
-from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
+from vislam2tag.pipeline.paper.data import PaperData, PaperWalks, read_mappable, walk_of
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import Floor, SessionKey
 

@@ -27,10 +27,8 @@ from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, 
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_shares
 from vislam2tag.figures.style import name_of, rendered
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.paper.collection import paper_collection
-from vislam2tag.pipeline.paper.data import open_paper_data
+from vislam2tag.pipeline.paper.data import PaperWalks, open_paper_data, paper_collection, paper_walks
 from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, PaperResults
-from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, write_table_4
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim

@@ -19,12 +19,11 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.dataset.labelled import LabelledSurvey, is_labelled, open_labelled
+from vislam2tag.labeling.new_frame import changed_result, changed_table, floors_of_result
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
-from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import write_table
-from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.labels.process import floor_records, site_hashes
 from vislam2tag.pipeline.site.rebase_dataset import rebase_dataset
 from vislam2tag.pipeline.site.write import write_changed_site

@@ -14,7 +14,7 @@ from vislam2tag.dataset.folder import dataset_folder, open_dataset_to_share, sha
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.dataset.statistics_record import FieldWork
-from vislam2tag.labeling.tables_in_new_frame import changed_table
+from vislam2tag.labeling.new_frame import changed_table
 from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path
 from vislam2tag.survey.discover import read_site, site_files

@@ -13,7 +13,7 @@ from vislam2tag.common.extras import missing_extra
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.status import Status
-from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
+from vislam2tag.pipeline.labels.walked_floors import floor_areas
 from vislam2tag.studio.collect.messages import Covered, CoveredFloors
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.tracks import Track
