@@ -1,4 +1,4 @@
-"""What sessions show of the survey's faults: passes of landmarks, kept with each result, and the evidence made of them."""
+"""What sessions show of the survey's faults: passes of landmarks, kept with each result, and evidence made of them."""
 
 from __future__ import annotations
 
