@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -44,12 +44,8 @@ def executor_of(
     scheduler: str | None,
     cluster: Path | None,
     jobs: int,
-    on_cluster: Callable[[Any, Callable[[str], None]], Executor],
 ) -> Iterator[Executor]:
-    """Yield what runs sessions as the options say; raises UsageError for options that do not go together.
-
-    ``on_cluster`` makes it of a ``distributed.Client`` and a function that prints a line.
-    """
+    """Yield what runs sessions as the options say; raises UsageError for options that do not go together."""
     if name is ExecutorName.LOCAL:
         from functools import partial
 
@@ -59,8 +55,8 @@ def executor_of(
             raise UsageError("--scheduler and --cluster go with --executor dask: add that")
         yield partial(process_all, workers=jobs)
         return
-    from vislam2tag.pipeline.run.dask import connected
+    from vislam2tag.pipeline.run.dask import DaskExecutor, connected
 
     tell = lambda line: say(line, err=True)
     with connected(scheduler, cluster, tell) as client:
-        yield on_cluster(client, tell)
+        yield DaskExecutor(client, tell)

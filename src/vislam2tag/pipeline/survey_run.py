@@ -25,9 +25,10 @@ from vislam2tag.pipeline.labels.check import CHECK_FILE, check
 from vislam2tag.pipeline.labels.check import PAGE_FILE as CHECK_PAGE
 from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.self_check.record import SurveyCheck

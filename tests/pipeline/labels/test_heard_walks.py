@@ -102,7 +102,7 @@ def test_a_session_that_cannot_be_read_tells_why_and_nothing_else(survey: Path, 
     opened = open_survey(broken)
     task = session_task(opened.sessions[0], opened, Corrections(), TOGETHER)
     shutil.rmtree(task.ref.folder)
-    walk = heard_walk("smoother", MappingSettings(), task)
+    walk = heard_walk(MappingSettings(), task)
     assert walk.error
     assert ties_of([walk, HeardWalk(task.ref.key)]) == {}
 
@@ -119,7 +119,7 @@ def test_the_command_ends_with_the_option_that_helps(survey: Path, tmp_path: Pat
 def test_walks_that_heard_nothing_tell_nothing(survey: Path) -> None:
     opened = open_survey(survey)
     tasks = [session_task(ref, opened, Corrections(), TOGETHER) for ref in opened.sessions]
-    walks = [heard_walk("smoother", MappingSettings(), task) for task in tasks]
+    walks = [heard_walk(MappingSettings(), task) for task in tasks]
     told = ties_of(walks)
     assert told
     assert ties_of(walks[::-1]).keys() == told.keys()

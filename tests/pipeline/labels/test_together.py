@@ -21,10 +21,9 @@ from vislam2tag.landmark_survey.other_walks import OtherWalks
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.labels.stored_session import give_up
-from vislam2tag.pipeline.labels.together import HeardWalk, HearJob, ReduceJob, _told, told_tasks
+from vislam2tag.pipeline.labels.together import HeardWalk, JoiningJob, _told, heard_walk, told_tasks
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.selection import session_task
-from vislam2tag.pipeline.run.store import claim
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.scenario import regular_survey
@@ -143,9 +142,9 @@ def test_walks_without_poses_help_each_other_on_their_floor_alone(tmp_path: Path
 def test_a_session_that_workers_die_of_tells_others_nothing(survey: Path) -> None:
     opened = open_survey(survey)
     task = session_task(opened.sessions[0], opened, Corrections(), TOGETHER)
-    reduced, heard = (give_up(kind(task, TOGETHER, ""), "3 workers died of it") for kind in (ReduceJob, HearJob))
-    assert reduced == ReducedSession(task.ref.key, error="3 workers died of it")
-    assert heard == HeardWalk(task.ref.key, error="3 workers died of it")
+    for reduce, nothing in ((reduce_session, ReducedSession), (heard_walk, HeardWalk)):
+        job = JoiningJob(task, TOGETHER, "", reduce, nothing)
+        assert job.given_up("3 workers died of it") == nothing(task.ref.key, error="3 workers died of it")
 
 
 def test_a_session_is_told_how_noisy_others_of_its_device_are(survey: Path) -> None:

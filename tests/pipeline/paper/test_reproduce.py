@@ -23,7 +23,8 @@ from vislam2tag.pipeline.paper.reproduce import (
     refuse_without_networks,
     reproduce,
 )
-from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.pipeline.run.claims import claim
+from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.positioning.benchmark_protocol import ModelChoice
 from vislam2tag.settings import Settings
 

@@ -10,7 +10,7 @@ import pytest
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.pipeline.run.store import claim
+from vislam2tag.pipeline.run.claims import claim
 
 
 def result(slug: str) -> str:

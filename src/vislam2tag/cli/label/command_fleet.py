@@ -193,10 +193,7 @@ def _process(
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
-    from vislam2tag.pipeline.fleet.process import fleet_on_dask
-    from vislam2tag.pipeline.labels.dry_run import dry_run_on_dask
-
-    with executor_of(executor, scheduler, cluster, jobs, dry_run_on_dask if dry_run else fleet_on_dask) as run_all:
+    with executor_of(executor, scheduler, cluster, jobs) as run_all:
         if dry_run:
             _print_dry_run(store, tuple(survey or ()), config, run_all, json)
             return

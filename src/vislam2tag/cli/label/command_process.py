@@ -101,9 +101,6 @@ def _process(
     keep_freed_memory()
     if jobs > 1:  # threads of this process would compete with its workers, which have one each
         os.environ.setdefault("POLARS_MAX_THREADS", "1")
-    from vislam2tag.pipeline.labels.dry_run import dry_run_on_dask
-    from vislam2tag.pipeline.labels.stored_session import on_dask
-
     given = {
         "strategy": strategy,
         "labels.rule": label_rule,
@@ -117,7 +114,7 @@ def _process(
     }
     settings = settings_of(config, given, survey)
     options = {"landmarks": landmarks, "selection": selection_of(floor, device), "replace": replace}
-    with executor_of(executor, scheduler, cluster, jobs, dry_run_on_dask if dry_run else on_dask) as run_all:
+    with executor_of(executor, scheduler, cluster, jobs) as run_all:
         if dry_run:
             _print_dry_run(survey, out, settings, json, executor=run_all, **options)
             return
@@ -150,7 +147,7 @@ def _after(summary: Summary) -> str:
 
 
 def _print_dry_run(survey: Path, out: Path, settings: Settings, json: bool, **options: Any) -> None:
-    from vislam2tag.pipeline.labels.dry_run import dry_run
+    from vislam2tag.pipeline.labels.process import dry_run
 
     found = dry_run(survey, out, settings, **options)
     if json:

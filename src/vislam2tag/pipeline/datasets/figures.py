@@ -22,7 +22,7 @@ from vislam2tag.dataset.statistics import dataset_statistics
 from vislam2tag.dataset.statistics_record import Table3, table_3_csv, table_3_latex, table_3_markdown
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 from vislam2tag.figures.style import rendered
-from vislam2tag.pipeline.run.store import claim
+from vislam2tag.pipeline.run.claims import claim
 
 PROGRAM = "vislam2tag figures"
 COVERAGE_FILE, TABLE = "coverage.json", "table_3"

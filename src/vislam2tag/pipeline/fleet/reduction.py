@@ -16,8 +16,10 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +34,10 @@ from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.labeling.results import SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED, LABELS, REDUCED, REPORT, SURVEYS, TABLES, Fleet, totals_of
-from vislam2tag.pipeline.labels.process import opened_run
-from vislam2tag.pipeline.labels.stored_session import Output
+from vislam2tag.pipeline.labels.label_run import opened_run
 from vislam2tag.pipeline.run.keys import code_key
+from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.report.pages.fleet_pages import fleet_pages, session_page, survey_pages
 from vislam2tag.survey.stored_survey import survey_at_hand
 
@@ -127,26 +130,6 @@ _PAGE = re.compile(r"(index(_\d+)?|floor_.*)\.html")
 
 
 @dataclass(frozen=True)
-class SurveyJob:
-    """All that a worker needs to reduce a survey."""
-
-    fleet: Path
-    survey: str
-    settings: ProcessSettings
-    out: Output
-    code: str
-    labels: str
-    """Key of what the labels were made of."""
-    follow_links: bool = False
-    """Whether pages show what links lead to outside the survey."""
-
-    @property
-    def slug(self) -> str:
-        """What tasks are called by."""
-        return f"survey-{self.survey}"
-
-
-@dataclass(frozen=True)
 class SurveyOutcome:
     """What became of a survey: entries of its row in the catalogue."""
 
@@ -163,6 +146,39 @@ class SurveyOutcome:
         return None if self.row["state"] == DONE or self.row["failed"] else f"{self.survey}: {self.row['error']}"
 
 
+@dataclass(frozen=True)
+class SurveyJob(Job[SurveyOutcome]):
+    """All that a worker needs to reduce a survey."""
+
+    fleet: Path
+    survey: str
+    settings: ProcessSettings
+    out: OutputFolder
+    code: str
+    labels: str
+    """Key of what the labels were made of."""
+    follow_links: bool = False
+    """Whether pages show what links lead to outside the survey."""
+
+    @property
+    def slug(self) -> str:
+        """What tasks are called by."""
+        return f"survey-{self.survey}"
+
+    def code_here(self) -> str:
+        """Key of the source that would reduce it in this process."""
+        return reduction_code()
+
+    def opened(self) -> AbstractContextManager[Callable[[], SurveyOutcome]]:
+        """Reduce it as a whole: its sessions are read one at a time."""
+        return nullcontext(partial(reduce_survey, self))
+
+    def given_up(self, error: str) -> SurveyOutcome:
+        """End it for a cause that is not its own to report."""
+        return failed_survey(self.survey, error)
+
+
+@cache
 def reduction_code() -> str:
     """Key of the source that reduces surveys."""
     return code_key(__name__)

@@ -22,10 +22,10 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
 from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
-from vislam2tag.pipeline.labels.kept_results import removed_findings
-from vislam2tag.pipeline.labels.process import run_record
+from vislam2tag.pipeline.labels.label_run import removed_findings, run_record
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, refuse_left_out, selected, session_task
-from vislam2tag.pipeline.run.store import OutputFolder, claim, without_sessions
+from vislam2tag.pipeline.run.store import OutputFolder, without_sessions
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions.registry import open_survey
@@ -92,7 +92,7 @@ def evaluate(
     with claim(out, run, PROGRAM, own) as folder:
         folder.discard(*_OF_RUN, folders=(TRAJECTORIES,))  # so that nothing of an earlier run is taken for this one's
         gone = sorted({*folder.own().stems} - {*own.stems})
-        folder.set_own(without_sessions(folder.own(), set(gone)))
+        folder.change_own(lambda before: without_sessions(before, set(gone)))
         tell(removed_findings(gone))
         found = _evaluated(todo, jobs, progress)
         evaluation = _summed(settings, names, [found[ref.slug] for ref in refs])

@@ -9,8 +9,11 @@ is a part of what its result follows from, rounded, so that one more session rep
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 import polars as pl
@@ -28,9 +31,9 @@ from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.odd_references import references
-from vislam2tag.pipeline.labels.session import code_of
+from vislam2tag.pipeline.labels.session import code_in_this_process, code_of
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.workers import Executor
+from vislam2tag.pipeline.run.workers import Executor, Job, run
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
@@ -45,6 +48,8 @@ from vislam2tag.walk_ties.traces import WalkTrace
 MOST_KEPT = 256
 """Scans of a session, evenly spread: no more of it are asked."""
 
+_Told = TypeVar("_Told")
+
 
 @dataclass(frozen=True)
 class HeardWalk:
@@ -56,7 +61,7 @@ class HeardWalk:
     error: str | None = None
 
 
-def heard_walk(strategy: str, settings: MappingSettings, task: SessionTask) -> HeardWalk:
+def heard_walk(settings: MappingSettings, task: SessionTask) -> HeardWalk:
     """Read and map a session for what it tells others; what ends it stands in its error."""
     key = task.ref.key
     try:
@@ -64,7 +69,7 @@ def heard_walk(strategy: str, settings: MappingSettings, task: SessionTask) -> H
         camera, log, wifi = prepared.session.camera, prepared.session.landmarks, prepared.session.tables.get("wifi")
         if wifi is None or camera.without_poses:
             return HeardWalk(key)
-        mapped = strategy_named(strategy, settings).map(camera, log, prepared.landmarks)
+        mapped = strategy_named(STRATEGY, settings).map(camera, log, prepared.landmarks)
         trace = WalkTrace.of(mapped, key.floor, LandmarkPriors.of(log.ids, prepared.landmarks))
         return HeardWalk(key, trace, scans_of(key.device, wifi))
     except SessionError as error:
@@ -120,47 +125,40 @@ def refuse_together(strategy: str) -> None:
 
 
 @dataclass(frozen=True)
-class JoiningJob:
+class JoiningJob(Job[_Told]):
     """All that a worker needs to reduce one session to what it tells others."""
 
     task: SessionTask
     settings: ProcessSettings
     code: str
+    reduce: Callable[[MappingSettings, SessionTask], _Told]
+    """A module's function; what ends the work on a session is in the error of what it returns."""
+    outcome: Callable[..., _Told]
+    """Makes what it returns of a session's key and an ``error``."""
 
     @property
     def slug(self) -> str:
         """File-name stem of the session's outputs."""
         return self.task.ref.slug
 
+    @property
+    def waits(self) -> bool:
+        """Whether its files come from a store."""
+        return self.task.ref.stored is not None
 
-@dataclass(frozen=True)
-class ReduceJob(JoiningJob):
-    """Reduce a session to a map of its landmarks."""
+    def code_here(self) -> str:
+        """Key of the source that would reduce it in this process."""
+        return code_in_this_process(self.task, self.settings)
 
-    def given_up(self, error: str) -> ReducedSession:
+    @contextmanager
+    def opened(self) -> Iterator[Callable[[], _Told]]:
+        """Have its files at hand, wherever they are."""
+        with at_hand(self.task.ref) as ref:
+            yield partial(self.reduce, self.settings.mapping, replace(self.task, ref=ref))
+
+    def given_up(self, error: str) -> _Told:
         """A session that could not be reduced is mapped alone."""
-        return ReducedSession(self.task.ref.key, error=error)
-
-
-@dataclass(frozen=True)
-class HearJob(JoiningJob):
-    """Reduce a session to where it led and what it heard there."""
-
-    def given_up(self, error: str) -> HeardWalk:
-        """A session that could not be mapped tells others nothing of where it was."""
-        return HeardWalk(self.task.ref.key, error=error)
-
-
-def reduced(job: ReduceJob) -> ReducedSession:
-    """Reduce a session, wherever its files lie; what ends it stands in its error."""
-    with at_hand(job.task.ref) as ref:
-        return reduce_session(job.settings.mapping, replace(job.task, ref=ref))
-
-
-def heard(job: HearJob) -> HeardWalk:
-    """Map a session for what it tells others, wherever its files lie; what ends it stands in its error."""
-    with at_hand(job.task.ref) as ref:
-        return heard_walk(STRATEGY, job.settings.mapping, replace(job.task, ref=ref))
+        return self.outcome(self.task.ref.key, error=error)
 
 
 def told_tasks(
@@ -175,14 +173,14 @@ def told_tasks(
     ``progress`` hears of each session that is reduced (twice where walks go far without a landmark), and how many are.
     """
     code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
-    todo = [ReduceJob(task, settings, code[task.ref.format]) for task in tasks]
+    todo = [JoiningJob(task, settings, code[task.ref.format], reduce_session, ReducedSession) for task in tasks]
     sessions: list[ReducedSession] = []
 
     def keep(session: ReducedSession) -> None:
         sessions.append(session)
         progress(session.key, len(todo))
 
-    run_all(reduced, todo, report=keep)
+    run_all(run, todo, report=keep)
     with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
         joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
         told, found = _told(joint), references(joint)
@@ -198,7 +196,11 @@ def told_tasks(
         for task in tasks
     ]
     far = {one.key.floor for one in joint.mapped if goes_far(one, told[one.key])}
-    ask = [HearJob(task, settings, code[task.ref.format]) for task in with_told if task.ref.key.floor in far]
+    ask = [
+        JoiningJob(task, settings, code[task.ref.format], heard_walk, HeardWalk)
+        for task in with_told
+        if task.ref.key.floor in far
+    ]
     ties = _heard_ties(ask, run_all, lambda key, total: progress(key, len(todo) + total))
     return [replace(task, ties=ties.get(task.ref.key)) for task in with_told], found
 
@@ -220,7 +222,9 @@ def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:
     return session.passes is not None and session.passes.longest_stretch_m(mask) > FAR_M
 
 
-def _heard_ties(ask: list[HearJob], run_all: Executor, progress: Progress[SessionKey]) -> dict[SessionKey, PlaceTies]:
+def _heard_ties(
+    ask: list[JoiningJob[HeardWalk]], run_all: Executor, progress: Progress[SessionKey]
+) -> dict[SessionKey, PlaceTies]:
     """Where the scans of others say that sessions were."""
     walks: list[HeardWalk] = []
 
@@ -228,7 +232,7 @@ def _heard_ties(ask: list[HearJob], run_all: Executor, progress: Progress[Sessio
         walks.append(walk)
         progress(walk.key, len(ask))
 
-    run_all(heard, ask, report=keep)
+    run_all(run, ask, report=keep)
     with threadpool_limits(limits=1):
         by_floor = [ties_of([one for one in walks if one.key.floor == floor]) for floor in {w.key.floor for w in walks}]
     return {key: ties for floor in by_floor for key, ties in floor.items()}

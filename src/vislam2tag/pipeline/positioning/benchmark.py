@@ -37,8 +37,9 @@ from vislam2tag.figures.positioning_figures import (
 )
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key
-from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.positioning.benchmark_protocol import (
     BenchmarkRun,
     ModelChoice,

@@ -14,14 +14,12 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
-from logging import LogRecord
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Lock
-from typing import Any, Generic, Literal, Protocol, TypeVar
+from typing import Any, Literal
 
 from pydantic import Field, ValidationError
-from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError, UsageError, first_line
 from vislam2tag.common.extras import import_extra
@@ -29,8 +27,7 @@ from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.garbage import keep_freed_memory
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import LogInOrder
-from vislam2tag.pipeline.run.steps import worked
-from vislam2tag.pipeline.run.workers import Report, Supply
+from vislam2tag.pipeline.run.workers import Job, Report, Supply, Worked, worked
 
 _CONFIG = {
     "distributed.scheduler.allowed-failures": 2,  # the third worker that a session kills was the last
@@ -136,21 +133,8 @@ AHEAD = 4
 """Sessions handed to the scheduler for each thread of its workers; the rest wait here, so that it stays small."""
 _LOOK_S = 2.0
 """How often to look whether the scheduler is still there, seconds."""
-_ONE_AT_A_TIME = Lock()
-"""A worker of several threads still computes one session: log and linear algebra belong to the whole process."""
 _ONE_LOOKS = Lock()
 """The key of the source is computed in one thread at a time: Python 3.11 cannot parse in two."""
-
-
-class _Coded(Protocol):
-    @property
-    def slug(self) -> str: ...
-    @property
-    def code(self) -> str: ...
-
-
-_Job = TypeVar("_Job", bound=_Coded)
-_Outcome = TypeVar("_Outcome")
 
 
 class OtherCodeError(Exception):
@@ -158,21 +142,15 @@ class OtherCodeError(Exception):
 
 
 @dataclass(frozen=True)
-class DaskExecutor(Generic[_Job, _Outcome]):
+class DaskExecutor:
     """Does a function on all sessions on the workers of ``client``'s scheduler, reporting each as it ends."""
 
     client: Any
     """``distributed.Client``."""
-    code_here: Callable[[_Job], str]
-    """Key of the source that works at a job in the process that asks; where it is not ``job.code``, it is refused."""
-    give_up: Callable[[_Job, str], _Outcome]
-    """Ends a job whose workers died of it, by its result; called here."""
     tell: Callable[[str], None]
     """Called with a line about each worker that is refused, and where there is none."""
 
-    def __call__(
-        self, work: Callable[[_Job], _Outcome], todo: Iterable[_Job], *, report: Report[_Outcome, _Job]
-    ) -> None:
+    def __call__(self, work: Callable[[Any], Any], todo: Iterable[Job[Any]], *, report: Report[Any, Job[Any]]) -> None:
         """Work all of ``todo``. What a worker raises is raised, and OutputError where the scheduler is lost.
 
         Whatever is raised, an interrupt included, no task waits in the scheduler then; one that a worker is at may end.
@@ -190,27 +168,27 @@ class DaskExecutor(Generic[_Job, _Outcome]):
 
 
 @dataclass
-class _Run(Generic[_Job, _Outcome]):
+class _Run:
     """One call's jobs: those that wait here, and those that the scheduler has, by their futures."""
 
-    executor: DaskExecutor[_Job, _Outcome]
-    work: Callable[[_Job], _Outcome]
-    supply: Supply[_Job]
+    executor: DaskExecutor
+    work: Callable[[Any], Any]
+    supply: Supply[Job[Any]]
     scheduler: str
     """Its address."""
     wanted: int = 1
     """Sessions that the scheduler should have."""
-    running: dict[Any, tuple[int, _Job]] = field(default_factory=dict)
+    running: dict[Any, tuple[int, Job[Any]]] = field(default_factory=dict)
     done: SimpleQueue[Any] = field(default_factory=SimpleQueue)
     """Futures as they end."""
     refused: dict[str, str] = field(default_factory=dict)
     """By address of a worker, what it is called."""
-    suspects: deque[tuple[int, _Job]] = field(default_factory=deque)
+    suspects: deque[tuple[int, Job[Any]]] = field(default_factory=deque)
     """Jobs whose workers died while they had others, too: tried again one by one, when all others ended."""
     alone: bool = False
     """Whether the one job that the scheduler has is such a one."""
 
-    def outcomes(self) -> Iterator[tuple[int, tuple[_Outcome, list[LogRecord]]]]:
+    def outcomes(self) -> Iterator[tuple[int, Worked[Any]]]:
         self._submit()
         while self.running:
             yield from self._results(self._next())
@@ -246,7 +224,7 @@ class _Run(Generic[_Job, _Outcome]):
         self.wanted = AHEAD * max(1, sum(accepted.values()))
         taken = self.supply.take_some(self.wanted - len(self.running))
         futures = self.executor.client.map(
-            partial(_on_worker, self.work, self.executor.code_here),
+            partial(_on_worker, self.work),
             [job for _, job in taken],
             key=[f"{job.slug}-{secrets.token_hex(4)}" for _, job in taken],
             workers=list(accepted) if self.refused else None,
@@ -268,7 +246,7 @@ class _Run(Generic[_Job, _Outcome]):
             self.executor.tell(f"the scheduler at {self.scheduler} has no workers yet: waiting for one")
         return accepted
 
-    def _results(self, ended: list[Any]) -> Iterator[tuple[int, tuple[_Outcome, list[LogRecord]]]]:
+    def _results(self, ended: list[Any]) -> Iterator[tuple[int, Worked[Any]]]:
         """What sessions came to, of those that are not to be submitted again."""
         jobs = {future: self.running.pop(future) for future in ended}
         finished = [future for future in ended if future.status == "finished"]
@@ -286,7 +264,7 @@ class _Run(Generic[_Job, _Outcome]):
             if (given_up := self._failed(future, *jobs[future])) is not None:
                 yield given_up
 
-    def _failed(self, future: Any, number: int, job: _Job) -> tuple[int, tuple[_Outcome, list[LogRecord]]] | None:
+    def _failed(self, future: Any, number: int, job: Job[Any]) -> tuple[int, Worked[Any]] | None:
         """What a job came to that failed; None where it is to be submitted again."""
         if future.status != "error":
             raise self._lost()
@@ -302,7 +280,7 @@ class _Run(Generic[_Job, _Outcome]):
             return None
         times, last = error.allowed_failures + 1, error.last_worker.name
         cause = f"{times} workers died of it (out of memory, or a library crashed), the last one {last}"
-        return number, (self.executor.give_up(job, cause), [])
+        return number, (job.given_up(cause), [])
 
     def _refuse(self, address: str, name: str) -> None:
         if address not in self.refused:
@@ -315,21 +293,12 @@ class _Run(Generic[_Job, _Outcome]):
         return OutputError(f"the scheduler at {self.scheduler} is lost; run the same command again when it is back")
 
 
-def _on_worker(
-    work: Callable[[_Job], _Outcome], code_here: Callable[[_Job], str], job: _Job
-) -> tuple[_Outcome, list[LogRecord]]:
+def _on_worker(work: Callable[[Any], Any], job: Job[Any]) -> Worked[Any]:
     """Work at a session; of a worker's threads one computes while another one waits for a store."""
     keep_freed_memory()
     with _ONE_LOOKS:
-        code = code_here(job)
+        code = job.code_here()
     if code != job.code:
         worker = import_extra("distributed").get_worker()
         raise OtherCodeError(worker.address, str(worker.name))
-    return worked(work, job, _alone)
-
-
-@contextmanager
-def _alone() -> Iterator[None]:
-    """Compute in one thread: how many add up a sum shows in its last digits."""
-    with _ONE_AT_A_TIME, threadpool_limits(limits=1):
-        yield
+    return worked(work, job)

@@ -24,7 +24,7 @@ from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, Session
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import write_table
-from vislam2tag.pipeline.labels.process import floor_records, site_hashes
+from vislam2tag.pipeline.labels.label_run import floor_records, site_hashes
 from vislam2tag.pipeline.site.rebase_dataset import rebase_dataset
 from vislam2tag.pipeline.site.write import write_changed_site
 from vislam2tag.report.run_page.html import write_report
