@@ -16,7 +16,7 @@ import psutil
 
 from tests.stores import HOST, ROOT, free_port, wait_for
 from vislam2tag.pipeline.labels.session import Outcome, SessionJob
-from vislam2tag.pipeline.run.workers import Job, run
+from vislam2tag.pipeline.run.workers import Job, run_job
 
 CONFIG = {
     "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "2",
@@ -104,7 +104,7 @@ def run_or_die(job: SessionJob) -> Outcome:
     """Process a session, but for one that kills whoever tries."""
     if job.task.ref.key.device == "Deadly":
         os.kill(os.getpid(), signal.SIGKILL)
-    return run(job)
+    return run_job(job)
 
 
 class OfThisWorker(SessionJob):

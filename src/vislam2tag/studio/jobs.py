@@ -23,7 +23,7 @@ from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.label_run import jobs_of, label_run
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.workers import done_in, worker_pool
+from vislam2tag.pipeline.run.workers import done_in, run_job, worker_pool
 from vislam2tag.studio.messages import NewLabels
 from vislam2tag.studio.outputs import BEFORE
 from vislam2tag.studio.radio.maps import Radio, made_radio, radio_job
@@ -183,7 +183,7 @@ class JobQueue:
             failures: dict[str, str] = {}
             self._update(number, total=len(todo))
             stopped = lambda: self._is_cancelled(number)
-            for count, outcome in enumerate(done_in(pool, run, list(todo.values()), stopped), start=1):
+            for count, outcome in enumerate(done_in(pool, run_job, list(todo.values()), stopped), start=1):
                 id = id_of[todo[outcome.slug].task.ref.folder]
                 if outcome.error is not None:
                     failures[id] = outcome.error

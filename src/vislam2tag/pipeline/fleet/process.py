@@ -46,7 +46,7 @@ from vislam2tag.pipeline.labels.label_run import LabelRun, jobs_of, label_run
 from vislam2tag.pipeline.labels.process import dry_run
 from vislam2tag.pipeline.labels.session import Outcome, SessionJob, code_of
 from vislam2tag.pipeline.run.keys import key_of
-from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run
+from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run_job
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.links import left_out_of, shared_survey
@@ -131,8 +131,8 @@ def process_fleet(
     rows = {row["survey"]: row for row in chosen(at, surveys)}
     made = FleetRun(at, rows, settings_for, progress, follow_links)
     try:
-        run_all = executor or partial(process_all, workers=jobs)
-        run_all(run, made.jobs(), report=made.take)
+        run_all: Executor = executor or partial(process_all, workers=jobs)
+        run_all(run_job, made.jobs(), report=made.take)
     finally:
         made.close()
     write_fleet_report(fleet)

@@ -22,7 +22,7 @@ from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
 from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.pipeline.run.store import OutputFolder
-from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run
+from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run_job
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.model import SessionKey
@@ -87,7 +87,7 @@ def process(
             tell(outdated)
             made = made.with_findings(outdated)
             todo = jobs_of(made.tasks, settings, made.folder)
-            run_all(run, todo, report=lambda done: progress(done, len(todo)))
+            run_all(run_job, todo, report=lambda done: progress(done, len(todo)))
             return made.reduced()
 
 
@@ -154,6 +154,6 @@ def dry_run(
             made = made.with_told(told_tasks(made.survey, [*made.tasks, *made.others], settings, run_all, silent)[0])
         found: list[PlannedSession] = []
         todo = [PlannedJob(job, job.code) for job in jobs_of(made.tasks, settings, folder)]
-        run_all(run, todo, report=found.append)
+        run_all(run_job, todo, report=found.append)
         place = {str(task.ref.key): number for number, task in enumerate(made.tasks)}
     return sorted(found, key=lambda one: place[one.session])

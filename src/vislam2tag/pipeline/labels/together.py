@@ -33,7 +33,7 @@ from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSessi
 from vislam2tag.pipeline.labels.odd_references import references
 from vislam2tag.pipeline.labels.session import code_in_this_process, code_of
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.workers import Executor, Job, run
+from vislam2tag.pipeline.run.workers import Executor, Job, run_job
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
@@ -180,7 +180,7 @@ def told_tasks(
         sessions.append(session)
         progress(session.key, len(todo))
 
-    run_all(run, todo, report=keep)
+    run_all(run_job, todo, report=keep)
     with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
         joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
         told, found = _told(joint), references(joint)
@@ -232,7 +232,7 @@ def _heard_ties(
         walks.append(walk)
         progress(walk.key, len(ask))
 
-    run_all(run, ask, report=keep)
+    run_all(run_job, ask, report=keep)
     with threadpool_limits(limits=1):
         by_floor = [ties_of([one for one in walks if one.key.floor == floor]) for floor in {w.key.floor for w in walks}]
     return {key: ties for floor in by_floor for key, ties in floor.items()}

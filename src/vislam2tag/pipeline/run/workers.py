@@ -70,7 +70,7 @@ class Job(ABC, Generic[_Made]):
         """End it for a cause that is not its own to report."""
 
 
-def run(job: Job[_Outcome]) -> _Outcome:
+def run_job(job: Job[_Outcome]) -> _Outcome:
     """Do a job as a whole: what executors are given for all jobs."""
     with job.opened() as compute, _ONE_COMPUTES, threadpool_limits(limits=1):
         return compute()
@@ -81,7 +81,7 @@ def worked(work: Callable[[_Job], _Outcome], job: _Job) -> Worked[_Outcome]:
 
     It computes in one thread, too: how many add up a sum shows in its last digits.
     """
-    opened = job.opened() if work is run and isinstance(job, Job) else nullcontext(partial(work, job))
+    opened = job.opened() if work is run_job and isinstance(job, Job) else nullcontext(partial(work, job))
     with opened as compute, _ONE_COMPUTES, threadpool_limits(limits=1):
         return recorded(compute)
 
@@ -165,7 +165,7 @@ def _pool_for(work: object, first: list[_Job], stack: ExitStack) -> tuple[future
     """What works beside this process, and how many jobs it is given ahead: threads for jobs that wait for a store."""
     if len(first) > 1:
         return stack.enter_context(worker_pool(len(first) - 1)), AHEAD * (len(first) - 1)
-    if work is run and any(isinstance(job, Job) and job.waits for job in first):
+    if work is run_job and any(isinstance(job, Job) and job.waits for job in first):
         return stack.enter_context(_threads()), BESIDE
     return None, 0
 
