@@ -42,7 +42,7 @@ def outputs_of_interrupted(*outputs: Path | None) -> Iterator[None]:
 
 def labels_there(out: Path) -> str:
     """How many sessions an output folder for labels contains, which may be in a store."""
-    from vislam2tag.pipeline.run.store import OutputFolder
+    from vislam2tag.pipeline.run.output import OutputFolder
 
     with suppress(Vislam2tagError, OSError):
         if count := len(OutputFolder(out).finished()):

@@ -27,8 +27,8 @@ from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key, key_of
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.self_check.record import SurveyCheck

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, first_line
-from vislam2tag.common.files.bounded_file import BoundedFile
+from vislam2tag.common.files.archives import BoundedFile
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES

@@ -12,7 +12,7 @@ from vislam2tag.common.judgement import Answer, Judgement
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.pipeline.labels.label_run import kept_faults
 from vislam2tag.pipeline.labels.survey_evidence import thinned
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.work_messages import DiagnosisView, FaultPlace, FaultView

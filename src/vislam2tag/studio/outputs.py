@@ -17,7 +17,7 @@ from vislam2tag.dataset.label_comparison import settings_of_output
 from vislam2tag.dataset.labelled import LabelledSession
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.studio.tracks import TABLE_COLUMNS, Track, track_of
 
 LABELS, BEFORE = "labels", "before"

@@ -17,8 +17,8 @@ from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.label_run import jobs_of
 from vislam2tag.pipeline.labels.session import SessionJob, still_holds
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
-from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.registry import SurveyFiles, survey_files
 from vislam2tag.settings import Settings
 from vislam2tag.studio.messages import Versions

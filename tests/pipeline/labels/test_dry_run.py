@@ -13,7 +13,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.pipeline.labels.label_run import jobs_of, opened_run
 from vislam2tag.pipeline.labels.process import dry_run, process
 from vislam2tag.pipeline.labels.session import Reason
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")

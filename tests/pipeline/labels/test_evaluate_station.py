@@ -14,7 +14,7 @@ from vislam2tag.evaluation.total_station.station_file import read_station_track
 from vislam2tag.pipeline.labels import evaluate_station as evaluating
 from vislam2tag.pipeline.labels.evaluate_session import EvaluationJob, TruthComparisons
 from vislam2tag.pipeline.labels.evaluate_station import AT_PRISM, evaluate_station, station_jobs
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings

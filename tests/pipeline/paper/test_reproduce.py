@@ -24,7 +24,7 @@ from vislam2tag.pipeline.paper.reproduce import (
     reproduce,
 )
 from vislam2tag.pipeline.run.claims import claim
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.positioning.benchmark_protocol import ModelChoice
 from vislam2tag.settings import Settings
 

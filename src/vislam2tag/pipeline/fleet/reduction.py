@@ -36,7 +36,7 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED, LABELS, REDUCED, REPORT, SURVEYS, TABLES, Fleet, totals_of
 from vislam2tag.pipeline.labels.label_run import opened_run
 from vislam2tag.pipeline.run.keys import code_key
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.report.pages.fleet_pages import fleet_pages, session_page, survey_pages
 from vislam2tag.survey.stored_survey import survey_at_hand

@@ -24,8 +24,8 @@ from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, Evaluation
 from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
 from vislam2tag.pipeline.labels.label_run import removed_findings, run_record
 from vislam2tag.pipeline.run.claims import claim
+from vislam2tag.pipeline.run.output import OutputFolder, without_sessions
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, refuse_left_out, selected, session_task
-from vislam2tag.pipeline.run.store import OutputFolder, without_sessions
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions.registry import open_survey

@@ -38,8 +38,8 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.session import SessionJob, code_of, still_holds
 from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, survey_evidence, thinned
 from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings, refuse_other_labels
+from vislam2tag.pipeline.run.output import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
-from vislam2tag.pipeline.run.store import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import findings_by_kind, summarise

@@ -30,8 +30,8 @@ from vislam2tag.mapping.registry import strategy_modules
 from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
+from vislam2tag.pipeline.run.output import Kept, OutputFolder, short
 from vislam2tag.pipeline.run.session_files import SessionFiles, rows_of, session_files
-from vislam2tag.pipeline.run.store import Kept, OutputFolder, short
 from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, mappable_session

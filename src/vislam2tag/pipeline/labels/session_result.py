@@ -45,7 +45,7 @@ from vislam2tag.labeling.schemas import status_codes
 from vislam2tag.labeling.settings import USUAL_TRUTH, ProcessSettings, TruthSettings
 from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.drawing import draw
-from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findings
+from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.pipeline.labels.survey_evidence import passes_record
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
@@ -269,12 +269,7 @@ def session_result(
         fingerprint=fingerprint,
         error=_mapping_error(session, trajectory, walk.needs),
         files=[FileAccount(**vars(record)) for record in session.files],
-        findings=[
-            *prepared.findings(),
-            *mapping_findings(prepared, trajectory, settings.mapping.visit_radius_m, walk.needs),
-            *truth_findings,
-            *pose_lag_findings(session.camera.pose_lag_s, settings),
-        ],
+        findings=walk_findings(prepared, walk, settings, truth_findings),
         pose_lag_s=session.camera.pose_lag_s,
         **walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
         readings={name: counts_by_label(status_codes(table)) for name, table in walk.readings.items()},

@@ -31,8 +31,8 @@ from vislam2tag.pipeline.paper.data import PaperWalks, open_paper_data, paper_co
 from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, PaperResults
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, write_table_4
 from vislam2tag.pipeline.run.claims import claim
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.positioning.benchmark_protocol import published_choices
 from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS, table_4
 from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page

@@ -39,7 +39,7 @@ from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.positioning.benchmark_protocol import (
     BenchmarkRun,
     ModelChoice,

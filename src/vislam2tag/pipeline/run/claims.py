@@ -13,8 +13,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vislam2tag.common.errors import OutputError, StoreConflictError, StoreError
+from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import UNFINISHED, Folder, scratch_folder
-from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files, without_record
 from vislam2tag.common.files.plain_files import json_values
 from vislam2tag.common.files.store import PROBE, Store, Stored, shown
@@ -24,7 +24,7 @@ from vislam2tag.labeling.results import CONFLICTS_FILE, CONFLICTS_PAGE, PROGRAM,
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 from vislam2tag.pipeline.run.keys import key_of
-from vislam2tag.pipeline.run.store import REPORT_FILE, OutputFolder
+from vislam2tag.pipeline.run.output import REPORT_FILE, OutputFolder
 
 LOCK = ".lock"
 OF_RUN = (SUMMARY_FILE, REPORT_FILE, CONFLICTS_PAGE, CONFLICTS_FILE)

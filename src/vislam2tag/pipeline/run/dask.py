@@ -301,4 +301,4 @@ def _on_worker(work: Callable[[Any], Any], job: Job[Any]) -> Worked[Any]:
     if code != job.code:
         worker = import_extra("distributed").get_worker()
         raise OtherCodeError(worker.address, str(worker.name))
-    return worked(work, job)
+    return worked(work, job, limited=True)

@@ -22,7 +22,7 @@ from vislam2tag.common.files.store import Store, Version, asking
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.pipeline.run.failures import LOG
-from vislam2tag.pipeline.run.store import LOGS, Kept, OutputFolder, result_name, short, table_name
+from vislam2tag.pipeline.run.output import LOGS, Kept, OutputFolder, result_name, short, table_name
 
 _TRIES = 5
 """For a result that others write at the same time."""

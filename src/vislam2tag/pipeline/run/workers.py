@@ -76,14 +76,18 @@ def run_job(job: Job[_Outcome]) -> _Outcome:
         return compute()
 
 
-def worked(work: Callable[[_Job], _Outcome], job: _Job) -> Worked[_Outcome]:
+def worked(work: Callable[[_Job], _Outcome], job: _Job, *, limited: bool = False) -> Worked[_Outcome]:
     """Work at a job. Of the threads of a process one computes: log and linear algebra belong to the whole process.
 
-    It computes in one thread, too: how many add up a sum shows in its last digits.
+    ``limited``: libraries are kept from computing in several threads: how many add up a sum shows in its last digits.
     """
     opened = job.opened() if work is run_job and isinstance(job, Job) else nullcontext(partial(work, job))
-    with opened as compute, _ONE_COMPUTES, threadpool_limits(limits=1):
+    with opened as compute, _ONE_COMPUTES, _threads_of_libraries(limited):
         return recorded(compute)
+
+
+def _threads_of_libraries(limited: bool) -> AbstractContextManager[object]:
+    return threadpool_limits(limits=1) if limited else nullcontext()
 
 
 class Executor(Protocol):

@@ -11,8 +11,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.plain_files import read_bytes, toml_values
 from vislam2tag.common.files.toml_file import first_problem
 from vislam2tag.common.files.whole_file import output_errors

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files import lock
+from vislam2tag.common.files import atomic
+from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.lock import only_one
 
 HOLD = """
 import sys, pathlib
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.lock import only_one
+from vislam2tag.common.files.atomic import only_one
 with only_one(Folder.at(pathlib.Path(sys.argv[1])), "lock", "held"):
     print("held", flush=True)
     sys.stdin.read()
@@ -48,7 +48,7 @@ def test_a_held_file_that_cannot_be_removed_goes_afterwards(tmp_path: Path, monk
             raise PermissionError(13, "used by another process")
         remove(folder, name)
 
-    monkeypatch.setattr(lock, "_ON_WINDOWS", True)
+    monkeypatch.setattr(atomic, "_ON_WINDOWS", True)
     with only_one(Folder.at(tmp_path), "lock", "held"):
         monkeypatch.setattr(Folder, "remove", refuse_once)
     assert refused == ["lock"]
