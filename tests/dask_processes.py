@@ -110,8 +110,10 @@ def run_or_die(job: SessionJob) -> Outcome:
 class OfThisWorker(SessionJob):
     """A session whose source is another on workers that the environment says so of."""
 
-    def __init__(self, job: SessionJob) -> None:
-        super().__init__(job.task, job.settings, job.out, job.code)
+    @classmethod
+    def of(cls, job: SessionJob) -> OfThisWorker:
+        """Such a session of any."""
+        return cls(job.task, job.settings, job.out, job.code)
 
     def code_here(self) -> str:
         """The key of the source."""

@@ -185,7 +185,7 @@ def test_a_worker_of_other_code_is_refused_by_name(survey: Survey, cluster: Dask
             executor = DaskExecutor(client, told.lines.append)
 
             def run_all(work: Any, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
-                executor(work, map(OfThisWorker, todo), report=report)
+                executor(work, map(OfThisWorker.of, todo), report=report)
 
             out = Path(survey.s3.store("mixed").address)
             run = partial(process, survey.stored, out, SETTINGS, executor=run_all, progress=told)
