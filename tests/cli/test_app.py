@@ -98,7 +98,7 @@ def boom(*_: object, **__: object) -> None:
 
 def test_what_nobody_expected_is_one_line_that_names_its_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
-    for name in ("labels.dry_run", "fleet.process"):  # imported later, they would keep what is replaced below
+    for name in ("labels.process", "fleet.process"):  # imported later, they would keep what is replaced below
         importlib.import_module(f"vislam2tag.pipeline.{name}")
     monkeypatch.setattr("vislam2tag.pipeline.labels.process.jobs_of", boom)
     done = vislam2tag("process", survey, "--out", tmp_path / "out")
