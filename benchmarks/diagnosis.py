@@ -13,6 +13,7 @@ looked at in development; the figures in docs/results/diagnosis.md are of others
 from __future__ import annotations
 
 import argparse
+from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from collections import Counter, defaultdict
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor

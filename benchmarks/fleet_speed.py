@@ -32,8 +32,7 @@ from tests.dask_processes import DaskProcesses, dask_processes
 from tests.stores import Bucket, bucket
 
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.pipeline.labels.stored_session import on_dask
-from vislam2tag.pipeline.run.cluster import connected
+from vislam2tag.pipeline.run.dask import DaskExecutor, connected
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")
@@ -95,7 +94,7 @@ def _on_dask(cluster: DaskProcesses, workers: int, survey: Path, out: Path) -> T
     shutil.rmtree(out, ignore_errors=True)
     with connected(cluster.address, None, lambda _: None) as client:
         client.wait_for_workers(workers)
-        executor = on_dask(client, lambda _: None)
+        executor = DaskExecutor(client, lambda _: None)
         return _timed(cluster.scheduler.pid, lambda: process(survey, out, SETTINGS, executor=executor))
 
 

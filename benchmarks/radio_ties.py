@@ -12,6 +12,7 @@ with where the others' scans put it.
 from __future__ import annotations
 
 import argparse
+from vislam2tag.walk_ties import radio
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 

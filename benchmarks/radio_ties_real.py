@@ -12,6 +12,7 @@ would, by least squares about that drift.
 from __future__ import annotations
 
 import argparse
+from vislam2tag.walk_ties import radio
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path

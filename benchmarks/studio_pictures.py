@@ -29,8 +29,7 @@ from tests.studio.sharing.generated_fleet import generated_rows  # noqa: E402
 from tests.views.browser import running_browser  # noqa: E402
 
 from vislam2tag.pipeline.fleet.add import looked_at  # noqa: E402
-from vislam2tag.pipeline.fleet.catalogue import DONE, Fleet  # noqa: E402
-from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS  # noqa: E402
+from vislam2tag.pipeline.fleet.catalogue import DONE, LABELS, SURVEYS, Fleet  # noqa: E402  # noqa: E402
 from vislam2tag.settings import Settings  # noqa: E402
 from vislam2tag.studio.fleet import export_fleet  # noqa: E402
 

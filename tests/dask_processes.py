@@ -7,16 +7,16 @@ import resource
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import psutil
 
 from tests.stores import HOST, ROOT, free_port, wait_for
-from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, run_session
+from vislam2tag.pipeline.labels.session import Outcome, SessionJob
+from vislam2tag.pipeline.run.workers import Job, run_job
 
 CONFIG = {
     "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "2",
@@ -100,39 +100,54 @@ def _started(command: Sequence[str], environment: dict[str, str]) -> subprocess.
     return subprocess.Popen(command, env=settings, cwd=Path("/tmp"), stderr=subprocess.DEVNULL)
 
 
-def run_or_die(job: AnyJob) -> Outcome:
+def run_or_die(job: SessionJob) -> Outcome:
     """Process a session, but for one that kills whoever tries."""
     if job.task.ref.key.device == "Deadly":
         os.kill(os.getpid(), signal.SIGKILL)
-    return run_session(job)
+    return run_job(job)
 
 
-def code_of_this_worker(job: AnyJob) -> str:
-    """The key of the source, which is another on workers that the environment says so of."""
-    return "another" if os.environ.get(OTHER_CODE) else code_here(job)
+class OfThisWorker(SessionJob):
+    """A session whose source is another on workers that the environment says so of."""
+
+    @classmethod
+    def of(cls, job: SessionJob) -> OfThisWorker:
+        """Such a session of any."""
+        return cls(job.task, job.settings, job.out, job.code)
+
+    def code_here(self) -> str:
+        """The key of the source."""
+        return "another" if os.environ.get(OTHER_CODE) else super().code_here()
 
 
 @dataclass(frozen=True)
-class Nothing:
+class Nothing(Job[str]):
     """A task of no content."""
 
-    slug: str
+    name: str
     code: str = ""
+
+    @property
+    def slug(self) -> str:
+        """Its name."""
+        return self.name
+
+    def code_here(self) -> str:
+        """All sources are the same to it."""
+        return self.code
+
+    def opened(self) -> AbstractContextManager[Callable[[], str]]:
+        """Return its name."""
+        return nullcontext(lambda: self.name)
+
+    def given_up(self, error: str) -> str:
+        """End it if its workers died."""
+        return f"{self.name}: {error}"
 
 
 def do_nothing(job: Nothing) -> str:
     """Work at a task of no content."""
     return job.slug
-
-
-def no_code(job: Nothing) -> str:
-    """All sources are the same to a task of no content."""
-    return job.code
-
-
-def give_nothing_up(job: Nothing, error: str) -> str:
-    """End a task whose workers died."""
-    return f"{job.slug}: {error}"
 
 
 def pages_asked_for(job: Nothing) -> str:

@@ -25,7 +25,7 @@ from tests.gcs_server import command as gcs_server
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.store import Store
 from vislam2tag.common.files.store_connection import connection_to
-from vislam2tag.pipeline.run.output_store import LOGS
+from vislam2tag.pipeline.run.output import LOGS
 
 HOST = "127.0.0.1"
 ROOT = Path(__file__).parents[1]

@@ -69,8 +69,6 @@ if TYPE_CHECKING:
     from vislam2tag.estimation.strategy import strategy_names as strategy_names
     from vislam2tag.intake.ids import IdShift as IdShift
     from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
-    from vislam2tag.labeling.readings import label_readings as label_readings
-    from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
     from vislam2tag.labeling.results import SessionResult as SessionResult
     from vislam2tag.labeling.results import Summary as Summary
     from vislam2tag.labeling.settings import LabelRule as LabelRule
@@ -100,19 +98,19 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.fleet.process import process_fleet as _process_fleet
     from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey as AddedSurvey
     from vislam2tag.pipeline.fleet.reduction import SurveyOutcome as SurveyOutcome
-    from vislam2tag.pipeline.fleet.report import write_fleet_report as _write_fleet_report
+    from vislam2tag.pipeline.fleet.reduction import write_fleet_report as _write_fleet_report
     from vislam2tag.pipeline.labels.attach import Attached as Attached
     from vislam2tag.pipeline.labels.attach import attach as attach
-    from vislam2tag.pipeline.labels.checking.check import check as check
-    from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose as diagnose
-    from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession as DiagnosedSession
-    from vislam2tag.pipeline.labels.diagnosing.diagnose_session import MappedShare as MappedShare
-    from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate as evaluate
-    from vislam2tag.pipeline.labels.joining.landmark_survey import JointSurvey as JointSurvey
-    from vislam2tag.pipeline.labels.joining.landmark_survey import ReducedSession as ReducedSession
-    from vislam2tag.pipeline.labels.joining.landmark_survey import survey_landmarks as survey_landmarks
+    from vislam2tag.pipeline.labels.check import check as check
+    from vislam2tag.pipeline.labels.diagnose import DiagnosedSession as DiagnosedSession
+    from vislam2tag.pipeline.labels.diagnose import MappedShare as MappedShare
+    from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
+    from vislam2tag.pipeline.labels.evaluate import evaluate as evaluate
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
     from vislam2tag.pipeline.labels.label_table import label as label
+    from vislam2tag.pipeline.labels.landmark_survey import JointSurvey as JointSurvey
+    from vislam2tag.pipeline.labels.landmark_survey import ReducedSession as ReducedSession
+    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks as survey_landmarks
     from vislam2tag.pipeline.labels.map_walk import map_walk as map_walk
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
@@ -214,6 +212,8 @@ if TYPE_CHECKING:
     from vislam2tag.site.site_file import GeoreferencePart as GeoreferencePart
     from vislam2tag.site.site_file import SiteFile as SiteFile
     from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
+    from vislam2tag.labeling.tables import label_readings as label_readings
+    from vislam2tag.labeling.tables import mark_uncertain as mark_uncertain
 
     dataset = _build_dataset
     demo = _run_demo

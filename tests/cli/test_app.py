@@ -99,7 +99,7 @@ def boom(*_: object, **__: object) -> None:
 
 def test_what_nobody_expected_is_one_line_that_names_its_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
-    for name in ("labels.dry_run", "fleet.process"):  # imported later, they would keep what is replaced below
+    for name in ("labels.process", "fleet.process"):  # imported later, they would keep what is replaced below
         importlib.import_module(f"vislam2tag.pipeline.{name}")
     monkeypatch.setattr("vislam2tag.pipeline.labels.process.jobs_of", boom)
     done = vislam2tag("process", survey, "--out", tmp_path / "out")
@@ -152,7 +152,7 @@ def test_what_is_wrong_with_files_is_one_line(
 
 def test_verbose_shows_the_traceback_of_a_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
-    monkeypatch.setattr("vislam2tag.pipeline.labels.checking.check_session._check", boom)
+    monkeypatch.setattr("vislam2tag.pipeline.labels.check_session._check", boom)
     root = logging.getLogger()
     monkeypatch.setattr(root, "handlers", list(root.handlers))
     assert "Traceback" not in vislam2tag("check", survey, "--jobs", "1").stderr

@@ -18,7 +18,7 @@ import vislam2tag as package
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.pipeline.run.store import claim
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.settings import Settings
 
 

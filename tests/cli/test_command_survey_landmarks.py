@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
-from tests.pipeline.labels.joining.test_landmark_survey import SURVEYED, few, rewritten
+from tests.pipeline.labels.test_landmark_survey import SURVEYED, few, rewritten
 from tests.surveys import bytes_of, make_survey
 
 

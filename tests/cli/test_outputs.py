@@ -25,7 +25,7 @@ from tests.struck import Strike, struck
 from tests.watched import watched
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.common.files.store import PROBE
-from vislam2tag.pipeline.run.output_store import LOGS
+from vislam2tag.pipeline.run.output import LOGS
 
 TIMES = {"fit_s", "predict_s", "train_s", "predict_ms", "train_ratio", "predict_ratio", "seconds", "duration_of_run_s"}
 """Fields that record how long something took or when it was done: no two runs have the same."""

@@ -12,7 +12,7 @@ import os
 import sys
 from pathlib import Path
 
-from vislam2tag.common.files import folder as module
+from vislam2tag.common.files import atomic as module
 from vislam2tag.common.files.whole_folder import restore, whole_folder
 
 FILES = 3

@@ -9,8 +9,8 @@ import pytest
 from tests.intake.faults import change_fields
 from tests.surveys import make_survey
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.diagnosing.diagnose_session import observe_session
-from vislam2tag.pipeline.labels.kept_passes import kept_walk, passes_record
+from vislam2tag.pipeline.labels.diagnose import observe_session
+from vislam2tag.pipeline.labels.survey_evidence import kept_walk, passes_record
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.prepared import prepared_session

@@ -10,6 +10,8 @@ not pull. Beside: how the phone moved, heading and speed within spans of time, a
 from __future__ import annotations
 
 from collections.abc import Mapping
+from vislam2tag.common.finding_kinds import FindingKind
+from vislam2tag.common.findings import Severity
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path

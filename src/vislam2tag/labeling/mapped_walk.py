@@ -15,8 +15,7 @@ from vislam2tag.core.notebook import Drawable
 from vislam2tag.core.orientation import level_view
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.labeling.readings import label_readings
-from vislam2tag.labeling.tables import LabelledWalk, trajectory_table
+from vislam2tag.labeling.tables import LabelledWalk, label_readings, trajectory_table
 from vislam2tag.sessions.in_memory import Table, checked_column, frame_of
 
 _CAUSES = {name: style.meaning for name, style in STATUS_STYLES.items() if name != Status.OK.label}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from vislam2tag.quality.diagnosis.record import Diagnosis
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -20,15 +21,17 @@ from vislam2tag.datasets.folder import is_dataset
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
-from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, check
-from vislam2tag.pipeline.labels.checking.check import PAGE_FILE as CHECK_PAGE
-from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
+from vislam2tag.pipeline.labels.check import CHECK_FILE, check
+from vislam2tag.pipeline.labels.check import PAGE_FILE as CHECK_PAGE
+from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key, key_of
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.pipeline.run.store import OutputFolder, claim
-from vislam2tag.quality.diagnosis.record import Diagnosis
-from vislam2tag.quality.self_check_record import SurveyCheck
+from vislam2tag.report.pages.conflict_page import write_conflict_page
+from vislam2tag.report.pages.index_page import IndexLink, write_index_page
+from vislam2tag.self_check.record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.links import left_out_of, shared_survey

@@ -19,8 +19,7 @@ from vislam2tag.common.files.stored_folder import folder_at_hand
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, Fleet, FleetTotals, totals_of
-from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS
+from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, LABELS, SURVEYS, Fleet, FleetTotals, totals_of
 from vislam2tag.pipeline.fleet.process import chosen
 from vislam2tag.settings import Settings
 from vislam2tag.site.stored_survey import survey_at_hand

@@ -6,6 +6,7 @@ Jobs map sessions again, look for faults, make radio maps, and write folders to 
 from __future__ import annotations
 
 import threading
+from vislam2tag.pipeline.run.workers import run_job
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -186,7 +187,7 @@ class JobQueue:
             failures: dict[str, str] = {}
             self._update(number, total=len(todo))
             stopped = lambda: self._is_cancelled(number)
-            for count, outcome in enumerate(done_in(pool, run_session, list(todo.values()), stopped), start=1):
+            for count, outcome in enumerate(done_in(pool, run_job, list(todo.values()), stopped), start=1):
                 id = id_of[todo[outcome.slug].task.ref.folder]
                 if outcome.error is not None:
                     failures[id] = outcome.error

@@ -11,7 +11,7 @@ import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.labeling.status_column import STATUS_TYPE
+from vislam2tag.labeling.schemas import STATUS_TYPE
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.studio.outputs import Columns, Track

@@ -14,8 +14,9 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.pipeline.labels.process import jobs_of
-from vislam2tag.pipeline.labels.session import Job, still_holds
+from vislam2tag.pipeline.labels.label_run import jobs_of
+from vislam2tag.pipeline.labels.session import SessionJob, still_holds
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.quality.diagnosis.record import Diagnosis
@@ -224,13 +225,13 @@ class Workspace:
             self._stale = version, frozenset(self.touched(self.now.survey, self.now.corrections))
         return self._stale[1]
 
-    def jobs(self, survey: Survey, corrections: Corrections) -> dict[str, Job]:
+    def jobs(self, survey: Survey, corrections: Corrections) -> dict[str, SessionJob]:
         """What it takes to label the sessions of a survey with corrections, by id; sessions left out have none."""
         refs = selected(survey, corrections, Selection())
         ids = {found.folder: id for id, found in zip(self.now.ids, self.now.files.sessions, strict=True)}
         tasks = [session_task(ref, survey, corrections, self.settings) for ref in refs]
         made = jobs_of(tasks, self.settings, OutputFolder(self.out))
-        return {ids[job.task.ref.folder]: job for job in made if isinstance(job, Job)}
+        return {ids[job.task.ref.folder]: job for job in made}
 
     def touched(self, survey: Survey, corrections: Corrections) -> list[str]:
         """Ids of the sessions whose labels do not follow from a survey with corrections, or are missing or too many.
@@ -240,7 +241,7 @@ class Workspace:
         jobs = self.jobs(survey, corrections)
         return [id for id in self.now.ids if self._is_touched(jobs.get(id), id)]
 
-    def _is_touched(self, job: Job | None, id: str) -> bool:
+    def _is_touched(self, job: SessionJob | None, id: str) -> bool:
         if job is None:
             return self.outputs[LABELS].result(self.now.slugs(id)) is not None
         done = self.outputs[LABELS].result([job.slug])

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files import folder as module
+from vislam2tag.common.files import atomic as module
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.whole_folder import restore, whole_folder, work_folder_of

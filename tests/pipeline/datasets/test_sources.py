@@ -22,7 +22,7 @@ from vislam2tag.pipeline.datasets.sources import (
     open_sources,
     survey_findings,
 )
-from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
+from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 
 NOWHERE = WalkPlaces(np.empty((0, 2)), np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64))
 

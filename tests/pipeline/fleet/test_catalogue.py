@@ -1,7 +1,12 @@
-"""The catalogue: whole snapshots, no change lost, and a status that costs the same however large the fleet is."""
+"""The catalogue: whole snapshots, no change lost, and a status that costs the same however large the fleet is.
+
+Two processes work on one fleet at once, each on another survey, as one Kubernetes Job for each survey does.
+"""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from datetime import date
 from pathlib import Path
 from threading import Thread
@@ -11,9 +16,9 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.pipeline.fleet.conftest import SmallFleet
+from tests.pipeline.fleet.trees import COLUMNS_OF_TIMES, tree_of
 from tests.stores import Bucket, Fault
-from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, Fleet
-from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SNAPSHOTS
+from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, FLEET_FILE, SNAPSHOTS, Fleet
 
 LARGE, SESSIONS_EACH = 20_000, 50
 
@@ -100,3 +105,22 @@ def test_a_damaged_catalogue_is_one_message(damage: str, tmp_path: Path) -> None
     for verb in ("list", "report"):
         told = vislam2tag("fleet", verb, fleet.root)
         assert f"{snapshot.name}: is damaged; remove fleet.json there" in the_error(told)
+
+
+@pytest.mark.parametrize("place", ["folder", "bucket"])
+def test_two_surveys_at_once_are_as_one_after_the_other(place: str, fleet: SmallFleet, tmp_path: Path) -> None:
+    store = str(tmp_path / "small-fleet") if place == "folder" else fleet.s3.store("at-once/small-fleet").address
+    assert vislam2tag("fleet", "add", store, *fleet.surveys.values()).returncode == 0
+    command = [sys.executable, "-m", "vislam2tag", "fleet", "process", store, "--jobs", "1", "--config"]
+    running = [
+        subprocess.Popen([*command, str(fleet.config), "--survey", name], stderr=subprocess.PIPE, text=True)
+        for name in fleet.surveys
+    ]
+    errors = [process.communicate(timeout=300)[1] for process in running]
+    assert [process.returncode for process in running] == [0, 0], errors
+    here, alone = (Fleet(Path(each)).catalogue().drop(COLUMNS_OF_TIMES) for each in (store, fleet.address))
+    assert here.equals(alone)
+    assert here["state"].to_list() == ["done", "done"]
+    assert vislam2tag("fleet", "report", store).returncode == 0
+    there = tree_of(Path(fleet.address), tmp_path / "alone")
+    assert tree_of(Path(store), tmp_path / "at-once") == there

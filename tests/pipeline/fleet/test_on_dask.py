@@ -10,8 +10,8 @@ from tests.dask_processes import dask_processes
 from tests.pipeline.fleet.conftest import SmallFleet
 from tests.surveys import bytes_of
 from vislam2tag.pipeline.fleet.add import add_surveys
-from vislam2tag.pipeline.fleet.process import FleetOutcome, fleet_on_dask, process_fleet
-from vislam2tag.pipeline.run.cluster import connected
+from vislam2tag.pipeline.fleet.process import FleetOutcome, process_fleet
+from vislam2tag.pipeline.run.dask import DaskExecutor, connected
 from vislam2tag.settings import Settings
 
 pytest.importorskip("distributed")
@@ -28,7 +28,7 @@ def test_a_fleet_on_a_cluster_is_as_from_one_process(fleet: SmallFleet, tmp_path
             if len(told) == 1:
                 cluster.kill_worker()
 
-        executor = fleet_on_dask(client, lambda _: None)
+        executor = DaskExecutor(client, lambda _: None)
         totals = process_fleet(other, lambda _: Settings(strategy="local-corrected"), executor=executor, progress=note)
     assert (totals.states, totals.failed) == ({"done": 2}, 0)
     assert len(told) == 4 + 2, "each session and each survey once"

@@ -7,8 +7,8 @@ from pathlib import Path
 from tests.surveys import bytes_of
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.folder_store import any_store_at
-from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SNAPSHOTS, SOURCES
-from vislam2tag.pipeline.run.output_store import LOGS
+from vislam2tag.pipeline.fleet.catalogue import FLEET_FILE, SNAPSHOTS, SOURCES
+from vislam2tag.pipeline.run.output import LOGS
 
 COLUMNS_OF_TIMES = ("inputs", "labels")
 """Columns of the catalogue that follow from when files were written."""

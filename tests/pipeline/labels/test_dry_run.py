@@ -10,11 +10,10 @@ from tests.cli.command import vislam2tag
 from tests.stores import Bucket
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError
-from vislam2tag.pipeline.labels.dry_run import dry_run
-from vislam2tag.pipeline.labels.process import jobs_of, opened_run, process
+from vislam2tag.pipeline.labels.label_run import jobs_of, opened_run
+from vislam2tag.pipeline.labels.process import dry_run, process
 from vislam2tag.pipeline.labels.session import Reason
-from vislam2tag.pipeline.labels.stored_session import give_up_session
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")
@@ -48,7 +47,7 @@ def test_each_session_that_would_run_is_told_with_why(
     assert planned() == [(Reason.INPUTS,), ()]
     assert planned(OTHER) == [(Reason.SETTINGS, Reason.INPUTS), (Reason.SETTINGS,)]
     raw.write_bytes(content)
-    monkeypatch.setattr("vislam2tag.pipeline.labels.process.code_of", lambda *_: "another")
+    monkeypatch.setattr("vislam2tag.pipeline.labels.label_run.code_of", lambda *_: "another")
     assert planned() == [(Reason.CODE,), (Reason.CODE,)]
     monkeypatch.undo()
     (survey / "floor_0" / "marker_dict.csv").write_text("spoilt\n")
@@ -60,7 +59,7 @@ def test_what_failed_before_and_what_lost_its_tables_is_told(tmp_path: Path) -> 
     survey, out = make_survey(tmp_path / "survey", devices=("LG",), sessions=2, seconds=20.0), tmp_path / "labels"
     process(survey, out, SETTINGS)
     run = opened_run(survey, SETTINGS, OutputFolder(out))
-    give_up_session(jobs_of(run.tasks, SETTINGS, run.folder)[0], "3 workers died of it")
+    jobs_of(run.tasks, SETTINGS, run.folder)[0].given_up("3 workers died of it")
     max((out / "wifi").iterdir()).unlink()
     assert [one.reasons for one in dry_run(survey, out, SETTINGS)] == [(Reason.FAILED,), (Reason.LOST,)]
 

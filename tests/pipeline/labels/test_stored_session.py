@@ -19,9 +19,10 @@ from vislam2tag.common.errors import OutputError, StoreError, SurveyError
 from vislam2tag.common.files import store_connection
 from vislam2tag.common.files.store import PROBE, Store
 from vislam2tag.labeling.results import RUN_FILE
-from vislam2tag.pipeline.labels.process import jobs_of, process
+from vislam2tag.pipeline.labels.label_run import jobs_of
+from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.run.output_store import LOGS, OutputStore
+from vislam2tag.pipeline.run.output import LOGS, OutputFolder
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.inspection import inspect_survey
 from vislam2tag.sessions.registry import open_survey
@@ -218,8 +219,8 @@ def test_commands_take_addresses_and_tell_no_secret(survey: Both, tmp_path: Path
     with survey_at_hand(survey.stored) as root:
         opened = open_survey(root)
         tasks = [session_task(ref, opened, read_corrections(root), SETTINGS) for ref in opened.sessions]
-        jobs = pickle.dumps(jobs_of(tasks, SETTINGS, OutputStore(there)))
-    assert b"bucket/command" in jobs
+        jobs = pickle.dumps(jobs_of(tasks, SETTINGS, OutputFolder(Path(there.address))))
+    assert b"command" in jobs
     assert not any(SECRET.encode() in text for text in (*texts, printed, jobs))
 
 

@@ -13,8 +13,7 @@ from tests.surveys import bytes_of, make_survey
 from tests.undrawn import undrawn
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.progress import silent
-from vislam2tag.pipeline.paper.collection import paper_collection
-from vislam2tag.pipeline.paper.data import open_paper_data
+from vislam2tag.pipeline.paper.data import open_paper_data, paper_collection
 from vislam2tag.pipeline.paper.figures import FIGURES, SCANNED, SPLIT
 from vislam2tag.pipeline.paper.reproduce import (
     PAGE_FILE,
@@ -24,7 +23,8 @@ from vislam2tag.pipeline.paper.reproduce import (
     refuse_without_networks,
     reproduce,
 )
-from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.pipeline.run.claims import claim
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.positioning.benchmark_protocol import ModelChoice
 from vislam2tag.settings import Settings
 

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from vislam2tag.common.errors import OutputError, UsageError
-from vislam2tag.pipeline.run import cluster as module
-from vislam2tag.pipeline.run.cluster import cluster_of, connected, read_cluster
+from vislam2tag.pipeline.run import dask as module
+from vislam2tag.pipeline.run.dask import cluster_of, connected, read_cluster
 
 
 def described(tmp_path: Path, text: str) -> Path:

@@ -17,11 +17,9 @@ from tests.dask_processes import (
     OTHER_CODE,
     DaskProcesses,
     Nothing,
-    code_of_this_worker,
+    OfThisWorker,
     dask_processes,
     do_nothing,
-    give_nothing_up,
-    no_code,
     pages_asked_for,
     run_or_die,
 )
@@ -31,9 +29,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.labels.stored_session import give_up_session, on_dask
-from vislam2tag.pipeline.run.cluster import connected
-from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.run.dask import DaskExecutor, connected
 from vislam2tag.pipeline.run.workers import Report
 from vislam2tag.settings import Settings
 
@@ -79,7 +75,7 @@ class Told:
 
 def processed(survey: Survey, name: str, cluster: DaskProcesses, told: Told) -> None:
     with connected(cluster.address, None, told.lines.append) as client:
-        executor = on_dask(client, told.lines.append)
+        executor = DaskExecutor(client, told.lines.append)
         process(survey.stored, Path(survey.s3.store(name).address), SETTINGS, executor=executor, progress=told)
 
 
@@ -124,7 +120,7 @@ def test_the_scheduler_gets_several_sessions_a_message(cluster: DaskProcesses, m
             return send(function, jobs, **options)
 
         monkeypatch.setattr(client, "map", counted)
-        executor: DaskExecutor[Nothing, str] = DaskExecutor(client, no_code, give_nothing_up, print)
+        executor = DaskExecutor(client, print)
         jobs = [Nothing(f"nothing-{number}") for number in range(100)]
         executor(do_nothing, iter(jobs), report=ended.append)
     assert sorted(ended) == sorted(job.slug for job in jobs)
@@ -142,7 +138,7 @@ def test_a_scheduler_that_is_lost_while_results_are_fetched_is_told(
             raise OSError("comm closed")
 
         monkeypatch.setattr(client, "gather", gone)
-        executor: DaskExecutor[Nothing, str] = DaskExecutor(client, no_code, give_nothing_up, print)
+        executor = DaskExecutor(client, print)
         with pytest.raises(OutputError, match=rf"the scheduler at {cluster.address} is lost"):
             executor(do_nothing, iter([Nothing("nothing")]), report=lambda _: None)
 
@@ -152,7 +148,7 @@ def test_a_worker_keeps_the_memory_of_a_session_for_the_next(cluster: DaskProces
     pages: list[str] = []
     with connected(cluster.address, None, lambda _: None) as client:
         client.wait_for_workers(1)
-        executor: DaskExecutor[Nothing, str] = DaskExecutor(client, no_code, give_nothing_up, print)
+        executor = DaskExecutor(client, print)
         executor(pages_asked_for, iter([Nothing("memory")]), report=pages.append)
     assert int(pages[0]) < 12_500, "20 MB are 5,000 pages: the system gave them once, not twenty times more"
 
@@ -186,11 +182,13 @@ def test_a_worker_of_other_code_is_refused_by_name(survey: Survey, cluster: Dask
         mixed.add_worker(**{OTHER_CODE: "1"})
         with connected(mixed.address, None, told.lines.append) as client:
             client.wait_for_workers(1)
-            executor: DaskExecutor[Any, Outcome] = DaskExecutor(
-                client, code_of_this_worker, give_up_session, told.lines.append
-            )
+            executor = DaskExecutor(client, told.lines.append)
+
+            def run_all(work: Any, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
+                executor(work, map(OfThisWorker.of, todo), report=report)
+
             out = Path(survey.s3.store("mixed").address)
-            run = partial(process, survey.stored, out, SETTINGS, executor=executor, progress=told)
+            run = partial(process, survey.stored, out, SETTINGS, executor=run_all, progress=told)
             with pytest.raises(OutputError, match=r"all workers have another source of vislam2tag.*install the same"):
                 run()
             mixed.add_worker()
@@ -207,7 +205,7 @@ def test_a_session_that_kills_three_workers_fails_and_the_rest_goes_on(
     (local / "floor_0" / "LG").rename(local / "floor_0" / "Deadly")
     told = Told()
     with connected(cluster.address, None, told.lines.append) as client:
-        executor = on_dask(client, told.lines.append)
+        executor = DaskExecutor(client, told.lines.append)
 
         def run_all(work: object, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
             executor(run_or_die, todo, report=report)

@@ -11,8 +11,8 @@ from tests.surveys import make_survey
 from vislam2tag.common.errors import OutputError
 from vislam2tag.pipeline.labels import session
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.failures import LOG_FILE, log_of, unexpected
-from vislam2tag.pipeline.run.store import claim
 from vislam2tag.pipeline.run.workers import process_all
 
 
@@ -70,7 +70,7 @@ def test_a_session_that_fails_unexpectedly_is_told_in_a_line_and_logged(
 ) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=20.0)
     nothing: dict[str, str] = {}
-    monkeypatch.setattr(session, "_process", lambda _: nothing["no such table"])
+    monkeypatch.setattr(session, "mappable_session", lambda *_, **__: nothing["no such table"])
     summary = process(survey, tmp_path / "out")
     (error,) = summary.failures.values()
     assert "unexpected KeyError: 'no such table'; please report this with its traceback (OUT/log.txt" in error

@@ -17,7 +17,7 @@ from tests.stores import Bucket, bucket, wait_for
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.pipeline.run.output_store import LOGS
+from vislam2tag.pipeline.run.output import LOGS
 from vislam2tag.settings import Settings
 
 pytest.importorskip("distributed")

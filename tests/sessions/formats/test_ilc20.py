@@ -22,9 +22,9 @@ from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.datasets.build import build_dataset
-from vislam2tag.pipeline.labels.checking.check import check
-from vislam2tag.pipeline.labels.diagnosing import survey_evidence
-from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
+from vislam2tag.pipeline.labels import survey_evidence
+from vislam2tag.pipeline.labels.check import check
+from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.sessions.formats.ilc20 import Ilc20Trace, parse_trace

@@ -1,10 +1,11 @@
-"""Published data come as a folder, a file or an archive of either: all are looked at as a folder."""
+"""Archives that others gave: what is in them is unpacked within bounds, whatever they say of themselves."""
 
 from __future__ import annotations
 
 import bz2
 import errno
 import gzip
+import io
 import lzma
 import struct
 import tarfile
@@ -18,9 +19,40 @@ from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
 from vislam2tag.common.errors import DatasetError, first_line
-from vislam2tag.common.files.bounded_file import BoundedFile
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain
+
+
+class BoundedFile(io.RawIOBase):
+    """A file opened for reading that raises ``refusal`` where more than ``most`` bytes are asked for, or come, at once.
+
+    Libraries of archives read directories and headers as large as the archive says, in one of several places.
+    """
+
+    def __init__(self, file: IO[bytes], most: int, refusal: Exception) -> None:
+        self._file, self.most, self._refusal = file, most, refusal
+
+    def read(self, size: int = -1) -> bytes:
+        """As any file's, or raise the refusal."""
+        if size > self.most:
+            raise self._refusal
+        data = bytes(self._file.read(self.most + 1 if size < 0 else size))  # a store's come as a buffer
+        if len(data) > self.most:
+            raise self._refusal
+        return data
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """As any file's."""
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        """As any file's."""
+        return self._file.tell()
+
+    def seekable(self) -> bool:
+        """True."""
+        return True
+
 
 _TAR_NAMES = (".tar", ".tar.gz", ".tgz", ".tar.xz", ".tar.bz2")
 _DECOMPRESSORS: dict[bytes, Callable[[IO[bytes]], Any]] = {

@@ -11,7 +11,6 @@ Libraries that want a path get one in a private folder (:meth:`Folder.filling`, 
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import io
 import os
@@ -19,7 +18,6 @@ import re
 import secrets
 import shutil
 import stat
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -27,6 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
+from vislam2tag.common.files.atomic import exchange
 from vislam2tag.common.files.plain_files import plain
 
 try:
@@ -42,12 +41,6 @@ _NEW = os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BI
 _MORE = os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 UNFINISHED = re.compile(r"\.vislam2tag-[0-9a-f]{16}\.part")
 """Names of files and folders that are not whole yet."""
-_EXCHANGES = {"linux": "renameat2", "darwin": "renameatx_np"}
-"""By platform: the function of the C library that can exchange two names at once."""
-_EXCHANGE = 2
-"""The flag that asks for it (``RENAME_EXCHANGE``, ``RENAME_SWAP``)."""
-_CANNOT_EXCHANGE = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP}
-"""What systems and file systems answer that cannot."""
 _AT_ONCE = 1 << 20
 _swept: set[tuple[Path, int, int]] = set()
 """Directories that this process has looked through for what killed programs left, by path, device and inode.
@@ -176,7 +169,7 @@ class Folder:
     def exchange(self, name: str, to: Folder, other_name: str) -> bool:
         """Exchange two folders at once; False if the system or the file system cannot."""
         with self._place(name) as (at, last), to._place(other_name) as (there, other):
-            return _exchange(at, last, there, other)
+            return exchange(at.handle, last, there.handle, other, there.path)
 
     def remove(self, name: str) -> None:
         """Remove a file; none there is no fault."""
@@ -399,17 +392,3 @@ def _locked(at: _Directory, name: str, *, wait: bool) -> Iterator[int]:
         yield handle
     finally:
         os.close(handle)
-
-
-def _exchange(at: _Directory, name: str, there: _Directory, other: str) -> bool:
-    if sys.platform not in _EXCHANGES or at.handle is None or there.handle is None:
-        return False
-    function = getattr(ctypes.CDLL(None, use_errno=True), _EXCHANGES[sys.platform], None)
-    if function is None:
-        return False
-    if function(at.handle, os.fsencode(name), there.handle, os.fsencode(other), ctypes.c_uint(_EXCHANGE)) == 0:
-        return True
-    number = ctypes.get_errno()
-    if number in _CANNOT_EXCHANGE:
-        return False
-    raise OSError(number, os.strerror(number), str(there.path / other))

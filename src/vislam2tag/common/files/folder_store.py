@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -38,6 +39,11 @@ class FolderStore:
             raise StoreError(f"{self.root / name}: cannot be read ({error.strerror}); check its permissions") from error
         return Stored(data, Version(hashlib.sha256(data).hexdigest()), {})
 
+    def version(self, name: str) -> Version | None:
+        """Version of a file as :meth:`list` shows it; None where there is none."""
+        path = self.root / name
+        return _listed_version(path) if path.is_file() else None
+
     @property
     def _folder(self) -> Folder:
         return Folder.at(self.root)
@@ -58,6 +64,12 @@ class FolderStore:
                 self._folder.write(name, content)
         except OSError as error:
             raise OutputError(f"{self.root / name}: cannot be written ({error.strerror})") from error
+
+    @contextmanager
+    def filling(self, name: str) -> Iterator[Path]:
+        """Yield where a library may write a file, which takes its place when the block ends well."""
+        with self._folder.filling(name) as path:
+            yield path
 
     def put_over(self, name: str, content: bytes, before: Version | None) -> None:
         """Replace the version ``before`` of a file, or create it where that is None.
@@ -80,9 +92,8 @@ class FolderStore:
         """List all files below a folder; their versions here are of size and time, no hashes."""
         for path in sorted((self.root / folder).rglob("*")):
             if path.is_file():
-                found = path.stat()
-                mark = f"{found.st_size}-{found.st_mtime_ns}"
-                yield Listed(path.relative_to(self.root).as_posix(), found.st_size, Version(mark))
+                name, version = path.relative_to(self.root).as_posix(), _listed_version(path)
+                yield Listed(name, path.stat().st_size, version)
 
     def folders(self) -> tuple[str, ...]:
         """Names of the folders right below, sorted; hidden ones are left out."""
@@ -90,9 +101,18 @@ class FolderStore:
         return tuple(sorted(path.name for path in there if path.is_dir() and not path.name.startswith(".")))
 
     def delete(self, names: Iterable[str]) -> None:
-        """Remove files; one that is not there is no fault."""
+        """Remove files; one that is not there is no fault. Raises OutputError for one that cannot be removed."""
         for name in names:
-            self._folder.remove(name)
+            try:
+                self._folder.remove(name)
+            except OSError as error:
+                reason = f"cannot be removed ({error.strerror}); check its permissions"
+                raise OutputError(f"{self.root / name}: {reason}") from error
+
+
+def _listed_version(path: Path) -> Version:
+    found = path.stat()
+    return Version(f"{found.st_size}-{found.st_mtime_ns}")
 
 
 AnyStore: TypeAlias = Store | FolderStore

@@ -15,11 +15,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import islice
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import IO, Any, TypeVar
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
-from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.store_connection import SCHEMES, cause_of, connection_to, obstore, store_errors
 
 _ADDRESS = re.compile(rf"({'|'.join(SCHEMES)}):(?:/+(.*))?")
@@ -188,6 +188,14 @@ class Store:
     def put(self, name: str, content: bytes | Path, notes: Mapping[str, str] | None = None) -> Version:
         """Write an object whole, in one request or, where it is large, in parts; whatever was there is replaced."""
         return self._put(name, content, notes, None)
+
+    @contextmanager
+    def filling(self, name: str) -> Iterator[Path]:
+        """Yield where a library may write a file of this machine, which is put when the block ends well."""
+        with scratch_folder() as scratch:
+            path = scratch / PurePosixPath(name).name
+            yield path
+            self.put(name, path)
 
     def put_over(
         self, name: str, content: bytes, before: Version | None, notes: Mapping[str, str] | None = None

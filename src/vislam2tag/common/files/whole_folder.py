@@ -21,8 +21,8 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import OutputError, first_line
+from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, without_record
 
 _LOCK, _NEW, _OLD, _REPLACED = "lock", "new", "old", "replaced"

@@ -35,8 +35,8 @@ from vislam2tag.pipeline.datasets.sources import (
     open_sources,
     survey_findings,
 )
-from vislam2tag.pipeline.labels.checking.walked_floors import walked_floors
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.labels.walked_floors import walked_floors
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_sessions

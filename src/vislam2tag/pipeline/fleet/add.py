@@ -20,12 +20,13 @@ from vislam2tag.pipeline.fleet.catalogue import (
     DONE,
     FAILED,
     NEW,
+    SURVEYS,
     UNREADABLE,
     Fleet,
     FleetTotals,
     is_fleet,
+    survey_name,
 )
-from vislam2tag.pipeline.fleet.layout import SURVEYS, survey_name
 from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey, RawCopy, planned_copy
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.sessions.registry import open_survey, survey_files

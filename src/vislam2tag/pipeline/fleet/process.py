@@ -2,43 +2,51 @@
 
 This process opens a survey when its sessions can be handed out, and forgets it when it is reduced: what it holds does
 not grow with the fleet's sessions.
+
+What ``fleet process`` would do, and why, survey by survey: nothing is written.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import UsageError, Vislam2tagError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.common.files.store import shown
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.fleet.add import described, inputs_of
-from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED, UNREADABLE, Fleet, FleetTotals, fleet_status
-from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS
+from vislam2tag.pipeline.fleet.catalogue import (
+    DONE,
+    FAILED,
+    LABELS,
+    SURVEYS,
+    UNREADABLE,
+    Fleet,
+    FleetTotals,
+    fleet_status,
+)
 from vislam2tag.pipeline.fleet.reduction import (
     SurveyJob,
     SurveyOutcome,
     failed_survey,
     is_reduced,
-    reduce_survey,
     reduction_code,
+    write_fleet_report,
 )
-from vislam2tag.pipeline.fleet.report import write_fleet_report
-from vislam2tag.pipeline.labels.process import LabelRun, jobs_of, label_run
-from vislam2tag.pipeline.labels.session import Outcome, code_of
-from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up_session, session_steps
-from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.labels.label_run import LabelRun, jobs_of, label_run
+from vislam2tag.pipeline.labels.process import dry_run
+from vislam2tag.pipeline.labels.session import Outcome, SessionJob, code_of
 from vislam2tag.pipeline.run.keys import key_of
-from vislam2tag.pipeline.run.steps import InSteps, Steps
-from vislam2tag.pipeline.run.workers import Executor, process_all
+from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run_job
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.links import left_out_of, shared_survey
@@ -47,24 +55,6 @@ from vislam2tag.site.stored_survey import survey_at_hand
 
 _COMMITS = 100
 """So many times at most the catalogue is written on the way: once each hundredth of the surveys."""
-
-
-@dataclass(frozen=True)
-class SessionJob:
-    """A session of a survey of the fleet."""
-
-    survey: str
-    job: AnyJob
-
-    @property
-    def slug(self) -> str:
-        """What tasks are called by."""
-        return f"{self.survey}-{self.job.slug}"
-
-    @property
-    def code(self) -> str:
-        """Key of the source that processes it."""
-        return self.job.code
 
 
 @dataclass(frozen=True)
@@ -80,36 +70,41 @@ class SessionOutcome:
         return self.outcome.error
 
 
-FleetJob: TypeAlias = SessionJob | SurveyJob
+@dataclass(frozen=True)
+class FleetSession(Job[SessionOutcome]):
+    """A session of a survey of the fleet."""
+
+    survey: str
+    job: SessionJob
+    code: str
+
+    @property
+    def slug(self) -> str:
+        """What tasks are called by."""
+        return f"{self.survey}-{self.job.slug}"
+
+    @property
+    def waits(self) -> bool:
+        """Whether its files come from a store, or go to one."""
+        return self.job.waits
+
+    def code_here(self) -> str:
+        """Key of the source that would process it in this process."""
+        return self.job.code_here()
+
+    @contextmanager
+    def opened(self) -> Iterator[Callable[[], SessionOutcome]]:
+        """As the session itself."""
+        with self.job.opened() as compute:
+            yield lambda: SessionOutcome(self.survey, compute())
+
+    def given_up(self, error: str) -> SessionOutcome:
+        """As the session itself."""
+        return SessionOutcome(self.survey, self.job.given_up(error))
+
+
+FleetJob: TypeAlias = FleetSession | SurveyJob
 FleetOutcome: TypeAlias = SessionOutcome | SurveyOutcome
-
-
-def _steps(job: FleetJob) -> Steps[FleetOutcome]:
-    if isinstance(job, SurveyJob):
-        yield
-        return reduce_survey(job)
-    return SessionOutcome(job.survey, (yield from session_steps(job.job)))
-
-
-work_at = InSteps(_steps)
-"""Processes a session or reduces a survey: what every executor runs."""
-
-
-def code_of_job(job: FleetJob) -> str:
-    """Key of the source that would work at a job in this process."""
-    return _reduction_code() if isinstance(job, SurveyJob) else code_here(job.job)
-
-
-def give_up_job(job: FleetJob, error: str) -> FleetOutcome:
-    """End a job for a cause that is not its own to tell."""
-    if isinstance(job, SurveyJob):
-        return failed_survey(job.survey, error)
-    return SessionOutcome(job.survey, give_up_session(job.job, error))
-
-
-@cache
-def _reduction_code() -> str:
-    return reduction_code()
 
 
 def process_fleet(
@@ -125,7 +120,7 @@ def process_fleet(
     """Process the surveys of a fleet, or those named; write their labels, the fleet's tables, catalogue and report.
 
     ``settings_for`` is asked for the settings of each survey, by its folder. With ``jobs`` > 1 sessions run in that
-    many processes; an ``executor`` (:func:`fleet_on_dask`) runs them elsewhere. ``follow_links`` is as that of
+    many processes; an ``executor`` runs them elsewhere. ``follow_links`` is as that of
     :func:`~vislam2tag.pipeline.labels.process.process`. ``progress`` is called with each
     outcome and the number of sessions. A survey that cannot be opened, or whose labels cannot be written over, is
     ``unreadable`` in the catalogue and the others go on. Raises UsageError where there is no fleet or no such survey,
@@ -134,12 +129,12 @@ def process_fleet(
     fleet = Path(fleet)
     at = Fleet(fleet)
     rows = {row["survey"]: row for row in chosen(at, surveys)}
-    run = FleetRun(at, rows, settings_for, progress, follow_links)
+    made = FleetRun(at, rows, settings_for, progress, follow_links)
     try:
-        run_all = executor or partial(process_all, workers=jobs)
-        run_all(work_at, run.jobs(), report=run.take)
+        run_all: Executor = executor or partial(process_all, workers=jobs)
+        run_all(run_job, made.jobs(), report=made.take)
     finally:
-        run.close()
+        made.close()
     write_fleet_report(fleet)
     return fleet_status(fleet)
 
@@ -201,7 +196,7 @@ class FleetRun:
                 self.progress(failed_survey(name, error), self.sessions)
                 continue
             for job in jobs_of(opened.run.tasks, opened.run.settings, opened.run.folder):
-                yield SessionJob(name, job)
+                yield FleetSession(name, job, job.code)
             if not opened.run.tasks:
                 yield from self._after_the_last(name)
 
@@ -248,7 +243,7 @@ class FleetRun:
         codes = sorted({code_of(name, settings) for name in {ref.format for ref in survey.sessions}})
         shown = shared_survey(survey, follow_links=self.follow_links)
         left_out = [finding.message for finding in left_out_of(shown.findings)]
-        return key_of(inputs, codes, _reduction_code(), settings.of_labels(), __version__, *left_out)
+        return key_of(inputs, codes, reduction_code(), settings.of_labels(), __version__, *left_out)
 
     def _is_reduced(self, name: str, labels: str) -> bool:
         before = self.rows[name]
@@ -260,7 +255,7 @@ class FleetRun:
         if opened.is_reduced and not opened.repeated:
             self._end(name, {})
             return []
-        run, code, labels = opened.run, _reduction_code(), opened.row["labels"]
+        run, code, labels = opened.run, reduction_code(), opened.row["labels"]
         return [SurveyJob(self.fleet.root, name, run.settings, run.folder, code, labels, self.follow_links)]
 
     def _end(self, name: str, row: dict[str, Any]) -> None:
@@ -278,6 +273,38 @@ class FleetRun:
             self.ended.clear()
 
 
-def fleet_on_dask(client: Any, tell: Callable[[str], None]) -> Executor:
-    """What works at a fleet's jobs on the workers of a ``distributed.Client``; ``tell`` is told which are refused."""
-    return DaskExecutor(client, code_of_job, give_up_job, tell)
+@dataclass(frozen=True)
+class PlannedSurvey:
+    """A survey that a run would look at."""
+
+    survey: str
+    kept: int
+    """Sessions that are done and unchanged."""
+    reasons: dict[str, int]
+    """Sessions that would be processed, by why; one may have several reasons."""
+    to_process: int
+    """How many these are."""
+    error: str | None
+    """Why the survey cannot be opened."""
+
+
+def fleet_dry_run(
+    fleet: Path,
+    settings_for: Callable[[Path], ProcessSettings] = lambda _: ProcessSettings(),
+    *,
+    surveys: Sequence[str] = (),
+    jobs: int = 1,
+    executor: Executor | None = None,
+) -> Iterator[PlannedSurvey]:
+    """Say of each survey what :func:`.process_fleet` with these arguments would process; raises as that."""
+    for row in chosen(Fleet(fleet), surveys):
+        name = row["survey"]
+        try:
+            with survey_at_hand(fleet / SURVEYS / name) as root:
+                found = dry_run(root, fleet / LABELS / name, settings_for(root), jobs=jobs, executor=executor)
+        except (OutputError, SurveyError) as error:
+            yield PlannedSurvey(name, 0, {}, 0, str(error))
+            continue
+        run = [one for one in found if one.reasons]
+        reasons = Counter(reason.value for one in run for reason in one.reasons)
+        yield PlannedSurvey(name, len(found) - len(run), dict(sorted(reasons.items())), len(run), None)

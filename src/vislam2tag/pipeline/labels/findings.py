@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
@@ -13,7 +15,24 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.estimation.settings import MIN_JUDGED
 from vislam2tag.estimation.strategy import surveyed_rows
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.labeling.tables import LabelledWalk
+from vislam2tag.mapping.trajectory_builder import surveyed_rows
 from vislam2tag.sessions.prepared import PreparedSession
+
+
+def walk_findings(
+    prepared: PreparedSession, walk: LabelledWalk, settings: ProcessSettings, of_truth: Sequence[Finding] = ()
+) -> list[Finding]:
+    """All that is odd about a session: as it was read, as it was mapped, and its poses' stamps.
+
+    ``of_truth`` are findings about the truth that its labels are compared with.
+    """
+    return [
+        *prepared.findings(),
+        *mapping_findings(prepared, walk.trajectory, settings.mapping.visit_radius_m, walk.needs),
+        *of_truth,
+        *pose_lag_findings(prepared.session.camera.pose_lag_s, settings),
+    ]
 
 
 def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m: float, needs: str) -> list[Finding]:

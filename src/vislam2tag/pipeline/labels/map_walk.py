@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
-from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findings
+from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.sessions.in_memory import Table, landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
 from vislam2tag.site.corrections.file import Corrections
@@ -57,12 +57,7 @@ def map_walk(
     prepared.refuse_unfit(inertial=settings.inertial)
     prepared = replace(prepared, session=replace(prepared.session, tables={}))  # sensors were used, and need no labels
     walk = LabelledWalk.of(prepared, settings)
-    findings = (
-        *site_findings,
-        *prepared.findings(),
-        *mapping_findings(prepared, walk.trajectory, settings.mapping.visit_radius_m, walk.needs),
-        *pose_lag_findings(prepared.session.camera.pose_lag_s, settings),
-    )
+    findings = (*site_findings, *walk_findings(prepared, walk, settings))
     return MappedWalk(walk, prepared.landmarks, findings)
 
 

@@ -2,64 +2,85 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 import dataclasses
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
+from collections.abc import Mapping
 from contextlib import contextmanager
+import numpy as np
+import polars as pl
+from vislam2tag import __version__
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.findings import Severity
+from vislam2tag.common.judgement import Judgement
+from vislam2tag.labeling.results import CONFLICTS_FILE
+from vislam2tag.labeling.results import CONFLICTS_PAGE
+from vislam2tag.labeling.results import SUMMARY_FILE
+from vislam2tag.labeling.results import FloorRecord
+from vislam2tag.labeling.results import PassesRecord
+from vislam2tag.labeling.results import SessionResult
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
+from vislam2tag.pipeline.labels.kept_passes import kept_walk
+from vislam2tag.pipeline.labels.kept_results import removed_findings
+from vislam2tag.pipeline.labels.session import code_of
+from vislam2tag.pipeline.labels.stored_session import AnyJob
+from vislam2tag.pipeline.labels.stored_session import Output
+from vislam2tag.pipeline.labels.stored_session import job_for
+from vislam2tag.pipeline.labels.stored_session import run_session
+from vislam2tag.pipeline.run.output_store import REPORT_FILE
+from vislam2tag.pipeline.run.outputs import claimed
+from vislam2tag.pipeline.run.selection import refuse_among_sessions
+from vislam2tag.pipeline.run.selection import selected
+from vislam2tag.pipeline.run.selection import session_task
+from vislam2tag.quality.diagnosis.id_faults import id_faults
+from vislam2tag.quality.diagnosis.record import Fault
+from vislam2tag.quality.diagnosis.record import FaultKind
+from vislam2tag.quality.diagnosis.record import References
+from vislam2tag.quality.diagnosis.search import found_faults
+from vislam2tag.quality.diagnosis.search import judgement_of
+from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE
+from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.discover import site_files
+from vislam2tag.site.frame_change import CHANGE_FILE
+from vislam2tag.site.links import is_described_from_outside
+from vislam2tag.site.links import shared_survey
+from vislam2tag.site.model import SessionRef
+from vislam2tag.site.model import Site
+from vislam2tag.site.model import Survey
+from vislam2tag.views.conflict_page import write_conflict_page
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import findings_by_kind
+from vislam2tag.views.run_summary import summarise
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-import polars as pl
-
-from vislam2tag import __version__
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.judgement import Judgement
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.labeling.results import (
-    CONFLICTS_FILE,
-    CONFLICTS_PAGE,
-    SUMMARY_FILE,
-    FloorRecord,
-    PassesRecord,
-    SessionResult,
-    Summary,
-)
+from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans, survey_evidence, thinned
-from vislam2tag.pipeline.labels.joining.odd_references import odd_findings
-from vislam2tag.pipeline.labels.joining.together import refuse_together, told_tasks
-from vislam2tag.pipeline.labels.kept_passes import kept_walk
-from vislam2tag.pipeline.labels.kept_results import outdated_findings, removed_findings
-from vislam2tag.pipeline.labels.session import Outcome, code_of
-from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
-from vislam2tag.pipeline.run.output_store import REPORT_FILE
-from vislam2tag.pipeline.run.outputs import claimed, refuse_mixed_settings, refuse_other_labels
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
-from vislam2tag.pipeline.run.workers import Executor, process_all
-from vislam2tag.quality.diagnosis.id_faults import id_faults
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind, References
-from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
-from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.pipeline.labels.label_run import jobs_of, label_run, opened_run, outdated_findings
+from vislam2tag.pipeline.labels.odd_references import odd_findings
+from vislam2tag.pipeline.labels.session import Outcome, Reason, SessionJob
+from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
+from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_labels
+from vislam2tag.pipeline.run.output import OutputFolder
+from vislam2tag.pipeline.run.selection import Selection
+from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run_job
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
-from vislam2tag.site.discover import site_files
-from vislam2tag.site.frame_change import CHANGE_FILE
-from vislam2tag.site.links import is_described_from_outside, shared_survey
-from vislam2tag.site.model import SessionKey, SessionRef, Site, Survey
-from vislam2tag.site.stored_survey import survey_at_hand
-from vislam2tag.views.conflict_page import write_conflict_page
-from vislam2tag.views.run_report import write_report
-from vislam2tag.views.run_summary import findings_by_kind, summarise
-
-REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
-"""Faults that findings of the site or of sessions report already."""
+from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.stored_survey import survey_at_hand
 
 
 def process(
@@ -108,275 +129,85 @@ def process(
             selection=selection,
             replace=replace,
             follow_links=follow_links,
-        ) as run:
-            tell(run.shown.findings)
-            tell(run.removed)
+        ) as made:
+            tell(made.shown.findings)
+            tell(made.removed)
             if settings.together:
-                told, found = told_tasks(run.survey, [*run.tasks, *run.others], settings, run_all, comparing)
+                told, found = told_tasks(made.survey, [*made.tasks, *made.others], settings, run_all, comparing)
                 odd = odd_findings(found)
                 tell(odd)
-                run = run.with_told(told).with_conflicts(found, odd)
-            outdated = outdated_findings(run.folder, run.others, settings)
+                made = made.with_told(told).with_conflicts(found, odd)
+            outdated = outdated_findings(made.folder, made.others, settings)
             tell(outdated)
-            run = run.with_findings(outdated)
-            todo = jobs_of(run.tasks, settings, run.folder)
-            run_all(run_session, todo, report=lambda done: progress(done, len(todo)))
-            return run.reduced()
+            made = made.with_findings(outdated)
+            todo = jobs_of(made.tasks, settings, made.folder)
+            run_all(run_job, todo, report=lambda done: progress(done, len(todo)))
+            return made.reduced()
 
 
 @dataclass(frozen=True)
-class LabelRun:
-    """An output that is claimed, and the sessions that are to be processed into it."""
+class PlannedSession:
+    """A session that a run would look at."""
 
-    survey: Survey
-    settings: ProcessSettings
-    folder: Output
-    tasks: list[SessionTask]
-    others: Sequence[SessionTask] = ()
-    """Sessions of the survey that the selection leaves out; their results in the output stay."""
-    removed: Sequence[Finding] = ()
-    """What the run removed from the output, because the survey has no such session any more."""
-    conflicts: str = ""
-    """The page beside the report that shows how references fit one another; empty where there is none."""
-    follow_links: bool = False
-    """Whether pages show what comes from outside the survey."""
+    session: str
+    """Floor, device and name."""
+    reasons: tuple[Reason, ...]
+    """Why it would be processed; none: it would not."""
 
-    @property
-    def shown(self) -> Survey:
-        """The survey as pages show it."""
-        return shared_survey(self.survey, follow_links=self.follow_links)
 
-    def with_told(self, told: Sequence[SessionTask]) -> LabelRun:
-        """The run with what all sessions tell one another."""
-        by_key = {task.ref.key: task for task in told}
-        tasks, others = ([by_key[task.ref.key] for task in part] for part in (self.tasks, self.others))
-        return dataclasses.replace(self, tasks=tasks, others=others)
+@dataclass(frozen=True)
+class PlannedJob(Job[PlannedSession]):
+    """Looks at one session."""
 
-    def with_findings(self, findings: Sequence[Finding]) -> LabelRun:
-        """The run with more findings about the survey."""
-        return dataclasses.replace(
-            self, survey=dataclasses.replace(self.survey, findings=(*self.survey.findings, *findings))
-        )
-
-    def with_conflicts(self, found: References, odd: Sequence[Finding]) -> LabelRun:
-        """Write how references fit one another, and tell of those that are odd."""
-        self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.shown, found))
-        self.folder.put_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
-        return dataclasses.replace(self.with_findings(odd), conflicts=CONFLICTS_PAGE)
+    job: SessionJob
+    code: str
 
     @property
-    def is_reduced(self) -> bool:
-        """Whether summary and report of an earlier run are there."""
-        return self.folder.has(SUMMARY_FILE) and self.folder.has(REPORT_FILE)
+    def slug(self) -> str:
+        """File-name stem of the session's outputs."""
+        return self.job.slug
 
-    def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
-        """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one.
+    def code_here(self) -> str:
+        """Key of the source that would process it in this process."""
+        return self.job.code_here()
 
-        Results of sessions that the selection leaves out count, too: summary and report are about the whole output.
-        """
-        refs = [task.ref for task in self.tasks]
-        if self.others:
-            finished = self.folder.finished()
-            there = {*(ref.slug for ref in refs), *(finished & {task.ref.slug for task in self.others})}
-            refs = [ref for ref in self.survey.sessions if ref.slug in there]
-        return _reduce(self, refs, each)
+    def opened(self) -> AbstractContextManager[Callable[[], PlannedSession]]:
+        """Look at it as a whole: nothing is fetched before."""
+        return nullcontext(lambda: PlannedSession(str(self.job.task.ref.key), self.job.reasons()))
 
-
-def opened_run(
-    root: Path,
-    settings: ProcessSettings,
-    folder: Output,
-    landmarks: Path | None = None,
-    selection: Selection | None = None,
-    *,
-    follow_links: bool = False,
-) -> LabelRun:
-    """The run that processes a survey at hand into an output that nobody claims here; raises as :func:`process`."""
-    survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned)
-    return _label_run(survey, read_corrections(root), selection or Selection(), settings, folder, follow_links)
+    def given_up(self, error: str) -> PlannedSession:
+        """A dry run ends where a session cannot be looked at."""
+        raise OutputError(f"{self.job.task.ref.key}: cannot be looked at: {error}")
 
 
-def _label_run(
-    survey: Survey,
-    corrections: Corrections,
-    selection: Selection,
-    settings: ProcessSettings,
-    folder: Output,
-    follow_links: bool,
-) -> LabelRun:
-    refs = selected(survey, corrections, selection)
-    others = [ref for ref in selected(survey, corrections, Selection()) if not selection.contains(ref)]
-    tasks, left_out = ([session_task(ref, survey, corrections, settings) for ref in part] for part in (refs, others))
-    survey = _with_exclusions(survey, corrections)
-    return LabelRun(survey, settings, folder, tasks, left_out, follow_links=follow_links)
-
-
-@contextmanager
-def label_run(
-    survey: Survey,
-    corrections: Corrections,
+def dry_run(
+    survey_root: Path,
     out: Path,
-    settings: ProcessSettings,
+    settings: ProcessSettings | None = None,
     *,
     landmarks: Path | None = None,
     selection: Selection | None = None,
+    jobs: int = 1,
+    executor: Executor | None = None,
     replace: bool = False,
-    follow_links: bool = False,
-    keep_summary: bool = False,
-) -> Iterator[LabelRun]:
-    """Claim ``out`` for labels of a survey.
+) -> list[PlannedSession]:
+    """Say of each session whether :func:`process` with these arguments would process it, in the survey's order.
 
-    Results of sessions that the survey no longer contains go, if the run has no selection. Results of sessions that a
-    selection leaves out stay. Summary and report of an earlier run go, unless ``keep_summary`` says that nothing they
-    follow from has changed since; even then they go if the record of that run is another (:attr:`LabelRun.is_reduced`).
-    Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if results that would stay are of
-    other settings.
+    Nothing is written, and no session is read except to see whether it has changed. With ``settings.together`` sessions
+    are read, too: what others tell of landmarks is a part of what labels follow from. Raises as :func:`process`.
     """
-    selection = selection or Selection()
-    refs = selected(survey, corrections, selection)
-    refuse_among_sessions(survey, out)
+    settings = settings or ProcessSettings()
+    run_all = executor or partial(process_all, workers=jobs)
     if not replace:
         refuse_other_labels(out, settings.strategy)
-    refuse_mixed_settings(out, settings, [ref.slug for ref in survey.sessions if not selection.contains(ref)])
-    record = run_record(survey.root, landmarks, settings) | site_record(survey)
-    slugs = {ref.slug for ref in refs}
-    excluded = {ref.slug for ref in survey.sessions if selection.contains(ref)} - slugs
-    with claimed(out, record, slugs, replace, keep_summary=keep_summary) as folder:
-        folder.discard(CHANGE_FILE)  # it says that the labels were rebased
-        gone = folder.drop(lambda slug: slug in slugs if selection.everything else slug not in excluded)
-        run = _label_run(survey, corrections, selection, settings, folder, follow_links)
-        yield dataclasses.replace(run, removed=removed_findings(gone))
-
-
-def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: Output) -> list[AnyJob]:
-    """Jobs that process sessions into ``out``, each with the key of its source."""
-    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
-    return [job_for(task, settings, out, code[task.ref.format]) for task in tasks]
-
-
-def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
-    """Say in the survey's findings which sessions corrections leave out."""
-    excluded = [
-        Finding(
-            kind="excluded_session",
-            file=CORRECTIONS_FILE,
-            count=1,
-            severity=Severity.INFO,
-            message=f"{ref.key} is left out{entry.because()}",
-        )
-        for ref in survey.sessions
-        for entry in corrections.for_session(ref.key).exclude_session[:1]
-    ]
-    return dataclasses.replace(survey, findings=(*survey.findings, *excluded))
-
-
-def run_record(root: Path, landmarks: Path | None, settings: ProcessSettings) -> dict[str, object]:
-    """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
-    return {
-        "site_files": site_hashes(root),
-        "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
-        "settings": settings.of_labels(),
-        "versions": {
-            "vislam2tag": __version__,
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-            "polars": pl.__version__,
-        },
-    }
-
-
-def site_hashes(root: Path) -> dict[str, str | None]:
-    """SHA-256 of the site's own files, by path relative to it."""
-    return {path.relative_to(root).as_posix(): _sha256(path) for path in site_files(root)}
-
-
-def site_record(survey: Survey) -> dict[str, object]:
-    """What the survey is called, and its floors, for those who read the labels without it."""
-    record: dict[str, object] = {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
-    if is_described_from_outside(survey.root):
-        record["site_from_outside"] = True
-    return record
-
-
-def floor_records(site: Site) -> list[dict[str, object]]:
-    """The site's floors, as ``run.json`` keeps them."""
-    records = (
-        FloorRecord(
-            number=floor.number,
-            name=floor.name,
-            elevation_m=floor.elevation_m,
-            width_m=floor.width_m,
-            height_m=floor.height_m,
-            lower_left_m=floor.lower_left_m,
-            georeference=floor.georeference,
-        )
-        for floor in site.floors
-    )
-    return [record.model_dump(mode="json") for record in records]
-
-
-def _sha256(path: Path) -> str | None:
-    """Hash a file; None where it cannot be read (which the site's findings tell)."""
-    try:
-        return hashlib.sha256(read_bytes(path)).hexdigest()
-    except OSError:
-        return None
-
-
-def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult], None]) -> Summary:
-    """Reduce the sessions' results, read twice, one at a time, to summary and report."""
-    settings, folder = run.settings, run.folder
-    slugs, looked_at = [ref.slug for ref in refs], {ref.slug for ref in thinned(refs)}
-    passes: dict[str, PassesRecord] = {}
-
-    def results() -> Iterator[SessionResult]:
-        for result in folder.results(slugs):
-            each(result)
-            if result.slug in looked_at and result.passes is not None:
-                passes[result.slug] = result.passes
-            yield result
-
-    shown = run.shown
-    rooms = RoomsOnPlans(shown.root, shown.site)
-    summary = summarise(results(), settings.strategy, __version__)
-    faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
-    new = [_fault_finding(fault) for fault in faults if fault.kind not in REPORTED]
-    survey = dataclasses.replace(shown, findings=(*shown.findings, *new))
-    said = {
-        "faults": [fault.summary for fault in faults],
-        "judgement": judgement,
-        "site_findings": findings_by_kind(survey.findings),
-        "contradictions": [
-            one.model_copy(update={"room": rooms(one.floor, complex(*one.surveyed_m))})
-            for one in summary.contradictions
-        ],
-    }
-    summary = summary.model_copy(update=said)
-    again = folder.results(slugs)
-    folder.write("report.html", lambda path: write_report(path, survey, settings, again, summary, run.conflicts))
-    folder.put_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
-    return summary
-
-
-def kept_faults(
-    survey: Survey,
-    refs: Sequence[SessionRef],
-    passes: Mapping[str, PassesRecord],
-    rooms: RoomsOnPlans | None = None,
-    failed: int = 0,
-) -> tuple[list[Fault], Judgement]:
-    """What is wrong with the survey by what is kept of the walks' passes (by slug), and whether these could show it."""
-    walks = [kept_walk(ref.key, passes[ref.slug]) for ref in refs if ref.slug in passes]
-    of_ids, walks = id_faults(survey.site.landmarks, walks)
-    evidence = survey_evidence(survey, walks, rooms)
-    faults = [*of_ids, *found_faults(evidence)[0]]
-    return faults, judgement_of(evidence, len(refs), failed, len(faults))
-
-
-def _fault_finding(fault: Fault) -> Finding:
-    if fault.kind is FaultKind.OTHER_IDS:  # there are no lines for corrections.toml
-        message = f"{fault.summary}: {fault.evidence}"
-        return Finding(kind="other_ids", file="", count=len(fault.landmarks), message=message, severity=Severity.ERROR)
-    what = f"vislam2tag diagnose gives the lines for {CORRECTIONS_FILE} that correct it"
-    message = f"{fault.summary}: {fault.evidence}; {what}"
-    return Finding(kind="survey_fault", file=CORRECTIONS_FILE, count=1, message=message)
+    folder = OutputFolder(out)
+    with survey_at_hand(survey_root) as root:
+        made = opened_run(root, settings, folder, landmarks, selection)
+        refuse_mixed_settings(out, settings, [task.ref.slug for task in made.others])
+        if settings.together:
+            made = made.with_told(told_tasks(made.survey, [*made.tasks, *made.others], settings, run_all, silent)[0])
+        found: list[PlannedSession] = []
+        todo = [PlannedJob(job, job.code) for job in jobs_of(made.tasks, settings, folder)]
+        run_all(run_job, todo, report=found.append)
+        place = {str(task.ref.key): number for number, task in enumerate(made.tasks)}
+    return sorted(found, key=lambda one: place[one.session])

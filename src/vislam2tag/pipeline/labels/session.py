@@ -1,58 +1,48 @@
 """One session from raw files to tables and result; runs in a worker process.
 
 Its way: read, corrected and given its landmarks (:mod:`vislam2tag.sessions.prepared`), mapped
-(:mod:`vislam2tag.estimation`), labelled and written (:mod:`vislam2tag.labeling.tables`), reduced to a result
-(:mod:`vislam2tag.pipeline.labels.session_result`).
+(:mod:`vislam2tag.mapping`), labelled and written (:mod:`vislam2tag.labeling.tables`), reduced to a result
+(:mod:`vislam2tag.pipeline.labels.session_result`). Files in a store come and go while other sessions compute.
 """
 
 from __future__ import annotations
 
 import hashlib
+from vislam2tag.labeling.results import RESULTS
+from vislam2tag.labeling.schemas import TRAJECTORY
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import OutputError, SessionError
-from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.estimation.strategy import strategy_modules
-from vislam2tag.labeling.results import RESULTS, SessionResult
-from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
+from vislam2tag.labeling.results import SessionResult
+from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
-from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, truth_mark
-from vislam2tag.pipeline.labels.session_result import result_of, session_result
+from vislam2tag.mapping.registry import strategy_modules
+from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import Kept, OutputFolder, short
+from vislam2tag.pipeline.run.session_files import SessionFiles, rows_of, session_files
+from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
-from vislam2tag.sessions.session_landmarks import ambiguous_landmarks, floors_told
+from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
+from vislam2tag.sessions.told_floors import floors_told
+from vislam2tag.survey.model import SessionRef
 
-_JOINING = f"{__package__}.joining.together"
-
-
-@dataclass(frozen=True)
-class Job:
-    """All that a worker needs to process one session."""
-
-    task: SessionTask
-    settings: ProcessSettings
-    out: OutputFolder
-    code: str
-    """Key of the source that processes it (:func:`code_of`)."""
-
-    @property
-    def slug(self) -> str:
-        """File-name stem of the session's outputs."""
-        return self.task.ref.slug
+_JOINING = f"{__package__}.together"
 
 
 @dataclass(frozen=True)
@@ -66,6 +56,80 @@ class Outcome:
     rows: int
 
 
+@dataclass(frozen=True)
+class SessionJob(Job[Outcome]):
+    """All that a worker needs to process one session.
+
+    What an earlier run did and nothing changed since is not repeated. A session that cannot be read or mapped becomes a
+    result with an error. Raises OutputError or StoreError if a file cannot be read or written: then the session is not
+    marked as done.
+    """
+
+    task: SessionTask
+    settings: ProcessSettings
+    out: OutputFolder
+    code: str
+    """Key of the source that processes it (:func:`code_of`)."""
+
+    @property
+    def slug(self) -> str:
+        """File-name stem of the session's outputs."""
+        return self.task.ref.slug
+
+    @property
+    def waits(self) -> bool:
+        """Whether its files come from a store, or go to one."""
+        return self.task.ref.stored is not None or self.out.in_store
+
+    def code_here(self) -> str:
+        """Key of the source that would process it in this process."""
+        return code_in_this_process(self.task, self.settings)
+
+    @contextmanager
+    def opened(self) -> Iterator[Callable[[], Outcome]]:
+        """Look whether its earlier result holds; if not, fetch its files and put what is made of them."""
+        kept = self.out.kept(self.slug)
+        whole = self.out.is_whole(self.slug, kept)
+        if whole and kept.result is not None and self._unread(kept) and not _changes_by_listing(self, kept.result):
+            yield partial(outcome_of, kept.result, repeated=False)
+            return
+        files = session_files(self.out, self.slug, kept, _inputs(self.task.ref))
+        with at_hand(self.task.ref, TRUTH_FILE) as ref, files as made:
+            job = self._of(ref)
+            if whole and kept.result is not None and still_holds(job, kept.result):
+                yield partial(outcome_of, kept.result, repeated=False)
+            else:
+                yield partial(_processed, job, made)
+
+    def given_up(self, error: str) -> Outcome:
+        """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
+        kept = self.out.kept(self.slug)
+        with session_files(self.out, self.slug, kept, _inputs(self.task.ref)) as files, files.begun():
+            files.result = _failed(self, files, f"{self.task.ref.key}: {error}")
+            return outcome_of(files.result, repeated=True)
+
+    def reasons(self) -> tuple[Reason, ...]:
+        """Why it would be processed, as it decides that itself; none if it would not. Nothing is written."""
+        kept = self.out.kept(self.slug)
+        if kept.result is None:
+            return (Reason.NEW,)
+        if not kept.result.fingerprint:
+            return (Reason.FAILED,)
+        if not self.out.is_whole(self.slug, kept):
+            return (Reason.LOST,)
+        if self._unread(kept):
+            return _changes_by_listing(self, kept.result)
+        with at_hand(self.task.ref, TRUTH_FILE) as ref:
+            return _changes(self._of(ref), kept.result)
+
+    def _unread(self, kept: Kept) -> bool:
+        """Whether a store's listing shows that the session's files are those of the result."""
+        return kept.inputs == _inputs(self.task.ref) != ""
+
+    def _of(self, ref: SessionRef) -> SessionJob:
+        return replace(self, task=replace(self.task, ref=ref))
+
+
 def code_of(format_name: str, settings: ProcessSettings) -> str:
     """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import.
 
@@ -77,71 +141,58 @@ def code_of(format_name: str, settings: ProcessSettings) -> str:
     )
 
 
-def process_session(job: Job) -> Outcome:
-    """Read, map, label and write one session; what an earlier run did and nothing changed since is not repeated.
-
-    A session that cannot be read or mapped becomes a result with an error. Raises OutputError where nothing can be
-    written, StoreError where its files lie in a store and cannot be fetched.
-    """
-    with at_hand(job.task.ref, TRUTH_FILE) as ref:
-        return _process_at_hand(replace(job, task=replace(job.task, ref=ref)))
+def code_in_this_process(task: SessionTask, settings: ProcessSettings) -> str:
+    """Key of the source that would process a session in this process; it is read once."""
+    return _code_of(task.ref.format, json.dumps(settings.of_labels()))
 
 
-def fail_session(job: Job, error: str) -> Outcome:
-    """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
-    job.out.forget(job.slug)
-    return _finish(job, _failed(job, f"{job.task.ref.key}: {error}"))
+@cache
+def _code_of(format_name: str, settings: str) -> str:
+    return code_of(format_name, ProcessSettings.model_validate_json(settings))
 
 
-def _process_at_hand(job: Job) -> Outcome:
-    done = job.out.result(job.slug)
-    if done is not None and still_holds(job, done):
-        return outcome_of(done, repeated=False)
-    job.out.forget(job.slug)
-    try:
-        result = _process(job)
-    except OutputError:
-        raise
-    except SessionError as error:
-        result = _failed(job, str(error))
-    except Exception as error:  # one bad session must not end the batch; its result names the fault
-        result = _failed(job, unexpected(job.task.ref.key, error))
-    return _finish(job, result)
+def _inputs(ref: SessionRef) -> str:
+    """What tells a session's files in a store from any others; empty for those of this machine, which are hashed."""
+    if ref.stored is None:
+        return ""
+    return key_of(ref.stored.store.address, [[file.name, short(file.version)] for file in ref.stored.files])
 
 
-def _finish(job: Job, result: SessionResult) -> Outcome:
-    """Write the done-mark."""
-    job.out.put_text(f"{RESULTS}/{job.slug}.json", result.model_dump_json(indent=1) + "\n")
-    return outcome_of(result, repeated=True)
+def _processed(job: SessionJob, files: SessionFiles) -> Outcome:
+    """Read, map, label and write a session whose files are at hand."""
+    with files.begun():
+        try:
+            prepared = mappable_session(job.task, inertial=job.settings.inertial)
+            session = prepared.session
+            walk = LabelledWalk.of(prepared, job.settings)
+            _write_tables(job, files, walk.tables(job.task.frames))
+            hashes = {record.name: record.sha256 for record in session.files}
+            fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
+            result = session_result(prepared, walk, job.settings, fingerprint)
+            files.result = result.model_copy(update={"parts": _parts(job)})
+        except OutputError:
+            raise
+        except SessionError as error:
+            files.result = _failed(job, files, str(error))
+        except Exception as error:  # one bad session must not end the batch; its result names the fault
+            files.result = _failed(job, files, unexpected(job.task.ref.key, error))
+    return outcome_of(files.result, repeated=True)
 
 
 def outcome_of(result: SessionResult, *, repeated: bool) -> Outcome:
     """What is told of a session with this result."""
-    rows = sum(sum(counts.values()) for counts in result.readings.values())
-    return Outcome(result.slug, result.error, repeated, rows)
+    return Outcome(result.slug, result.error, repeated, rows_of(result))
 
 
-def _process(job: Job) -> SessionResult:
-    prepared = mappable_session(job.task, inertial=job.settings.inertial)
-    session = prepared.session
-    walk = LabelledWalk.of(prepared, job.settings)
-    _write_tables(job, walk.tables(job.task.frames))
-    hashes = {record.name: record.sha256 for record in session.files}
-    fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
-    result = session_result(prepared, walk, job.settings, fingerprint)
-    return result.model_copy(update={"parts": _parts(job)})
-
-
-def _failed(job: Job, error: str) -> SessionResult:
+def _failed(job: SessionJob, files: SessionFiles, error: str) -> SessionResult:
     """Write tables with zero rows for a session of which nothing could be made."""
-    _write_tables(job, {name: pl.DataFrame(schema=SCHEMAS[name]) for name in SCHEMAS.keys() - OPTIONAL})
+    _write_tables(job, files, {name: pl.DataFrame(schema=SCHEMAS[name]) for name in SCHEMAS.keys() - OPTIONAL})
     return result_of(job.task, job.settings.strategy, fingerprint="", error=error)
 
 
-def _write_tables(job: Job, tables: dict[str, pl.DataFrame]) -> None:
-    strategy = job.settings.strategy
+def _write_tables(job: SessionJob, files: SessionFiles, tables: dict[str, pl.DataFrame]) -> None:
     for name, table in tables.items():
-        job.out.write(f"{name}/{job.slug}.parquet", partial(_fill, table, name, strategy))
+        files.write(name, partial(_fill, table, name, job.settings.strategy))
 
 
 def _fill(table: pl.DataFrame, name: str, strategy: str, path: Path) -> None:
@@ -160,13 +211,11 @@ class Reason(Enum):
     """Its own files, or what the site or the corrections say of it."""
 
 
-def still_holds(job: Job, done: SessionResult, hashes: dict[str, str] | None = None) -> bool:
-    """Whether an earlier result is what processing would make now, and its tables are there.
+def still_holds(job: SessionJob, done: SessionResult, hashes: dict[str, str] | None = None) -> bool:
+    """Whether an earlier result is what processing would make now.
 
     ``hashes`` are the SHA-256 of the session's files by name, where they are known without reading the files.
     """
-    if hashes is None and not _has_tables(job, done):
-        return False
     try:
         known = hashes or hash_inputs(job.task.ref)
         return done.fingerprint == _fingerprint(job, known, done.landmarks_logged, done.floors_told)
@@ -174,16 +223,10 @@ def still_holds(job: Job, done: SessionResult, hashes: dict[str, str] | None = N
         return False
 
 
-def reasons_against(job: Job, done: SessionResult | None, hashes: dict[str, str] | None = None) -> tuple[Reason, ...]:
-    """Why an earlier result does not hold (:func:`still_holds`); none where it does."""
-    if done is None:
-        return (Reason.NEW,)
+def _changes(job: SessionJob, done: SessionResult, hashes: dict[str, str] | None = None) -> tuple[Reason, ...]:
+    """Why an earlier result of a session at hand does not hold (:func:`still_holds`); none where it does."""
     if still_holds(job, done, hashes):
         return ()
-    if not done.fingerprint:
-        return (Reason.FAILED,)
-    if hashes is None and not _has_tables(job, done):
-        return (Reason.LOST,)
     now = _parts(job)
     parts = {Reason.CODE: "code", Reason.SETTINGS: "settings"}
     changed = [reason for reason, name in parts.items() if done.parts.get(name) != now[name]]
@@ -194,16 +237,26 @@ def reasons_against(job: Job, done: SessionResult | None, hashes: dict[str, str]
     return (*changed, *([] if same_files and changed else [Reason.INPUTS]))
 
 
-def _has_tables(job: Job, done: SessionResult) -> bool:
-    tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
-    return all((job.out.root / name / f"{job.slug}.parquet").is_file() for name in tables)
+def _changes_by_listing(job: SessionJob, done: SessionResult) -> tuple[Reason, ...]:
+    """Why a result of just these files in a store does not hold.
+
+    Only the truth is fetched, of which the result has no hash.
+    """
+    ref = job.task.ref
+    assert ref.stored is not None
+    with scratch_folder() as folder:
+        for file in ref.stored.files:
+            if file.name == f"{ref.stored.name}/{TRUTH_FILE}":
+                ref.stored.store.fetch(file.name, folder, TRUTH_FILE)
+        here = job._of(replace(ref, folder=folder.path))
+        return _changes(here, done, {file.name: file.sha256 for file in done.files})
 
 
-def _parts(job: Job) -> dict[str, str]:
+def _parts(job: SessionJob) -> dict[str, str]:
     return {"code": job.code, "settings": key_of(job.settings.of_labels())}
 
 
-def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str], told: Sequence[int]) -> str:
+def _fingerprint(job: SessionJob, hashes: dict[str, str], logged: Sequence[str], told: Sequence[int]) -> str:
     """SHA-256 over everything that the session's outputs follow from; ``logged``: the ids of its landmarks; ``told``:
     the floors that its walker said to be on.
     """

@@ -1,26 +1,261 @@
-"""The result of a session that was mapped and labelled: all that summary and report read of it but its tables."""
+"""The result of a session that was mapped and labelled: all that summary and report read of it except its tables."""
 
 from __future__ import annotations
 
+import hashlib
+from vislam2tag.pipeline.labels import statistics
+from vislam2tag.pipeline.labels.findings import mapping_findings
+from vislam2tag.pipeline.labels.findings import pose_lag_findings
+import math
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+import polars as pl
+
 from vislam2tag import __version__
-from vislam2tag.core.status import Status, counts_by_label
-from vislam2tag.core.tracks import Trajectory
-from vislam2tag.labeling.results import FileAccount, SessionResult
-from vislam2tag.labeling.results_in_new_frame import turned_result
-from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.labeling.status_column import status_codes
+from vislam2tag.common import log_bins
+from vislam2tag.common.errors import SessionError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.findings import Finding
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.interpolation import label_by_interpolation
+from vislam2tag.core.path_length import step_frames, step_lengths, steps_without_jumps
+from vislam2tag.core.status import STATUS_LABELS, Status, counts_by_label, has_position
+from vislam2tag.core.tracks import CameraTrack, Landmarks, Trajectory
+from vislam2tag.evaluation.reliability import reduce_errors
+from vislam2tag.evaluation.truth import (
+    CONTROL_POINTS,
+    MAX_GAP_S,
+    Residuals,
+    read_truth,
+    residuals_at_presses,
+    residuals_at_truth,
+)
+from vislam2tag.labeling.new_frame import turned_result
+from vislam2tag.labeling.results import (
+    ContradictionMark,
+    ErrorRecord,
+    EventMark,
+    FileAccount,
+    RecordingRecord,
+    ScanStatistics,
+    SessionResult,
+    SigmaStatistics,
+    VisitMark,
+)
+from vislam2tag.labeling.schemas import status_codes
+from vislam2tag.labeling.settings import USUAL_TRUTH, ProcessSettings, TruthSettings
 from vislam2tag.labeling.tables import LabelledWalk
-from vislam2tag.pipeline.labels import statistics
-from vislam2tag.pipeline.labels.accuracy import error_record
 from vislam2tag.pipeline.labels.drawing import draw
-from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findings
-from vislam2tag.pipeline.labels.kept_passes import passes_record
-from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
+from vislam2tag.pipeline.labels.findings import walk_findings
+from vislam2tag.pipeline.labels.survey_evidence import passes_record
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
-from vislam2tag.sessions.session_landmarks import floors_told
+from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
+from vislam2tag.sessions.told_floors import floors_told
+from vislam2tag.survey.model import Floor
+
+
+def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, Any]:
+    """Duration, length, frame rate and frames by status, under their names in a session's result."""
+    time_ns = camera.time_ns[camera.usable]
+    rate_hz = camera.frame_rate_hz
+    return {
+        "start_ns": int(time_ns[0]) if len(time_ns) else None,
+        "duration_s": round(camera.duration_s, 3),
+        "distance_m": round(distance_m(camera, trajectory), 2),
+        "frame_rate_hz": None if rate_hz is None else round(rate_hz, 3),
+        "frames": counts_by_label(trajectory.status),
+        "frame_seconds": frame_seconds(camera, trajectory, max_gap_s),
+    }
+
+
+def frame_seconds(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, float]:
+    """Seconds of the walk by status: each usable frame stands for the time to the next one.
+
+    As for readings, longer than ``max_gap_s`` a mapped frame stands for nothing: that time is ``gap``, or ``invalid``
+    where unusable frames lie in it.
+    """
+    frames = np.flatnonzero(camera.usable)
+    seconds = np.diff(camera.time_ns[frames]) * 1e-9
+    status = trajectory.status[frames[:-1]].copy()
+    hole = has_position(status) & (seconds > max_gap_s)
+    status[hole] = np.where(np.diff(frames)[hole] > 1, Status.INVALID, Status.GAP)
+    sums = np.bincount(status, weights=seconds, minlength=len(STATUS_LABELS))
+    return {label: round(float(total), 3) for label, total in zip(STATUS_LABELS, sums, strict=True) if total}
+
+
+def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
+    """Length of the walk: in the BCS where both ends of a step are mapped, in the tracker's frame elsewhere.
+
+    Jumps of the tracker are left out (:mod:`vislam2tag.core.path_length`).
+    """
+    frames = np.flatnonzero(camera.usable)
+    frames = frames[step_frames(camera.time_ns[frames])]
+    mapped = has_position(trajectory.status[frames])
+    steps = np.where(
+        mapped[1:] & mapped[:-1],
+        step_lengths(trajectory.position_bcs[frames, :2]),
+        step_lengths(camera.plane_acs[frames]),
+    )
+    return float(steps_without_jumps(steps, camera.time_ns[frames]).sum())
+
+
+def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:
+    """How sure the mapped frames are; None where no sigma is known."""
+    known = has_position(trajectory.status) & np.isfinite(trajectory.sigma_m)
+    sigma_m = trajectory.sigma_m[known]
+    if not len(sigma_m):
+        return None
+    median_m, p95_m = np.quantile(sigma_m, (0.5, 0.95)).tolist()
+    return SigmaStatistics(
+        median_m=round(median_m, 4),
+        p95_m=round(p95_m, 4),
+        uncertain_share=round(float(np.mean(trajectory.status[known] == Status.UNCERTAIN)), 6),
+        frames=log_bins.counts_of(sigma_m),
+    )
+
+
+def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
+    """Scans, their rate and what was stale (raw table, before labelling); None where there is no reading."""
+    if len(wifi) == 0:
+        return None
+    interval_s = median_scan_interval_s(wifi)
+    return ScanStatistics(
+        scans=wifi["scan"].n_unique(),
+        median_interval_s=None if interval_s is None else round(interval_s, 3),
+        readings=len(wifi),
+        repeated=int(wifi["repeated"].sum()),
+        access_points=wifi["bssid"].n_unique(),
+    )
+
+
+def recording_record(session: Session) -> RecordingRecord | None:
+    """What the recorder says of its own work; None where it says nothing."""
+    recording = session.recording
+    if recording is None:
+        return None
+    return RecordingRecord(
+        ended=recording.ended,
+        scans_refused=recording.scans_refused,
+        exposure_known=session.camera.exposure_known,
+        note=recording.note,
+        events=recording.events,
+    )
+
+
+def visit_marks(trajectory: Trajectory, own: int) -> list[VisitMark]:
+    """Each visit with where the camera was then; ``own`` is the session's floor."""
+    return [
+        VisitMark(
+            landmark=visit.landmark,
+            time_ns=int(trajectory.time_ns[visit.frame]),
+            distance_m=round(visit.distance_m, 3),
+            position=_position(trajectory, visit.frame),
+            floor=_other_floor(trajectory, visit.frame, own),
+        )
+        for visit in trajectory.visits
+    ]
+
+
+def event_marks(trajectory: Trajectory, own: int) -> list[EventMark]:
+    """Each event with its time and where the camera was after it; ``own`` is the session's floor."""
+    return [
+        EventMark(
+            time_ns=int(trajectory.time_ns[event.frame]),
+            kind=event.kind,
+            size_m=round(event.size_m, 3),
+            turn_rad=None if math.isnan(event.turn_rad) else round(event.turn_rad, 4),
+            position=_position(trajectory, event.frame),
+            floor=_other_floor(trajectory, event.frame, own),
+            reason=event.reason,
+        )
+        for event in trajectory.events
+    ]
+
+
+def contradiction_marks(trajectory: Trajectory, landmarks: Landmarks) -> list[ContradictionMark]:
+    """Each contradiction with the floor and the surveyed place of its landmark."""
+    marks = []
+    for found in trajectory.contradictions:
+        row = landmarks.index[found.landmark]
+        marks.append(
+            ContradictionMark(
+                floor=int(landmarks.floor[row]),
+                landmark=found.landmark,
+                size_m=round(found.size_m, 3),
+                sigma_m=round(found.sigma_m, 3),
+                passes=found.passes,
+                surveyed_m=_pair(landmarks.position_bcs[row]),
+                offset_m=_pair(found.offset_bcs_m),
+            )
+        )
+    return marks
+
+
+def _position(trajectory: Trajectory, frame: int) -> tuple[float, float] | None:
+    """Where the camera was at a frame; None where that frame is not mapped."""
+    mapped = has_position(trajectory.status[frame : frame + 1]).all()
+    return _pair(trajectory.position_bcs[frame, :2]) if mapped else None
+
+
+def _other_floor(trajectory: Trajectory, frame: int, own: int) -> int | None:
+    """Floor of a frame where it is not the session's own."""
+    floor = int(trajectory.floor[frame]) if len(trajectory.floor) else own
+    return None if floor == own else floor
+
+
+def _pair(point: FloatArray | tuple[float, float]) -> tuple[float, float]:
+    """A point (2,) in metres, to the centimetre."""
+    return round(float(point[0]), 2), round(float(point[1]), 2)
+
+
+TRUTH_FILE = "truth.csv"
+_UNREADABLE = (
+    "expected a table with the header time_ns,x,y and a number in each of these; the session's errors are not known: "
+    "correct or remove it"
+)
+
+
+def truth_mark(folder: Path) -> str:
+    """Tell one truth of a session from another: the SHA-256 of its file; empty where none can be read."""
+    try:
+        return hashlib.sha256(read_bytes(folder / TRUTH_FILE)).hexdigest()
+    except OSError:
+        return ""
+
+
+def error_record(
+    folder: Path, trajectory: Trajectory, presses_ns: IntArray, floor: Floor, settings: TruthSettings = USUAL_TRUTH
+) -> tuple[ErrorRecord | None, list[Finding]]:
+    """Errors at ``truth.csv`` in the session's folder, else at the presses (k,) on the session's ``floor``.
+
+    A press counts as its distance to the nearest control point there. None where neither is there; a truth file that
+    cannot be read is a finding.
+    """
+    findings = []
+    if (folder / TRUTH_FILE).is_file():
+        try:
+            truth = read_truth(folder / TRUTH_FILE)
+            return _counted(TRUTH_FILE, residuals_at_truth(trajectory, truth, settings)), list(truth.findings)
+        except SessionError:
+            findings.append(Finding(kind="unreadable_truth", file=TRUTH_FILE, count=1, message=_UNREADABLE))
+    presses_ns = _on_floor(floor.number, trajectory, presses_ns)
+    if not len(presses_ns) or not len(floor.control_points.ids):
+        return None, findings
+    at_presses = residuals_at_presses(trajectory, presses_ns, floor.control_points.position_bcs, settings)
+    return _counted(CONTROL_POINTS, at_presses), findings
+
+
+def _counted(source: str, found: Residuals) -> ErrorRecord:
+    return reduce_errors(source, found.error_m, found.covariance_m2, found.truth_covariance_m2)
+
+
+def _on_floor(number: int, trajectory: Trajectory, presses_ns: IntArray) -> IntArray:
+    """Keep the presses (k,) made on this floor, which is the session's own."""
+    where = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S).floor
+    return presses_ns[where == number] if len(where) else presses_ns
 
 
 def session_result(
@@ -37,23 +272,18 @@ def session_result(
         fingerprint=fingerprint,
         error=_mapping_error(session, trajectory, walk.needs),
         files=[FileAccount(**vars(record)) for record in session.files],
-        findings=[
-            *prepared.findings(),
-            *mapping_findings(prepared, trajectory, settings.mapping.visit_radius_m, walk.needs),
-            *truth_findings,
-            *pose_lag_findings(session.camera.pose_lag_s, settings),
-        ],
+        findings=walk_findings(prepared, walk, settings, truth_findings),
         pose_lag_s=session.camera.pose_lag_s,
-        **statistics.walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
+        **walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
         readings={name: counts_by_label(status_codes(table)) for name, table in walk.readings.items()},
         visits=visit_marks(trajectory, own),
         landmarks_logged=list(session.landmarks.ids),
         floors_told=list(floors_told(session)),
-        scans=statistics.scan_statistics(session.tables["wifi"]),
-        recording=statistics.recording_record(session),
+        scans=scan_statistics(session.tables["wifi"]),
+        recording=recording_record(session),
         events=event_marks(trajectory, own),
         contradictions=contradiction_marks(trajectory, prepared.landmarks),
-        sigma=statistics.sigma_statistics(trajectory),
+        sigma=sigma_statistics(trajectory),
         max_sigma_m=settings.labels.max_sigma_without_poses_m if session.camera.without_poses else None,
         errors=errors,
         drawing=drawings.pop(own),

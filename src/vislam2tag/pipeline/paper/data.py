@@ -1,14 +1,46 @@
-"""The surveys of the paper's data, found wherever they lie below one folder."""
+"""The surveys of the paper's data, found wherever they lie below one folder.
+
+The paper's own data set (section VII): the walks that were made to collect fingerprints, labelled and counted.
+
+All walks of the paper's evaluation: those over control points, and those before a total station.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from vislam2tag.common.errors import SessionError, SurveyError
+from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
+from vislam2tag.common.files.folder import Folder, scratch_folder
+from vislam2tag.common.files.table_files import scan_parquet
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.dataset.access_points import access_point_table
+from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.dataset.model import Dataset, DatasetInfo
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.dataset.settings import DatasetSettings
+from vislam2tag.dataset.splits import standard_splits
+from vislam2tag.dataset.statistics import dataset_statistics
+from vislam2tag.dataset.statistics_record import DatasetStatistics
+from vislam2tag.evaluation.paper.walks import (
+    PaperWalk,
+    StationWalks,
+    map_all,
+    press_walk,
+    station_settings,
+    station_walks,
+)
+from vislam2tag.evaluation.total_station.frame import fit_frame, shot_points
+from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.run.selection import session_task
+from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_session
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.selection import Selection, session_task
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.sessions.registry import open_survey
@@ -73,3 +105,174 @@ def read_mappable(survey: Survey, ref: SessionRef, settings: ProcessSettings) ->
     """Read a session and the landmarks that it may use, corrected; raises SessionError where it cannot be read."""
     prepared = prepared_session(session_task(ref, survey, read_corrections(survey.root), settings))
     return prepared.session, prepared.landmarks
+
+
+STRATEGY = "local-corrected"
+"""The strategy that labelled giaIndoorLoc."""
+EVALUATED = ("_ref", "_tachy", "_split")
+"""Device folders of the published evaluation end like this; their walks collect nothing."""
+
+
+@dataclass(frozen=True)
+class Collection:
+    """What the collecting walks give, and one sentence for each that could not be labelled."""
+
+    statistics: DatasetStatistics | None
+    """None where there is no such walk, or none heard any Wi-Fi."""
+    failed: tuple[str, ...]
+
+
+def paper_collection(
+    data: PaperData,
+    settings: ProcessSettings,
+    progress: Progress[int] = silent,
+    keep: Path | None = None,
+) -> Collection:
+    """Label the walks of all devices that do not evaluate, group their Wi-Fi readings by scan, and count.
+
+    The data set is written to ``keep``, with its splits, where there is such a walk.
+    """
+    own = settings.model_copy(update={"strategy": STRATEGY})
+    chosen = [(survey, devices) for survey in data.surveys if (devices := _devices(survey))]
+    total = sum(ref.key.device in devices for survey, devices in chosen for ref in survey.sessions)
+    done = 0
+
+    def advance(_outcome: object, _total: int) -> None:
+        nonlocal done
+        progress(done := done + 1, total)
+
+    with scratch_folder() as scratch:
+        labelled = []
+        for number, (survey, devices) in enumerate(chosen):
+            out = scratch / f"labels-{number}"
+            process(survey.root, out, own, selection=Selection(devices=devices), progress=advance)
+            labelled.append(open_labelled(out, follow_links=True))
+        sessions = list(_distinct_sessions(labelled))
+        if not sessions:
+            return Collection(None, ())
+        failed = tuple(filter(None, (session.result().error for session, _ in sessions)))
+        dataset = _dataset(sessions, scratch.folder("tables"))
+        statistics = dataset_statistics(dataset)
+        if keep is not None:
+            write_dataset(replace(dataset, splits=standard_splits(dataset)), keep)
+    return Collection(statistics if "wifi" in statistics.technologies else None, failed)
+
+
+def _devices(survey: Survey) -> tuple[str, ...]:
+    """Devices with a walk to label that is no evaluation's."""
+    corrections = read_corrections(survey.root)
+    keys = [ref.key for ref in survey.sessions if not corrections.excludes(ref.key)]
+    return tuple(sorted({key.device for key in keys if not key.device.endswith(EVALUATED)}))
+
+
+def _distinct_sessions(surveys: list[LabelledSurvey]) -> Iterator[tuple[LabelledSession, float]]:
+    """Each session with its survey's limit of sigma; where two surveys hold one session, the first counts."""
+    found: set[SessionKey] = set()
+    for survey in surveys:
+        for session in survey.sessions:
+            result = session.result()
+            key = SessionKey(result.floor, result.device, result.session)
+            if key not in found:
+                found.add(key)
+                yield session, survey.max_sigma_m
+
+
+def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Folder) -> Dataset:
+    """Make fingerprints of the sessions; the tables lie below ``folder``."""
+    for number, (session, max_sigma_m) in enumerate(sessions):
+        build_session(SessionJob(session, f"{number:06d}", "", number, folder, DatasetSettings(), max_sigma_m))
+    tables = {
+        name: scan_parquet(sorted((folder / name).glob("*.parquet")))
+        for name in (FINGERPRINTS, READINGS, SESSIONS, NAMES)
+    }
+    names = tables.pop(NAMES).collect()
+    access_points = access_point_table(tables[FINGERPRINTS], tables[READINGS], names).lazy()
+    return Dataset(DatasetInfo(name="giaIndoorLoc", floors=()), tables | {ACCESS_POINTS: access_points})
+
+
+Phone = tuple[int, str]
+"""Floor and device: what shares a clock offset."""
+Refs = Sequence[tuple[Survey, SessionRef]]
+
+
+@dataclass(frozen=True)
+class StationPhone:
+    """What one phone's walks on one floor before the total station show."""
+
+    bcs_t_station: Similarity2
+    found: StationWalks
+
+
+@dataclass
+class PaperWalks:
+    """The walks of the paper's Tables I and II, sorted by key."""
+
+    pressed: list[PaperWalk] = field(default_factory=list)
+    phones: dict[Phone, StationPhone] = field(default_factory=dict)
+    failed: list[str] = field(default_factory=list)
+    """One sentence for each session or phone that could not be evaluated."""
+
+    @property
+    def tracked(self) -> list[PaperWalk]:
+        """The walks before the total station."""
+        return [walk for phone in self.phones.values() for walk in phone.found.walks]
+
+
+def paper_walks(data: PaperData, settings: ProcessSettings, progress: Progress[int] = silent) -> PaperWalks:
+    """Evaluate every walk over control points and every walk with a ``tachy.csv``; what fails is only reported."""
+    pressed, phones = _sorted_out(data)
+    total = len(pressed) + sum(map(len, phones.values()))
+    walks = PaperWalks()
+    done = 0
+    for survey, ref in pressed:
+        _add_pressed(walks, survey, ref, settings)
+        progress(done := done + 1, total)
+    for phone, refs in phones.items():
+        try:
+            walks.phones[phone] = _station_phone(refs, settings)
+        except Vislam2tagError as error:
+            walks.failed.append(f"floor {phone[0]} / {phone[1]}: {error}")
+        progress(done := done + len(refs), total)
+    return walks
+
+
+def _sorted_out(data: PaperData) -> tuple[Refs, dict[Phone, list[tuple[Survey, SessionRef]]]]:
+    """Sessions on floors with control points, and those with a station's track by phone; the others show no error."""
+    pressed = []
+    phones: dict[Phone, list[tuple[Survey, SessionRef]]] = defaultdict(list)
+    for survey, ref in data.refs():
+        if (ref.folder / TRACK_FILE).is_file():
+            phones[ref.key.floor, ref.key.device].append((survey, ref))
+        elif len(survey.site.floor(ref.key.floor).control_points.ids):
+            pressed.append((survey, ref))
+    return pressed, phones
+
+
+def _add_pressed(walks: PaperWalks, survey: Survey, ref: SessionRef, settings: ProcessSettings) -> None:
+    try:
+        session, landmarks = read_mappable(survey, ref, settings)
+    except Vislam2tagError as error:
+        walks.failed.append(str(error))
+        return
+    if len(session.presses_ns):
+        mapped = map_all(session, landmarks, settings.mapping)
+        walks.pressed.append(press_walk(session, survey.site.floor(ref.key.floor), mapped, settings.labels.max_sigma_m))
+
+
+def _station_phone(refs: Refs, settings: ProcessSettings) -> StationPhone:
+    """Evaluate the walks of one phone; raises SurveyError or SessionError where something of it cannot be used."""
+    strict = station_settings(settings.mapping)
+    survey, first = refs[0]
+    number = first.key.floor
+    frame = fit_frame(shot_points(survey.root / f"floor_{number}", number, survey.site.landmarks))
+    sessions = []
+    for at, ref in refs:
+        session, landmarks = read_mappable(at, ref, settings)
+        sessions.append((session, map_all(session, landmarks, strict), read_station_track(ref.folder / TRACK_FILE)))
+    found = station_walks(sessions, frame.bcs_t_station, settings.labels.max_sigma_m)
+    return StationPhone(frame.bcs_t_station, found)
+
+
+def walk_of(walks: Sequence[PaperWalk], key: SessionKey) -> PaperWalk | None:
+    """Find a walk by its session; None where it is not among them."""
+    return next((walk for walk in walks if walk.key == key), None)

@@ -23,13 +23,12 @@ from vislam2tag.datasets.statistics_record import (
     table_3_markdown,
 )
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.paper.collection import paper_collection
-from vislam2tag.pipeline.paper.data import open_paper_data
+from vislam2tag.pipeline.paper.data import PaperWalks, open_paper_data, paper_collection, paper_walks
 from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, PaperResults
-from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, write_table_4
+from vislam2tag.pipeline.run.claims import claim
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.positioning.benchmark_protocol import published_choices
 from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS, table_4
 from vislam2tag.quality.evaluation.paper import (

@@ -29,8 +29,9 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.model import Dataset, Split, Storey
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key
-from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.positioning.benchmark_protocol import (
     BenchmarkRun,
     ModelChoice,

@@ -23,7 +23,6 @@ LOG_FILE = "log.txt"
 LOG = logging.getLogger("vislam2tag")
 LOG.addHandler(logging.NullHandler())  # else Python prints what nobody asked to see
 
-_Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
 
 
@@ -74,13 +73,13 @@ def log_of(error: BaseException) -> str | None:
     return next(notes, None)
 
 
-def recorded(work: Callable[[_Job], _Outcome], job: _Job) -> tuple[_Outcome, list[logging.LogRecord]]:
+def recorded(work: Callable[[], _Outcome]) -> tuple[_Outcome, list[logging.LogRecord]]:
     """Do the work; return its outcome and what it logged, which is not logged yet."""
     records: SimpleQueue[logging.LogRecord] = SimpleQueue()
     handlers, propagate = LOG.handlers, LOG.propagate
     LOG.handlers, LOG.propagate = [QueueHandler(records)], False
     try:
-        outcome = work(job)
+        outcome = work()
     finally:
         LOG.handlers, LOG.propagate = handlers, propagate
     return outcome, [records.get() for _ in range(records.qsize())]

@@ -6,23 +6,25 @@ import multiprocessing
 import os
 import signal
 import threading
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
 from itertools import chain, islice
+from logging import LogRecord
 from multiprocessing.connection import wait
+from threading import RLock
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.garbage import keep_freed_memory, search_seldom
-from vislam2tag.pipeline.run.failures import LOG, LogInOrder
-from vislam2tag.pipeline.run.steps import InSteps, overlapped, worked
+from vislam2tag.pipeline.run.failures import LOG, LogInOrder, recorded
 
 _Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
@@ -30,6 +32,62 @@ _Outcome = TypeVar("_Outcome")
 
 Report: TypeAlias = Callable[[_Outcome], Iterable[_Job] | None]
 """Called with each outcome; returns the jobs that follow from it, if any."""
+Worked: TypeAlias = tuple[_Outcome, list[LogRecord]]
+"""A job's outcome and what it logged, which is not logged yet."""
+_Made = TypeVar("_Made", covariant=True)
+_ONE_COMPUTES = RLock()
+
+
+class Job(ABC, Generic[_Made]):
+    """Work with a life of its own: it is opened with its files, computes, and is closed, which puts what it made away.
+
+    A process opens and closes several at once and computes one. Its ``code`` is the key of the source that works at
+    it where it was made.
+    """
+
+    code: str
+
+    @property
+    @abstractmethod
+    def slug(self) -> str:
+        """What its tasks are called by."""
+
+    @property
+    def waits(self) -> bool:
+        """Whether opening or closing it waits for a store."""
+        return False
+
+    @abstractmethod
+    def code_here(self) -> str:
+        """Key of the source that would work at it in this process."""
+
+    @abstractmethod
+    def opened(self) -> AbstractContextManager[Callable[[], _Made]]:
+        """Have its files at hand while the block lasts; yields what computes its outcome."""
+
+    @abstractmethod
+    def given_up(self, error: str) -> _Made:
+        """End it for a cause that is not its own to report."""
+
+
+def run_job(job: Job[_Outcome]) -> _Outcome:
+    """Do a job as a whole: what executors are given for all jobs."""
+    with job.opened() as compute, _ONE_COMPUTES, threadpool_limits(limits=1):
+        return compute()
+
+
+def worked(work: Callable[[_Job], _Outcome], job: _Job, *, limited: bool = False) -> Worked[_Outcome]:
+    """Work at a job. Of the threads of a process one computes: log and linear algebra belong to the whole process.
+
+    ``limited``: libraries are kept from computing in several threads: how many add up a sum shows in its last digits.
+    """
+    opened = job.opened() if work is run_job and isinstance(job, Job) else nullcontext(partial(work, job))
+    with opened as compute, _ONE_COMPUTES, _threads_of_libraries(limited):
+        return recorded(compute)
+
+
+def _threads_of_libraries(limited: bool) -> AbstractContextManager[object]:
+    return threadpool_limits(limits=1) if limited else nullcontext()
 
 
 class Executor(Protocol):
@@ -73,6 +131,8 @@ class Supply(Generic[_Job]):
 
 AHEAD = 2
 """Sessions handed to each worker ahead of time, so that none waits while this process is at one itself."""
+BESIDE = 3
+"""Jobs that one process has open while it works alone and they wait for a store: one begins, one computes, one ends."""
 STOP_S = 0.1
 """How often somebody is asked who may want to stop."""
 
@@ -91,45 +151,56 @@ def process_all(
     first = list(islice(rest, workers))
     supply = Supply(chain(first, rest))
     try:
-        with threadpool_limits(limits=1):
-            if isinstance(work, InSteps) and len(first) < 2:
-                outcomes = overlapped(work, supply.take)
-            else:
-                outcomes = _outcomes(partial(worked, work), supply, len(first) - 1)
-            for number, (outcome, records) in outcomes:
+        with ExitStack() as stack:
+            stack.enter_context(threadpool_limits(limits=1))
+            pool, ahead = _pool_for(work, first, stack)
+            for number, (outcome, records) in _outcomes(work, supply, pool, ahead):
                 log.add(number, records)
                 supply.follow(report(outcome))
+    except BrokenProcessPool as error:
+        raise OutputError(
+            "a worker process was ended from outside (out of memory?); run the same command again with fewer --jobs"
+        ) from error
     finally:
         log.close()
 
 
-def _outcomes(work: Callable[[_Job], _Outcome], supply: Supply[_Job], others: int) -> Iterator[tuple[int, _Outcome]]:
-    """Do the work here and in ``others`` further processes; yield each job's number and outcome as it ends."""
-    if others < 1:
-        while (taken := supply.take()) is not None:
-            yield taken[0], work(taken[1])
-        return
-    with worker_pool(others) as pool:
-        try:
-            yield from _shared_out(work, supply, pool, others * AHEAD)
-        except BrokenProcessPool as error:
-            raise OutputError(
-                "a worker process was ended from outside (out of memory?); run the same command again with fewer --jobs"
-            ) from error
+def _pool_for(work: object, first: list[_Job], stack: ExitStack) -> tuple[futures.Executor | None, int]:
+    """What works beside this process, and how many jobs it is given ahead: threads for jobs that wait for a store."""
+    if len(first) > 1:
+        return stack.enter_context(worker_pool(len(first) - 1)), AHEAD * (len(first) - 1)
+    if work is run_job and any(isinstance(job, Job) and job.waits for job in first):
+        return stack.enter_context(_threads()), BESIDE
+    return None, 0
 
 
-def _shared_out(
-    work: Callable[[_Job], _Outcome], supply: Supply[_Job], pool: ProcessPoolExecutor, ahead: int
-) -> Iterator[tuple[int, _Outcome]]:
-    """Keep the pool supplied, and do the next session here meanwhile."""
-    running: dict[Future[_Outcome], int] = {}
+@contextmanager
+def _threads() -> Iterator[ThreadPoolExecutor]:
+    """Threads that are given no more to do after an error."""
+    pool = ThreadPoolExecutor(BESIDE, thread_name_prefix="jobs")
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _outcomes(
+    work: Callable[[_Job], _Outcome], supply: Supply[_Job], pool: futures.Executor | None, ahead: int
+) -> Iterator[tuple[int, Worked[_Outcome]]]:
+    """Keep the pool supplied, and do the next session here meanwhile, unless threads of this process do them all.
+
+    Yields each job's number and what came of it as it ends.
+    """
+    running: dict[Future[Worked[_Outcome]], int] = {}
+    here = not isinstance(pool, ThreadPoolExecutor)
     while True:
-        taken = supply.take_some(ahead - len(running))
-        with _interrupts_held_back():
-            running |= {pool.submit(work, job): number for number, job in taken}
-        mine = supply.take()
+        if pool is not None:
+            taken = supply.take_some(ahead - len(running))
+            with _interrupts_held_back():
+                running |= {pool.submit(worked, work, job): number for number, job in taken}
+        mine = supply.take() if here else None
         if mine is not None:
-            yield mine[0], work(mine[1])
+            yield mine[0], worked(work, mine[1])
         elif not running:
             return
         ended, _ = futures.wait(running, timeout=None if mine is None else 0, return_when=FIRST_COMPLETED)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from vislam2tag.labeling.new_frame import changed_result
+from vislam2tag.labeling.new_frame import floors_of_result
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -27,7 +29,6 @@ from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Floor
 from vislam2tag.datasets.schema import FINGERPRINTS
 from vislam2tag.datasets.statistics_record import FieldWork
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
-from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import write_table

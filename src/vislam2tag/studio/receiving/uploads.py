@@ -14,8 +14,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
 from vislam2tag.studio.receiving.filing import WORK_FOLDER, FiledSession, file_zip, is_filed

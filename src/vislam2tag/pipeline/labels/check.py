@@ -1,0 +1,163 @@
+"""The check without ground truth: a survey folder goes in; accuracies, bad landmarks and best places come out.
+
+How much of the plans was walked is a part of it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.whole_file import output_errors
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.check_session import CheckedSession, check_session
+from vislam2tag.pipeline.labels.walked_floors import FloorWalked, WalkPlaces, walked_floors
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, refuse_left_out, selected, session_task
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.quality.landmark_gain import GainMap
+from vislam2tag.quality.self_check import bad_landmarks, judgement_of
+from vislam2tag.quality.self_check_record import FloorCheck, SessionCheck, SurveyCheck
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.links import left_out_of, shared_survey
+from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.views.check_page import write_check_page
+
+CHECK_FILE, PAGE_FILE = "check.json", "check.html"
+
+
+@dataclass
+class _Collected:
+    """Takes sessions as they end and adds them up in the survey's order, so that sums do not depend on the workers."""
+
+    order: Sequence[str]
+    gains: GainMap = field(default_factory=GainMap)
+    sessions: list[SessionCheck] = field(default_factory=list)
+    places: list[WalkPlaces] = field(default_factory=list)
+    _early: dict[str, CheckedSession] = field(default_factory=dict)
+
+    def take(self, checked: CheckedSession) -> None:
+        """Take the next session that ended."""
+        self._early[checked.record.slug] = checked
+        while len(self.sessions) < len(self.order) and self.order[len(self.sessions)] in self._early:
+            following = self._early.pop(self.order[len(self.sessions)])
+            self.sessions.append(following.record)
+            if following.gains is not None:
+                self.gains.add(following.gains)
+            if following.places is not None:
+                self.places.append(following.places)
+
+
+def check(
+    survey_root: AnyPath,
+    settings: ProcessSettings | None = None,
+    *,
+    out: AnyPath | None = None,
+    landmarks: AnyPath | None = None,
+    selection: Selection | None = None,
+    jobs: int = 1,
+    walkable: WalkableSettings | None = None,
+    follow_links: bool = False,
+    progress: Progress[SessionCheck] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+) -> SurveyCheck:
+    """Check a survey against itself: leave out each landmark or fix in turn, session by session.
+
+    docs/explanation/self-check.md tells more.
+
+    What was walked of the space that can be walked on the plans is found by ``walkable``. Plans and other site files
+    that links lead to outside the survey are not shown, unless ``follow_links`` is given; ``tell`` is called with their
+    names. With ``out`` all is written
+    there as ``check.json`` and ``check.html``. ``landmarks`` is a file with the
+    landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
+    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey or
+    ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
+    cannot be written; a bad session is only counted in ``SurveyCheck.failed``.
+    """
+    survey_root, out, landmarks = Path(survey_root), path_or_none(out), path_or_none(landmarks)
+    settings = settings or ProcessSettings()
+    survey = open_survey(
+        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
+    )
+    corrections = read_corrections(survey_root)
+    refs = selected(survey, corrections, selection or Selection())
+    if out is not None:
+        refuse_among_sessions(survey, out)
+        refuse_left_out(out, _checked_before(out), refs, selection or Selection())
+        _make_folder(out)
+    collected = _Collected([ref.slug for ref in refs])
+
+    def report(checked: CheckedSession) -> None:
+        collected.take(checked)
+        progress(checked.record, len(refs))
+
+    todo = [session_task(ref, survey, corrections, settings) for ref in refs]
+    process_all(partial(check_session, settings), todo, jobs, report)
+    shown = shared_survey(survey, follow_links=follow_links)
+    tell(left_out_of(shown.findings))
+    walked = walked_floors(shown.root, shown.site, collected.places, walkable)
+    bad = bad_landmarks([session for session in collected.sessions if not session.fixes])
+    doubtful = sum(len(session.doubtful_fixes) for session in collected.sessions)
+    found = SurveyCheck(
+        version=__version__,
+        max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
+        sessions=collected.sessions,
+        floors=[_with_rooms(floor, walked) for floor in collected.gains.floors(survey.site.landmarks)],
+        bad_landmarks=[one.model_copy(update={"room": _room(walked, one.floor, one.surveyed_m)}) for one in bad],
+        judgement=judgement_of(collected.sessions, len(bad) + doubtful),
+        walked=[floor.record for floor in walked.values()],
+    )
+    if out is not None:
+        folder = Folder.at(out)
+        with output_errors(out / CHECK_FILE):
+            folder.write(CHECK_FILE, json.dumps(found.model_dump(mode="json"), indent=1) + "\n")
+        spaces = {number: floor.space for number, floor in walked.items()}
+        with output_errors(out / PAGE_FILE):
+            page = folder.without_links(PAGE_FILE)
+        write_check_page(page, shown, found, collected.gains, spaces)
+    return found
+
+
+def _with_rooms(floor: FloorCheck, walked: Mapping[int, FloorWalked]) -> FloorCheck:
+    """Say of each proposed place in which room it is, where the plan tells."""
+    rooms = [_room(walked, floor.number, (place.x_m, place.y_m)) for place in floor.places]
+    places = [
+        place.model_copy(update={"near": ", ".join(filter(None, (room and f"in {room}", place.near)))})
+        for place, room in zip(floor.places, rooms, strict=True)
+    ]
+    return floor.model_copy(update={"places": places})
+
+
+def _room(walked: Mapping[int, FloorWalked], floor: int, place_m: tuple[float, float]) -> str:
+    """What people call the room or corridor at a place; empty where it has no name."""
+    space = walked[floor].space if floor in walked else None
+    return "" if space is None else space.areas.of_place(place_m)
+
+
+def _checked_before(out: Path) -> list[str]:
+    """Slugs of the sessions that the check in a folder is about; none if it contains no check that can be read."""
+    try:
+        before = SurveyCheck.model_validate_json(read_bytes(out / CHECK_FILE))
+    except (OSError, ValidationError):
+        return []
+    return [session.slug for session in before.sessions]
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        Folder.at(out).make()
+    except OSError as error:
+        reason = "a file, not a folder" if out.is_file() else error.strerror
+        raise OutputError(f"{out}: cannot be the output folder ({reason}); choose another --out") from error

@@ -1,0 +1,174 @@
+"""Evaluation of a survey: every session, every strategy, every kind of truth; tables and a page come out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.own_files import OwnFiles
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
+from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
+from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
+from vislam2tag.pipeline.labels.label_run import removed_findings, run_record
+from vislam2tag.pipeline.run.claims import claim
+from vislam2tag.pipeline.run.output import OutputFolder, without_sessions
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, refuse_left_out, selected, session_task
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.quality.evaluation.dense import dense_rows, survey_drift
+from vislam2tag.quality.evaluation.metrics import table_rows
+from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_points
+from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
+from vislam2tag.quality.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
+from vislam2tag.quality.evaluation.trajectory_files import READERS
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.views.evaluation_page import write_evaluation_page
+
+PROGRAM = "vislam2tag evaluate"
+RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"
+ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE = "errors.csv", "errors.tex", "sessions.csv", "dense.csv"
+_OF_RUN = (RECORD_FILE, ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE)
+
+
+def evaluate(
+    survey_root: AnyPath,
+    out: AnyPath,
+    settings: ProcessSettings | None = None,
+    *,
+    strategies: Sequence[str] = (),
+    landmarks: AnyPath | None = None,
+    truth: AnyPath | None = None,
+    clock_drift: bool = False,
+    selection: Selection | None = None,
+    jobs: int = 1,
+    progress: Progress[SessionEvaluation] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+) -> SurveyEvaluation:
+    """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/how-to/evaluate.md).
+
+    ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
+    folders; ``landmarks`` is a file that replaces the floors' own. With ``clock_drift`` a total station's clock may run
+    at another rate than the phone's. With ``jobs`` > 1 sessions run in that many processes (call it from under
+    ``if __name__ == "__main__":``). ``progress`` hears of a total station's sessions twice. ``tell`` is called
+    with the sessions whose results went because the survey no longer contains them. Raises SurveyError where
+    ``survey_root`` is no survey or has no truth at all, UsageError for an unknown strategy or a selection that matches
+    nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
+    ``SurveyEvaluation.failed``.
+    """
+    survey_root, out, landmarks, truth = Path(survey_root), Path(out), path_or_none(landmarks), path_or_none(truth)
+    settings, selection = settings or ProcessSettings(), selection or Selection()
+    names = tuple(dict.fromkeys(strategies)) or strategies_for_poses()
+    for name in names:
+        strategy_named(name, settings.mapping)
+    if truth is not None and not truth.is_dir():
+        raise UsageError(f"--truth {truth}: is no folder; it holds a file for each session, such as SLUG.tum")
+    survey = open_survey(
+        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
+    )
+    corrections = read_corrections(survey_root)
+    refs = selected(survey, corrections, selection)
+    refuse_among_sessions(survey, out)
+    todo = [
+        EvaluationJob(
+            session_task(ref, survey, corrections, settings), settings, names, truth, OutputFolder(out), clock_drift
+        )
+        for ref in refs
+    ]
+    _refuse_without_truth(survey_root, todo)
+    refuse_left_out(out, OutputFolder(out).own().stems, refs, selection)
+    run = run_record(survey.root, landmarks, settings) | {
+        "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
+        "strategies": list(names),
+        "clock_drift": clock_drift,
+    }
+    own = OwnFiles.of((*_OF_RUN, PAGE_FILE), (TRAJECTORIES,), (ref.slug for ref in refs))
+    with claim(out, run, PROGRAM, own) as folder:
+        folder.discard(*_OF_RUN, folders=(TRAJECTORIES,))  # so that nothing of an earlier run is taken for this one's
+        gone = sorted({*folder.own().stems} - {*own.stems})
+        folder.change_own(lambda before: without_sessions(before, set(gone)))
+        tell(removed_findings(gone))
+        found = _evaluated(todo, jobs, progress)
+        evaluation = _summed(settings, names, [found[ref.slug] for ref in refs])
+        _write(folder, evaluation, survey.root.resolve().name)
+    return evaluation
+
+
+def _evaluated(
+    todo: list[EvaluationJob], jobs: int, progress: Progress[SessionEvaluation]
+) -> dict[str, SessionEvaluation]:
+    """Evaluate each session by itself, then those before a total station by device, which share a clock."""
+    found: dict[str, SessionEvaluation] = {}
+    devices = station_jobs(todo)
+    total = len(todo) + sum(map(len, devices))
+
+    def report(session: SessionEvaluation) -> None:
+        found[session.slug] = session
+        progress(session, total)
+
+    def add(outcome: StationOutcome) -> None:
+        for slug, tracked in outcome.found.items():
+            news = found[slug].model_copy(update={"error": None, "missing": tracked.missing})
+            found[slug] = with_station(found[slug], tracked)
+            progress(news, total)
+
+    process_all(evaluate_session, todo, jobs, report)
+    process_all(evaluate_station, devices, jobs, add)
+    return found
+
+
+def _refuse_without_truth(root: Path, todo: Sequence[EvaluationJob]) -> None:
+    """Raise SurveyError where no session can have a truth: before the work rather than after it."""
+    if not any(_may_have_truth(job) for job in todo):
+        raise SurveyError(
+            f"{root}: there is no truth to compare labels with: neither control points (floor_K/refmarker.csv, and "
+            "refMarker.csv in the sessions) nor a total station's track (tachy.csv) nor a truth file (truth.csv, .tum, "
+            ".euroc or .kitti in a session, or with --truth); vislam2tag check needs none"
+        )
+
+
+def _may_have_truth(job: EvaluationJob) -> bool:
+    folder, stem = job.truth_place
+    if any((folder / f"{stem}{suffix}").is_file() for suffix in READERS) or station_jobs([job]):
+        return True
+    return len(job.task.floor.control_points.ids) > 0
+
+
+def _summed(settings: ProcessSettings, names: Sequence[str], sessions: Sequence[SessionEvaluation]) -> SurveyEvaluation:
+    pressed = [(session.floor, session.presses) for session in sessions]
+    odd = odd_points(pressed)
+    return SurveyEvaluation(
+        version=__version__,
+        strategies=list(names),
+        max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
+        rows=table_rows(sessions),
+        dense=dense_rows(sessions, names),
+        drift=survey_drift(sessions, names),
+        retention={name: _mean([session.retention.get(name) for session in sessions]) for name in names},
+        sessions=list(sessions),
+        odd_points=odd,
+        judgement=judgement_of_points(pressed, len(odd)),
+    )
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return round(sum(known) / len(known), 4) if known else None
+
+
+def _write(folder: OutputFolder, evaluation: SurveyEvaluation, title: str) -> None:
+    """Write the tables, the page, and last the record, which is the mark that all is there."""
+    folder.put_text(ERRORS_FILE, rows_csv(evaluation.rows))
+    folder.put_text(LATEX_FILE, latex_text(evaluation.rows))
+    folder.put_text(SESSIONS_FILE, sessions_csv(evaluation.sessions))
+    if evaluation.dense:
+        folder.put_text(DENSE_FILE, dense_csv(evaluation.dense))
+    folder.write(PAGE_FILE, lambda path: write_evaluation_page(path, title, evaluation))
+    folder.put_text(RECORD_FILE, json.dumps(evaluation.model_dump(mode="json"), indent=1) + "\n")

@@ -1,0 +1,241 @@
+"""One session mapped by every strategy and compared with what truth there is; runs in a worker process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vislam2tag.common.errors import OutputError, SessionError, SurveyError
+from vislam2tag.common.findings import Finding
+from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.core.visits import find_visits
+from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.quality.evaluation.dense import TruePath, dense_errors, dense_figures
+from vislam2tag.quality.evaluation.metrics import frames_within_sigma, points_within_sigma, retention, strategy_errors
+from vislam2tag.quality.evaluation.odd_truth import PressOffset, press_offsets
+from vislam2tag.quality.evaluation.paper import landmark_movement_m
+from vislam2tag.quality.evaluation.press_identity import read_route
+from vislam2tag.quality.evaluation.press_truth import (
+    is_faulty,
+    nearest_point_errors,
+    press_errors,
+    press_truth,
+    press_truth_findings,
+)
+from vislam2tag.evaluation.control_points.route_file import read_route
+from vislam2tag.evaluation.dense import TruePath, dense_errors, dense_figures
+from vislam2tag.evaluation.metrics import frames_within_sigma, points_within_sigma, retention, strategy_errors
+from vislam2tag.evaluation.paper.walks import landmark_movement_m
+from vislam2tag.evaluation.point_errors import PointErrors
+from vislam2tag.evaluation.record import SessionEvaluation, StrategyErrors
+from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
+from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
+from vislam2tag.evaluation.truth import Truth
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
+from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.output import OutputFolder
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.prepared import SessionTask, mappable_session
+from vislam2tag.site.model import SessionRef
+
+IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
+"""The methods to tell at which control point a press was made."""
+REFERENCE = "smoother"
+"""The strategy whose labels tell where presses were made, for all strategies alike."""
+TRAJECTORIES = "trajectories"
+"""Folder of the trajectories in the output."""
+TRUTH = "truth"
+"""Stem of a truth file in a session's folder, and what the truth is called among the strategies' trajectories."""
+
+
+@dataclass(frozen=True)
+class EvaluationJob:
+    """All that a worker needs to evaluate one session."""
+
+    task: SessionTask
+    settings: ProcessSettings
+    strategies: tuple[str, ...]
+    truth: Path | None
+    """Folder with a truth file for each session, called by its slug; None: in the sessions' folders."""
+    out: OutputFolder
+    clock_drift: bool = False
+    """Whether a station's clock may run at another rate than the phone's."""
+
+    @property
+    def ref(self) -> SessionRef:
+        """Where the session lies."""
+        return self.task.ref
+
+    @property
+    def inertial(self) -> bool:
+        """Whether the user chose to map walks by their inertial sensors."""
+        return WITHOUT_TRACKER in self.strategies
+
+    def max_sigma_m(self, session: Session) -> float:
+        """Greatest sigma of a session's labels that are compared, metres."""
+        return self.settings.labels.for_session(without_poses=session.camera.without_poses).max_sigma_m
+
+    @property
+    def truth_place(self) -> tuple[Path, str]:
+        """Folder and stem of the session's truth file."""
+        return (self.ref.folder, TRUTH) if self.truth is None else (self.truth, self.ref.slug)
+
+
+@dataclass
+class TruthComparisons:
+    """What is found of the truths, one after the other."""
+
+    measured: list[StrategyErrors] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    estimates: dict[str, float | None] = field(default_factory=dict)
+    presses: list[PressOffset] = field(default_factory=list)
+
+
+def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
+    """Map and compare one session; one that cannot be read or mapped becomes a record with an error.
+
+    Its trajectories are written. Raises OutputError where they cannot be.
+    """
+    try:
+        return _evaluate(job)
+    except OutputError:
+        raise
+    except SessionError as error:
+        return _record(job.ref, error=str(error))
+    except Exception as error:  # one bad session must not end the batch; its record names the fault
+        return _record(job.ref, error=unexpected(job.ref.key, error))
+
+
+def map_with(
+    names: tuple[str, ...], session: Session, landmarks: Landmarks, settings: MappingSettings
+) -> dict[str, Trajectory]:
+    """Map a session with each of the strategies."""
+    return {
+        name: strategy_named(name, settings).map(session.camera, session.landmarks, landmarks)
+        for name in dict.fromkeys(names)
+    }
+
+
+def _evaluate(job: EvaluationJob) -> SessionEvaluation:
+    prepared = mappable_session(job.task, inertial=job.inertial)
+    prepared.refuse_without_frames()
+    session, landmarks = prepared.session, prepared.landmarks
+    needed = ("local", "local-corrected", REFERENCE)
+    everything = map_with((*job.strategies, *needed), session, landmarks, job.settings.mapping)
+    chosen = {name: everything[name] for name in job.strategies}
+    limit = job.max_sigma_m(session)
+    sure = {name: frames_within_sigma(trajectory, limit) for name, trajectory in everything.items()}
+    found = TruthComparisons()
+    _at_dense_truth(job, session, landmarks, chosen, found)
+    _at_control_points(job, session, chosen, everything[REFERENCE], found)
+    for name, trajectory in chosen.items():
+        _write(job, name, tum_text(trajectory))
+    return _record(
+        job.ref,
+        error=_mapping_error(job, {name: sure[name] for name in chosen}),
+        missing=found.missing,
+        findings=found.findings,
+        faulty=is_faulty(everything["local"], everything["local-corrected"]) if sure["local"].any() else None,
+        movement_m=rounded(landmark_movement_m(session.landmarks)),
+        retention={name: retention(sure["local"], sure[name]) for name in chosen},
+        estimates=found.estimates,
+        measured=found.measured,
+        presses=found.presses,
+    )
+
+
+def _at_dense_truth(
+    job: EvaluationJob, session: Session, landmarks: Landmarks, mapped: dict[str, Trajectory], found: TruthComparisons
+) -> None:
+    truth = _dense_truth(job, session, found)
+    if truth is None:
+        return
+    path = TruePath.of(truth)
+    passed = find_visits(session.camera, session.landmarks, job.settings.mapping.visit_radius_m)
+    known = [visit.frame for visit in passed if visit.landmark in landmarks.surveyed_ids]
+    visits_ns = session.camera.time_ns[known]
+    for name, trajectory in mapped.items():
+        points = points_within_sigma(dense_errors(trajectory, path, job.settings.truth), job.max_sigma_m(session))
+        found.measured.append(strategy_errors(points, "", name, dense_figures(points, path, visits_ns)))
+    _write(job, TRUTH, tum_text_of_truth(truth))
+
+
+def _dense_truth(job: EvaluationJob, session: Session, found: TruthComparisons) -> Truth | None:
+    """Read the truth; one that cannot be read, or lies outside the walk, is said to be missing."""
+    try:
+        truth = find_truth(*job.truth_place)
+    except SessionError as error:
+        found.missing.append(str(error))
+        return None
+    if truth is None:
+        return None
+    found.findings += truth.findings
+    time_ns = session.camera.time_ns[session.camera.usable]
+    gap_s = max(truth.time_ns[0] - time_ns[-1], time_ns[0] - truth.time_ns[-1]) * 1e-9
+    if gap_s > 0:
+        found.missing.append(f"the truth and the camera are {gap_s:.0f} s apart: are they on one clock?")
+        return None
+    return truth
+
+
+def _at_control_points(
+    job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: TruthComparisons
+) -> None:
+    floor, own = job.task.floor, job.settings.truth
+    tracked = (job.ref.folder / TRACK_FILE).is_file()
+    if not len(session.presses_ns) and (found.measured or tracked or not len(floor.control_points.ids)):
+        return
+    try:
+        route = read_route(job.ref.folder.parents[2], job.ref.folder, floor.control_points.ids)
+        truth = press_truth(reference, session.presses_ns, floor, route)
+    except (SessionError, SurveyError) as error:
+        found.missing.append(str(error))
+        return
+    methods: dict[str, Callable[[Trajectory], PointErrors]] = {
+        IDENTIFIED: lambda trajectory: press_errors(trajectory, truth, own),
+        NEAREST: lambda trajectory: nearest_point_errors(trajectory, session.presses_ns, floor, own),
+    }
+    if np.isfinite(truth.lead.lead_s):
+        methods[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, own, without_lead=True)
+    for method, compare in methods.items():
+        for name, trajectory in mapped.items():
+            points = points_within_sigma(compare(trajectory), job.max_sigma_m(session))
+            found.measured.append(strategy_errors(points, method, name))
+    names = [floor.control_points.ids[point] for point in truth.identities.point[truth.identified].tolist()]
+    found.presses += press_offsets(names, press_errors(reference, truth, own))
+    found.findings += press_truth_findings(truth)
+    found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}
+
+
+def _mapping_error(job: EvaluationJob, labelled: dict[str, BoolArray]) -> str | None:
+    """Say that no strategy labels anything, by the mask (n,) of each; None where one does."""
+    if any(mask.any() for mask in labelled.values()):
+        return None
+    return f"{job.ref.key}: could not be mapped by any of the strategies; vislam2tag inspect says what it has"
+
+
+def _write(job: EvaluationJob, name: str, text: str) -> None:
+    job.out.put_text(f"{TRAJECTORIES}/{job.ref.slug}.{name}.tum", text)
+
+
+def rounded(value: float) -> float | None:
+    """Round for the record; None where the value is not known."""
+    return round(value, 4) if value == value else None
+
+
+def _record(ref: SessionRef, **details: Any) -> SessionEvaluation:
+    """Fill in who the session is."""
+    key = ref.key
+    return SessionEvaluation(slug=ref.slug, floor=key.floor, device=key.device, session=key.session, **details)

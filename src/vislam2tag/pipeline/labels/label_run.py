@@ -1,0 +1,361 @@
+"""A run of ``process``: the output folder that it claims, the sessions that it is for, and what it sums up of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import platform
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag import __version__
+from vislam2tag.common.files.own_files import OwnFiles
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.judgement import Judgement
+from vislam2tag.diagnosis.judged import judgement_of
+from vislam2tag.diagnosis.other_ids import id_faults
+from vislam2tag.diagnosis.record import Fault, FaultKind
+from vislam2tag.diagnosis.references import References
+from vislam2tag.diagnosis.search import found_faults
+from vislam2tag.labeling.results import (
+    CONFLICTS_FILE,
+    CONFLICTS_PAGE,
+    RESULTS,
+    SUMMARY_FILE,
+    FloorRecord,
+    PassesRecord,
+    SessionResult,
+    Summary,
+)
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.session import SessionJob, code_of, still_holds
+from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, survey_evidence, thinned
+from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings, refuse_other_labels
+from vislam2tag.pipeline.run.output import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
+from vislam2tag.report.pages.conflict_page import write_conflict_page
+from vislam2tag.report.run_page.html import write_report
+from vislam2tag.report.run_page.summary import findings_by_kind, summarise
+from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.survey.discover import site_files
+from vislam2tag.survey.frame_change import CHANGE_FILE
+from vislam2tag.survey.links import is_described_from_outside, shared_survey
+from vislam2tag.survey.model import SessionRef, Site, Survey
+
+REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
+"""Faults that findings of the site or of sessions report already."""
+
+
+@dataclass(frozen=True)
+class LabelRun:
+    """An output that is claimed, and the sessions that are to be processed into it."""
+
+    survey: Survey
+    settings: ProcessSettings
+    folder: OutputFolder
+    tasks: list[SessionTask]
+    others: Sequence[SessionTask] = ()
+    """Sessions of the survey that the selection leaves out; their results in the output stay."""
+    removed: Sequence[Finding] = ()
+    """What the run removed from the output, because the survey has no such session any more."""
+    conflicts: str = ""
+    """The page beside the report that shows how references fit one another; empty where there is none."""
+    follow_links: bool = False
+    """Whether pages show what comes from outside the survey."""
+
+    @property
+    def shown(self) -> Survey:
+        """The survey as pages show it."""
+        return shared_survey(self.survey, follow_links=self.follow_links)
+
+    def with_told(self, told: Sequence[SessionTask]) -> LabelRun:
+        """The run with what all sessions tell one another."""
+        by_key = {task.ref.key: task for task in told}
+        tasks, others = ([by_key[task.ref.key] for task in part] for part in (self.tasks, self.others))
+        return dataclasses.replace(self, tasks=tasks, others=others)
+
+    def with_findings(self, findings: Sequence[Finding]) -> LabelRun:
+        """The run with more findings about the survey."""
+        return dataclasses.replace(
+            self, survey=dataclasses.replace(self.survey, findings=(*self.survey.findings, *findings))
+        )
+
+    def with_conflicts(self, found: References, odd: Sequence[Finding]) -> LabelRun:
+        """Write how references fit one another, and tell of those that are odd."""
+        self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.shown, found))
+        self.folder.put_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
+        return dataclasses.replace(self.with_findings(odd), conflicts=CONFLICTS_PAGE)
+
+    @property
+    def is_reduced(self) -> bool:
+        """Whether summary and report of an earlier run are there."""
+        return self.folder.has(SUMMARY_FILE) and self.folder.has(REPORT_FILE)
+
+    def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
+        """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one.
+
+        Results of sessions that the selection leaves out count, too: summary and report are about the whole output.
+        """
+        refs = [task.ref for task in self.tasks]
+        if self.others:
+            finished = self.folder.finished()
+            there = {*(ref.slug for ref in refs), *(finished & {task.ref.slug for task in self.others})}
+            refs = [ref for ref in self.survey.sessions if ref.slug in there]
+        return _reduce(self, refs, each)
+
+
+def opened_run(
+    root: Path,
+    settings: ProcessSettings,
+    folder: OutputFolder,
+    landmarks: Path | None = None,
+    selection: Selection | None = None,
+    *,
+    follow_links: bool = False,
+) -> LabelRun:
+    """The run that processes a survey at hand into an output that nobody claims here; raises as :func:`process`."""
+    survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned)
+    return _label_run(survey, read_corrections(root), selection or Selection(), settings, folder, follow_links)
+
+
+def _label_run(
+    survey: Survey,
+    corrections: Corrections,
+    selection: Selection,
+    settings: ProcessSettings,
+    folder: OutputFolder,
+    follow_links: bool,
+) -> LabelRun:
+    refs = selected(survey, corrections, selection)
+    others = [ref for ref in selected(survey, corrections, Selection()) if not selection.contains(ref)]
+    tasks, left_out = ([session_task(ref, survey, corrections, settings) for ref in part] for part in (refs, others))
+    survey = _with_exclusions(survey, corrections)
+    return LabelRun(survey, settings, folder, tasks, left_out, follow_links=follow_links)
+
+
+@contextmanager
+def label_run(
+    survey: Survey,
+    corrections: Corrections,
+    out: Path,
+    settings: ProcessSettings,
+    *,
+    landmarks: Path | None = None,
+    selection: Selection | None = None,
+    replace: bool = False,
+    follow_links: bool = False,
+    keep_summary: bool = False,
+) -> Iterator[LabelRun]:
+    """Claim ``out`` for labels of a survey.
+
+    Results of sessions that the survey no longer contains go, if the run has no selection. Results of sessions that a
+    selection leaves out stay. Summary and report of an earlier run go, unless ``keep_summary`` says that nothing they
+    follow from has changed since; even then they go if the record of that run is another (:attr:`LabelRun.is_reduced`).
+    Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if results that would stay are of
+    other settings.
+    """
+    selection = selection or Selection()
+    refs = selected(survey, corrections, selection)
+    refuse_among_sessions(survey, out)
+    if not replace:
+        refuse_other_labels(out, settings.strategy)
+    refuse_mixed_settings(out, settings, [ref.slug for ref in survey.sessions if not selection.contains(ref)])
+    record = run_record(survey.root, landmarks, settings) | site_record(survey)
+    slugs = {ref.slug for ref in refs}
+    excluded = {ref.slug for ref in survey.sessions if selection.contains(ref)} - slugs
+    own = OwnFiles.of((*OF_RUN, CHANGE_FILE), (*SESSION_FOLDERS, LOGS), slugs)
+    with claim(out, record, own=own, replace=replace, keep_summary=keep_summary) as folder:
+        folder.discard(CHANGE_FILE)  # it says that the labels were rebased
+        gone = folder.drop(lambda slug: slug in slugs if selection.everything else slug not in excluded)
+        run = _label_run(survey, corrections, selection, settings, folder, follow_links)
+        yield dataclasses.replace(run, removed=removed_findings(gone))
+
+
+def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: OutputFolder) -> list[SessionJob]:
+    """Jobs that process sessions into ``out``, each with the key of its source."""
+    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
+    return [SessionJob(task, settings, out, code[task.ref.format]) for task in tasks]
+
+
+def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
+    """Say in the survey's findings which sessions corrections leave out."""
+    excluded = [
+        Finding(
+            kind="excluded_session",
+            file=CORRECTIONS_FILE,
+            count=1,
+            severity=Severity.INFO,
+            message=f"{ref.key} is left out{entry.because()}",
+        )
+        for ref in survey.sessions
+        for entry in corrections.for_session(ref.key).exclude_session[:1]
+    ]
+    return dataclasses.replace(survey, findings=(*survey.findings, *excluded))
+
+
+def run_record(root: Path, landmarks: Path | None, settings: ProcessSettings) -> dict[str, object]:
+    """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
+    return {
+        "site_files": site_hashes(root),
+        "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
+        "settings": settings.of_labels(),
+        "versions": {
+            "vislam2tag": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "polars": pl.__version__,
+        },
+    }
+
+
+def site_hashes(root: Path) -> dict[str, str | None]:
+    """SHA-256 of the site's own files, by path relative to it."""
+    return {path.relative_to(root).as_posix(): _sha256(path) for path in site_files(root)}
+
+
+def site_record(survey: Survey) -> dict[str, object]:
+    """What the survey is called, and its floors, for those who read the labels without it."""
+    record: dict[str, object] = {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
+    if is_described_from_outside(survey.root):
+        record["site_from_outside"] = True
+    return record
+
+
+def floor_records(site: Site) -> list[dict[str, object]]:
+    """The site's floors, as ``run.json`` keeps them."""
+    records = (
+        FloorRecord(
+            number=floor.number,
+            name=floor.name,
+            elevation_m=floor.elevation_m,
+            width_m=floor.width_m,
+            height_m=floor.height_m,
+            lower_left_m=floor.lower_left_m,
+            georeference=floor.georeference,
+        )
+        for floor in site.floors
+    )
+    return [record.model_dump(mode="json") for record in records]
+
+
+def _sha256(path: Path) -> str | None:
+    """Hash a file; None where it cannot be read (which the site's findings tell)."""
+    try:
+        return hashlib.sha256(read_bytes(path)).hexdigest()
+    except OSError:
+        return None
+
+
+def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult], None]) -> Summary:
+    """Reduce the sessions' results, read twice, one at a time, to summary and report."""
+    settings, folder = run.settings, run.folder
+    slugs, looked_at = [ref.slug for ref in refs], {ref.slug for ref in thinned(refs)}
+    passes: dict[str, PassesRecord] = {}
+
+    def results() -> Iterator[SessionResult]:
+        for result in folder.results(slugs):
+            each(result)
+            if result.slug in looked_at and result.passes is not None:
+                passes[result.slug] = result.passes
+            yield result
+
+    shown = run.shown
+    rooms = RoomsOnPlans(shown.root, shown.site)
+    summary = summarise(results(), settings.strategy, __version__)
+    faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
+    new = [_fault_finding(fault) for fault in faults if fault.kind not in REPORTED]
+    survey = dataclasses.replace(shown, findings=(*shown.findings, *new))
+    said = {
+        "faults": [fault.summary for fault in faults],
+        "judgement": judgement,
+        "site_findings": findings_by_kind(survey.findings),
+        "contradictions": [
+            one.model_copy(update={"room": rooms(one.floor, complex(*one.surveyed_m))})
+            for one in summary.contradictions
+        ],
+    }
+    summary = summary.model_copy(update=said)
+    again = folder.results(slugs)
+    folder.write(REPORT_FILE, lambda path: write_report(path, survey, settings, again, summary, run.conflicts))
+    folder.put_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
+    return summary
+
+
+def kept_faults(
+    survey: Survey,
+    refs: Sequence[SessionRef],
+    passes: Mapping[str, PassesRecord],
+    rooms: RoomsOnPlans | None = None,
+    failed: int = 0,
+) -> tuple[list[Fault], Judgement]:
+    """What is wrong with the survey by what is kept of the walks' passes (by slug), and whether these could show it."""
+    walks = [kept_walk(ref.key, passes[ref.slug]) for ref in refs if ref.slug in passes]
+    of_ids, walks = id_faults(survey.site.landmarks, walks)
+    evidence = survey_evidence(survey, walks, rooms)
+    faults = [*of_ids, *found_faults(evidence)[0]]
+    return faults, judgement_of(evidence, len(refs), failed, len(faults))
+
+
+def _fault_finding(fault: Fault) -> Finding:
+    if fault.kind is FaultKind.OTHER_IDS:  # there are no lines for corrections.toml
+        message = f"{fault.summary}: {fault.evidence}"
+        return Finding(kind="other_ids", file="", count=len(fault.landmarks), message=message, severity=Severity.ERROR)
+    what = f"vislam2tag diagnose gives the lines for {CORRECTIONS_FILE} that correct it"
+    message = f"{fault.summary}: {fault.evidence}; {what}"
+    return Finding(kind="survey_fault", file=CORRECTIONS_FILE, count=1, message=message)
+
+
+def removed_findings(slugs: Iterable[str]) -> list[Finding]:
+    """Name the sessions whose results were removed."""
+    return [
+        Finding(
+            kind="removed_labels",
+            file=f"{RESULTS}/{slug}.json",
+            count=1,
+            message=f"the results of {slug} were removed from the output: the survey no longer contains this session, "
+            "or corrections exclude it",
+        )
+        for slug in slugs
+    ]
+
+
+def outdated_findings(
+    folder: OutputFolder, left_out: Sequence[SessionTask], settings: ProcessSettings
+) -> list[Finding]:
+    """Name the sessions that a selection leaves out and whose results a run without it would make again.
+
+    The sessions' own files are not read for that. Of those in a store or a zip only a change of the source is found.
+    """
+    if not left_out:
+        return []
+    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in left_out})}
+    jobs = {task.ref.slug: SessionJob(task, settings, OutputFolder(Path()), code[task.ref.format]) for task in left_out}
+    return list(_outdated(jobs, folder.results(jobs)))
+
+
+def _outdated(jobs: dict[str, SessionJob], results: Iterable[SessionResult]) -> Iterator[Finding]:
+    for result in results:
+        if result.fingerprint and not _is_current(jobs[result.slug], result):
+            yield Finding(
+                kind="outdated_labels",
+                file=f"{RESULTS}/{result.slug}.json",
+                count=1,
+                message=f"the labels of {result.slug} are out of date and this run leaves them as they are; run "
+                "without --floor and --device to make them again",
+            )
+
+
+def _is_current(job: SessionJob, result: SessionResult) -> bool:
+    ref = job.task.ref
+    if ref.stored is not None or ref.packed is not None:
+        return result.parts.get("code") == job.code
+    return still_holds(job, result, {file.name: file.sha256 for file in result.files})

@@ -1,0 +1,320 @@
+"""What a joint survey of the landmarks found, as rows for each landmark and session, and as files."""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.whole_file import file_to_write, output_errors
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
+from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.core.similarity import as_points
+from vislam2tag.diagnosis.references import References
+from vislam2tag.landmark_survey.changed_map import predicted
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap
+from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
+from vislam2tag.pipeline.labels.odd_references import references
+from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
+from vislam2tag.survey.shared_errors import MOST_LANDMARKS, SharedErrors, errors_file
+
+SAME_PLACE_M = 0.5
+"""A new id that was read once, and so near another landmark, may be that one's, misread."""
+
+
+class LandmarkRow(Record):
+    """One landmark in the BCS; None where something is not known. ``z_m`` is above the floor."""
+
+    floor: int
+    landmark: str
+    surveyed: bool
+    x_m: float | None = None
+    y_m: float | None = None
+    z_m: float | None = None
+    sigma_m: float | None = None
+    heading_rad: float | None = None
+    heading_sigma_rad: float | None = None
+    sessions: int
+    """Sessions tied to the survey that passed it."""
+    passes: int
+    discrepancy_m: float | None = None
+    """How far all others put a surveyed landmark from its surveyed place; None where they cannot say."""
+    discrepancy_sigma_m: float | None = None
+    """How far they should be expected to, one standard deviation per axis."""
+    note: str = ""
+    """Why it has no position, or what is odd about it."""
+
+
+class SessionRow(Record):
+    """What one session contributed."""
+
+    floor: int
+    device: str
+    session: str
+    landmarks: int
+    """How many landmarks it passed."""
+    used: bool
+    note: str = ""
+    """Why it was not used, or what of it."""
+
+
+class LandmarkSurvey(Record):
+    """A joint survey of all landmarks."""
+
+    version: str
+    shift_m: float
+    """How far walks see landmarks off their places, per axis, beyond what each walk's map admits."""
+    landmarks: tuple[LandmarkRow, ...]
+    sessions: tuple[SessionRow, ...]
+    findings: tuple[Finding, ...]
+    """About the site's own files."""
+    references: References = References()
+    """Every surveyed place, and what every session saw of it, against all others."""
+
+
+def landmark_survey(joint: JointSurvey) -> LandmarkSurvey:
+    """Reduce a joint survey to its rows, landmarks by floor."""
+    rows = [_landmark(joint, index) for index, place in enumerate(joint.places) if place.moved_to is None]
+    tied = {session.key for session, used in zip(joint.mapped, joint.joined.tied.tolist(), strict=True) if used}
+    return LandmarkSurvey(
+        version=__version__,
+        shift_m=round(joint.joined.doubts.shift_m, 4),
+        landmarks=tuple(sorted(rows, key=lambda row: row.floor)),
+        sessions=tuple(_session(session, used=session.key in tied) for session in joint.sessions),
+        findings=(*joint.survey.findings, *_not_converged(joint)),
+        references=references(joint),
+    )
+
+
+def _not_converged(joint: JointSurvey) -> list[Finding]:
+    if joint.joined.converged:
+        return []
+    message = (
+        "the joint map did not settle: walks and survey contradict each other so much that several ways to weigh them "
+        "fit alike; measure again the landmarks whose discrepancy is greatest"
+    )
+    return [Finding(kind="not_converged", file="", count=1, message=message)]
+
+
+def _session(session: ReducedSession, *, used: bool) -> SessionRow:
+    note = session.error or ""
+    if not note and session.local is None:
+        note = "passed no landmark"
+    elif not note and not used:
+        note = (
+            "nothing ties it to the survey: it shares fewer than two landmarks with it and with walks that are tied, "
+            "or contradicts them"
+        )
+    elif not session.converged:
+        note = "its map did not settle: its observations contradict each other; look at it with vislam2tag process"
+    elif session.unused:
+        note = f"landmark {', '.join(session.unused)} is not used: only other floors have it"
+    return SessionRow(
+        floor=session.key.floor,
+        device=session.key.device,
+        session=session.key.session,
+        landmarks=len(session.places),
+        used=used,
+        note=note,
+    )
+
+
+def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
+    place, joined = joint.places[index], joint.joined
+    surveyed = bool(joined.priors.surveyed[index])
+    sigma_m = math.sqrt(float(np.trace(joined.position_covariance[index])) / 2)
+    if surveyed:
+        x, y = joined.priors.position[index].real, joined.priors.position[index].imag
+        sigma_m = math.sqrt(float(np.trace(joined.priors.covariance[index])) / 2)
+    else:
+        x, y = joined.position[index].real, joined.position[index].imag
+    seen = _passes(joined, index)
+    reason = "" if surveyed else unplaced(joint, index)
+    placed = surveyed or not reason
+    heading, heading_sigma = _heading(joint, index)
+    off = _discrepancy(joined, index) if surveyed and seen else None
+    return LandmarkRow(
+        floor=place.floor,
+        landmark=place.landmark,
+        surveyed=surveyed,
+        x_m=round(float(x), 4) if placed else None,
+        y_m=round(float(y), 4) if placed else None,
+        z_m=_z(joint, index),
+        sigma_m=max(round(sigma_m, 4), 1e-4) if placed else None,
+        heading_rad=heading if placed else None,
+        heading_sigma_rad=heading_sigma if placed else None,
+        sessions=len(seen),
+        passes=sum(seen),
+        discrepancy_m=None if off is None else round(off[0], 3),
+        discrepancy_sigma_m=None if off is None else round(off[1], 3),
+        note=reason or _oddity(joint, index, seen, contradicts=off is not None and off[2]),
+    )
+
+
+def _passes(joined: LandmarkMap, index: int) -> list[int]:
+    """How often each map that is tied passed a landmark; those that did not are left out."""
+    tied = (one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used)
+    counts = (int(one.passes[one.landmark == index].sum()) for one in tied)
+    return [count for count in counts if count]
+
+
+def unplaced(joint: JointSurvey, index: int) -> str:
+    """Why a landmark that nobody surveyed gets no position; empty where it does."""
+    sigma_m = math.sqrt(float(np.trace(joint.joined.position_covariance[index])) / 2)
+    if not any(joint.places[index] in session.places for session in joint.mapped):
+        return "no walk passed it"
+    if not _passes(joint.joined, index):
+        return "only walks passed it that nothing ties to the survey"
+    if not sigma_m <= GREATEST_SIGMA_M:
+        return f"too uncertain (one standard deviation is {sigma_m:.1f} m): survey it or a landmark near it"
+    return ""
+
+
+def _oddity(joint: JointSurvey, index: int, seen: list[int], *, contradicts: bool) -> str:
+    if contradicts:
+        return "contradicts the others: measure it again"
+    if index < len(joint.survey.site.landmarks.ids):
+        return ""
+    if sum(seen) != 1:
+        return "in no landmark file"
+    apart = np.abs(joint.joined.position - joint.joined.position[index])
+    apart[[place.floor != joint.places[index].floor for place in joint.places]] = np.inf
+    apart[index] = np.inf
+    nearest = int(apart.argmin())
+    if apart[nearest] < SAME_PLACE_M:
+        return f"in no landmark file, passed only once: perhaps landmark {joint.places[nearest].landmark}, misread"
+    return "in no landmark file, passed only once"
+
+
+def _heading(joint: JointSurvey, index: int) -> tuple[float | None, float | None]:
+    """Heading and its standard deviation: as surveyed, else as estimated where walks logged any."""
+    site, joined = joint.survey.site.landmarks, joint.joined
+    if index < len(site.ids) and np.isfinite(site.heading_rad[index]):
+        sigma = float(site.heading_sigma_rad[index])
+        return round(float(site.heading_rad[index]), 6), sigma if np.isfinite(sigma) else None
+    sigma = float(joined.heading_sigma_rad[index])
+    if not sigma < GREATEST_HEADING_SIGMA_RAD:
+        return None, None
+    heading = math.remainder(float(joined.heading_rad[index]), math.tau)
+    return round(heading, 4), max(round(sigma, 4), 1e-4)
+
+
+def _z(joint: JointSurvey, index: int) -> float | None:
+    """Height above the floor: as surveyed, else the median of what the walks say."""
+    site, place = joint.survey.site.landmarks, joint.places[index]
+    if index < len(site.ids) and np.isfinite(site.z_m[index]):
+        return float(site.z_m[index])
+    heights = [_z_of_session(session, place) for session in joint.mapped]
+    finite = [z for z in heights if math.isfinite(z)]
+    return round(float(np.median(finite)), 3) if finite else None
+
+
+def _z_of_session(session: ReducedSession, place: LandmarkPlace) -> float:
+    if session.z_m is None or place not in session.places:
+        return math.nan
+    return float(session.z_m[session.places.index(place)])
+
+
+def _discrepancy(joined: LandmarkMap, index: int) -> tuple[float, float, bool] | None:
+    """How far the others put a landmark from its surveyed place, the usual size of that, and whether it is too far."""
+    tied = [one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used]
+    passed = {int(number) for one in tied for number in one.landmark[joined.priors.surveyed[one.landmark]]}
+    if len(passed - {index}) < FEWEST_OTHERS:
+        return None
+    trial = predicted(joined, index)
+    offset = complex(trial.position[index] - joined.priors.position[index])
+    covariance = trial.position_covariance[index] + joined.priors.covariance[index]
+    sigma_m = math.sqrt(float(np.trace(covariance)) / 2)
+    if not sigma_m <= GREATEST_SIGMA_M:
+        return None
+    way = np.array([offset.real, offset.imag])
+    sigmas = math.sqrt(float(way @ np.linalg.solve(covariance, way)))
+    return abs(offset), sigma_m, sigmas > CERTAIN_SIGMAS and abs(offset) > LEAST_M
+
+
+COLUMNS = ("id", "x", "y", "z", "floor", "sigma_m", "heading_rad", "heading_sigma_rad")
+
+
+def check_targets(survey_root: Path, *targets: Path) -> None:
+    """Raise OutputError where a file to be written has no folder, lies among the survey's own, or is named twice.
+
+    Before the work rather than after it.
+    """
+    root = survey_root.resolve()
+    for target in targets:
+        place = target.resolve()
+        if sum(place == other.resolve() for other in targets) > 1:
+            raise OutputError(f"{target}: one file cannot hold both the landmarks and the report; choose another name")
+        if not target.parent.is_dir() or target.is_dir():
+            reason = "is a folder" if target.is_dir() else "there is no such folder"
+            raise OutputError(f"{target}: cannot be written ({reason}); choose another name")
+        if root not in place.parents:
+            continue
+        first = place.relative_to(root).parts[0]
+        if first.startswith("floor_") or first == "corrections.toml":
+            raise OutputError(f"{target}: lies among the survey's own files; choose another name")
+
+
+def shared_errors(joint: JointSurvey) -> SharedErrors | None:
+    """The errors that landmarks of the completed file share; None where walks placed none, or there are too many.
+
+    How far walks see a landmark off its place is part of the covariance. Surveyed places that the walks contradict err
+    by themselves.
+    """
+    joined = joint.joined
+    surveyed, agreed = joined.priors.surveyed, joined.agreed
+    rows = np.array(
+        [
+            index
+            for index, place in enumerate(joint.places)
+            if place.moved_to is None and (agreed[index] if surveyed[index] else not unplaced(joint, index))
+        ],
+        dtype=np.int64,
+    )
+    if surveyed[rows].all() or len(rows) > MOST_LANDMARKS:
+        return None
+    return SharedErrors(
+        floor=np.array([joint.places[index].floor for index in rows.tolist()], dtype=np.int64),
+        ids=tuple(joint.places[index].landmark for index in rows.tolist()),
+        position_bcs=as_points(np.where(surveyed, joined.priors.position, joined.position)[rows]),
+        covariance=joined.shared_covariance(rows),
+    )
+
+
+def write_completed(
+    survey: LandmarkSurvey, out: Path, report: Path | None = None, shared: SharedErrors | None = None
+) -> None:
+    """Write the landmark file (docs/reference/formats.md), beside it the errors that its landmarks share and, where
+    wanted, the whole result as JSON; each whole or not at all.
+
+    Raises OutputError where one cannot be written.
+    """
+    contents = {out: landmark_file_text(survey).encode()}
+    if report is not None:
+        contents[report] = (survey.model_dump_json(indent=1) + "\n").encode()
+    beside, errors = Folder.at(out.parent), errors_file(out)
+    with ExitStack() as stack:
+        for target, content in contents.items():
+            stack.enter_context(file_to_write(target)).write(content)
+        stack.enter_context(output_errors(errors))
+        if shared is not None:
+            stack.enter_context(beside.writing(errors.name)).write(shared.as_bytes())
+        else:
+            beside.remove(errors.name)  # of another run
+
+
+def landmark_file_text(survey: LandmarkSurvey) -> str:
+    """The landmark file's text: all landmarks of all floors, x and y empty where there is no position."""
+    return csv_rows((COLUMNS, *(_fields(row) for row in survey.landmarks)))
+
+
+def _fields(row: LandmarkRow) -> tuple[str, ...]:
+    numbers = (row.x_m, row.y_m, row.z_m, row.floor, row.sigma_m, row.heading_rad, row.heading_sigma_rad)
+    return (row.landmark, *("" if number is None else str(number) for number in numbers))

@@ -1,0 +1,280 @@
+"""``process --together``: walks tell one another where landmarks hang, where they led and how noisy a tracker is.
+
+Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
+survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). On
+floors where a walk still goes far without a landmark, others' radio scans say where it was: each session of such a
+floor is mapped once, and where it led and what it heard is kept (:mod:`vislam2tag.walk_ties`). What a session is given
+is a part of what its result follows from, rounded, so that one more session repeats others only if it adds something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from vislam2tag.quality.diagnosis.record import References
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+import polars as pl
+from threadpoolctl import threadpool_limits
+
+from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.common.progress import Progress
+from vislam2tag.core.arrays import FloatArray, of_landmarks
+from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
+from vislam2tag.core.similarity import as_points
+from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
+from vislam2tag.estimation.noise import told_by_others
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
+from vislam2tag.pipeline.labels.odd_references import references
+from vislam2tag.pipeline.labels.session import code_in_this_process, code_of
+from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.workers import Executor, Job, run_job
+from vislam2tag.positioning.places import calibration_rows
+from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
+from vislam2tag.sessions.prepared import SessionTask, mappable_session
+from vislam2tag.sessions.registry import at_hand
+from vislam2tag.sessions.told_landmarks import ToldLandmarks
+from vislam2tag.smoother.device_noise import told_by_others
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.survey.model import SessionKey, Survey
+from vislam2tag.walk_ties.told import rounded_covariance
+from vislam2tag.walk_ties.traces import WalkTrace
+
+MOST_KEPT = 256
+"""Scans of a session, evenly spread: no more of it are asked."""
+
+_Told = TypeVar("_Told")
+
+
+@dataclass(frozen=True)
+class HeardWalk:
+    """Where a session led, and what it heard on the way; without both it neither tells nor is told anything."""
+
+    key: SessionKey
+    trace: WalkTrace | None = None
+    scans: RadioScans | None = None
+    error: str | None = None
+
+
+def heard_walk(settings: MappingSettings, task: SessionTask) -> HeardWalk:
+    """Read and map a session for what it tells others; what ends it stands in its error."""
+    key = task.ref.key
+    try:
+        prepared = mappable_session(task)
+        camera, log, wifi = prepared.session.camera, prepared.session.landmarks, prepared.session.tables.get("wifi")
+        if wifi is None or camera.without_poses:
+            return HeardWalk(key)
+        mapped = strategy_named(STRATEGY, settings).map(camera, log, prepared.landmarks)
+        trace = WalkTrace.of(mapped, key.floor, LandmarkPriors.of(log.ids, prepared.landmarks))
+        return HeardWalk(key, trace, scans_of(key.device, wifi))
+    except SessionError as error:
+        return HeardWalk(key, error=str(error))
+    except Exception as error:  # one bad session must not end the batch; its result names the fault
+        return HeardWalk(key, error=unexpected(key, error))
+
+
+def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
+    """The scans of a session's table of readings, each at the mean time of these; no more than are kept."""
+    table = wifi.filter(~pl.col("repeated"))
+    scans = scans_of_walk(
+        table["scan"].to_numpy(),
+        table["bssid"].to_numpy().astype(np.str_),
+        table["rssi_dbm"].to_numpy().astype(np.float64),
+        table["time_ns"].to_numpy().astype(np.int64),
+        device,
+    )
+    return scans[calibration_rows(len(scans), MOST_KEPT)]
+
+
+def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
+    """What each walk of a floor is told of where it was, rounded; of those that are told something."""
+    from vislam2tag.walk_ties.radio import radio_ties  # SciPy, which workers alone need otherwise
+    from vislam2tag.walk_ties.told import rounded
+
+    known = sorted((walk for walk in walks if walk.trace is not None and walk.scans), key=lambda walk: walk.key)
+    told = radio_ties([walk.trace for walk in known], [walk.scans for walk in known if walk.scans])
+    return {walk.key: rounded(ties) for walk, ties in zip(known, told, strict=True) if ties is not None}
+
+
+STRATEGY = "smoother"
+"""The others map with surveyed landmarks alone, as published."""
+ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
+"""Places and headings that sessions are told are rounded to this: far less than walks can tell ..."""
+ROUNDED_SIGMA_M, ROUNDED_SIGMA_RAD = 1e-2, 1e-3
+"""... and their covariance to squares and products of these; no direction is known better."""
+SETTLED_SHARE = 0.1
+"""What is rounded need not be solved to the micrometre."""
+ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
+"""So are the ways of walks without poses."""
+FAR_M = 40.0
+"""Radio tells a walk nothing that is never this far from one landmark to the next (docs/results/walk-ties.md)."""
+
+
+def refuse_together(strategy: str) -> None:
+    """Raise UsageError for a strategy that does not map walks together."""
+    if strategy != STRATEGY:
+        raise UsageError(
+            f"--together maps walks by the strategy {STRATEGY} only: {strategy} maps by surveyed landmarks as "
+            "published; leave --together or --strategy out"
+        )
+
+
+@dataclass(frozen=True)
+class JoiningJob(Job[_Told]):
+    """All that a worker needs to reduce one session to what it tells others."""
+
+    task: SessionTask
+    settings: ProcessSettings
+    code: str
+    reduce: Callable[[MappingSettings, SessionTask], _Told]
+    """A module's function; what ends the work on a session is in the error of what it returns."""
+    outcome: Callable[..., _Told]
+    """Makes what it returns of a session's key and an ``error``."""
+
+    @property
+    def slug(self) -> str:
+        """File-name stem of the session's outputs."""
+        return self.task.ref.slug
+
+    @property
+    def waits(self) -> bool:
+        """Whether its files come from a store."""
+        return self.task.ref.stored is not None
+
+    def code_here(self) -> str:
+        """Key of the source that would reduce it in this process."""
+        return code_in_this_process(self.task, self.settings)
+
+    @contextmanager
+    def opened(self) -> Iterator[Callable[[], _Told]]:
+        """Have its files at hand, wherever they are."""
+        with at_hand(self.task.ref) as ref:
+            yield partial(self.reduce, self.settings.mapping, replace(self.task, ref=ref))
+
+    def given_up(self, error: str) -> _Told:
+        """A session that could not be reduced is mapped alone."""
+        return self.outcome(self.task.ref.key, error=error)
+
+
+def told_tasks(
+    survey: Survey,
+    tasks: list[SessionTask],
+    settings: ProcessSettings,
+    run_all: Executor,
+    progress: Progress[SessionKey],
+) -> tuple[list[SessionTask], References]:
+    """Tasks with what all other sessions of the run tell each; and how all references fit one another.
+
+    ``progress`` hears of each session that is reduced (twice where walks go far without a landmark), and how many are.
+    """
+    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
+    todo = [JoiningJob(task, settings, code[task.ref.format], reduce_session, ReducedSession) for task in tasks]
+    sessions: list[ReducedSession] = []
+
+    def keep(session: ReducedSession) -> None:
+        sessions.append(session)
+        progress(session.key, len(todo))
+
+    run_all(run_job, todo, report=keep)
+    with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
+        joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
+        told, found = _told(joint), references(joint)
+    led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
+    tracker = _tracker_noise(joint.mapped)
+    with_told = [
+        replace(
+            task,
+            told=told.get(task.ref.key),
+            tracker=tracker.get(task.ref.key),
+            ways=_ways_of_others(led, task.ref.key),
+        )
+        for task in tasks
+    ]
+    far = {one.key.floor for one in joint.mapped if goes_far(one, told[one.key])}
+    ask = [
+        JoiningJob(task, settings, code[task.ref.format], heard_walk, HeardWalk)
+        for task in with_told
+        if task.ref.key.floor in far
+    ]
+    ties = _heard_ties(ask, run_all, lambda key, total: progress(key, len(todo) + total))
+    return [replace(task, ties=ties.get(task.ref.key)) for task in with_told], found
+
+
+def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, TrackerNoise | None]:
+    """How noisy the others of its device say that a session's tracker is, whatever their floors."""
+    known = [(session.key, session.noise) for session in mapped if session.noise is not None]
+    told: dict[SessionKey, TrackerNoise | None] = {}
+    for device in {key.device for key, _ in known}:
+        own = [(key, noise) for key, noise in known if key.device == device]
+        told |= zip([key for key, _ in own], told_by_others([noise for _, noise in own]), strict=True)
+    return told
+
+
+def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:
+    """Whether a session leads far without a landmark whose place it is told."""
+    known = {*zip(told.ids, told.floor.tolist(), strict=True)}
+    mask = np.array([(place.landmark, place.floor) in known for place in session.places], dtype=np.bool_)
+    return session.passes is not None and session.passes.longest_stretch_m(mask) > FAR_M
+
+
+def _heard_ties(
+    ask: list[JoiningJob[HeardWalk]], run_all: Executor, progress: Progress[SessionKey]
+) -> dict[SessionKey, PlaceTies]:
+    """Where the scans of others say that sessions were."""
+    walks: list[HeardWalk] = []
+
+    def keep(walk: HeardWalk) -> None:
+        walks.append(walk)
+        progress(walk.key, len(ask))
+
+    run_all(run_job, ask, report=keep)
+    with threadpool_limits(limits=1):
+        by_floor = [ties_of([one for one in walks if one.key.floor == floor]) for floor in {w.key.floor for w in walks}]
+    return {key: ties for floor in by_floor for key, ties in floor.items()}
+
+
+def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> WalkedWays | None:
+    """Where the other sessions on the floor of one led, rounded; None where there are none, or it has poses."""
+    others = [way for other, way in led.items() if other.floor == key.floor and other != key]
+    if key not in led or not others:
+        return None
+    return WalkedWays(
+        np.concatenate([ROUNDED_WAY_M * np.round(way.position_bcs / ROUNDED_WAY_M) for way in others]),
+        np.concatenate([ROUNDED_WAY_RAD * np.round(way.course_rad / ROUNDED_WAY_RAD) for way in others]),
+        np.repeat(np.arange(len(others)), [len(way.walk) for way in others]),
+    )
+
+
+def _told(joint: JointSurvey) -> dict[SessionKey, ToldLandmarks]:
+    """What each session that passed landmarks is told of them."""
+    others, tied = OtherWalks(joint.joined), joint.joined.tied
+    return {
+        session.key: _of_session(joint, others.seen(number), number, int(tied.sum() - tied[number]))
+        for number, session in enumerate(joint.mapped)
+    }
+
+
+def _of_session(joint: JointSurvey, places: ToldPlaces, number: int, sessions: int) -> ToldLandmarks:
+    """Of what is told, the landmarks that the session itself passed, rounded."""
+    own = np.flatnonzero(np.isin(places.landmark, joint.joined.maps[number].landmark))
+    passed = [joint.places[index] for index in places.landmark[own].tolist()]
+    return ToldLandmarks(
+        ids=tuple(place.landmark for place in passed),
+        floor=np.array([place.floor for place in passed], dtype=np.int64),
+        position_bcs=ROUNDED_M * np.round(as_points(places.position[own]) / ROUNDED_M),
+        heading_rad=ROUNDED_RAD * np.round(places.heading_rad[own] / ROUNDED_RAD),
+        joint_covariance=rounded_covariance(of_landmarks(places.covariance, own), _units(len(own))),
+        sessions=sessions,
+    )
+
+
+def _units(count: int) -> FloatArray:
+    """(3k,) what standard deviations of x, y of each of k landmarks and then of their headings are rounded to."""
+    return np.repeat((ROUNDED_SIGMA_M, ROUNDED_SIGMA_RAD), (2 * count, count))

@@ -1,0 +1,255 @@
+"""An output folder, on this machine or in an object store, whose files are written whole or not at all.
+
+A session is done when its result, ``sessions/SLUG.json``, is there: it is written last. In a store notes beside it say
+which versions of the session's tables it is about. So whatever writes at the same time, or is killed while it writes,
+leaves at worst a result that does not hold, and the session is done again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+import polars as pl
+
+from vislam2tag.common.errors import OutputError, StoreConflictError, StoreError
+from vislam2tag.common.files.folder_store import AnyStore, any_store_at
+from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
+from vislam2tag.common.files.store import Store, Version, at_once
+from vislam2tag.labeling.results import RESULTS, SessionResult
+from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
+
+REPORT_FILE = "report.html"
+LOGS = "logs"
+"""In a store: a file of JSON lines for each session: how, where and when it was processed."""
+SESSION_FOLDERS = (RESULTS, *SCHEMAS)
+"""Folders with a file for each session."""
+_TRIES = 5
+"""For a file that others write at the same time."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What an output folder has of a session."""
+
+    result: SessionResult | None = None
+    """None if there is none that can be read."""
+    version: Version | None = None
+    """Of the file that is there, be it readable or not."""
+    inputs: str = ""
+    """In a store: what tells the session's files, as they were then, from any others; empty where it is not known."""
+    tables: Mapping[str, str] = field(default_factory=dict)
+    """In a store: by table, the version that the result is about."""
+
+
+@dataclass(frozen=True)
+class OutputFolder:
+    """Reads and whole-file writes of one output folder; cheap to pass to worker processes."""
+
+    root: Path
+    """A path, or the address that it stands for."""
+
+    @property
+    def at(self) -> AnyStore:
+        """Where its files are."""
+        return any_store_at(self.root)
+
+    @property
+    def in_store(self) -> bool:
+        """Whether it is in an object store."""
+        return isinstance(self.at, Store)
+
+    @property
+    def place(self) -> str:
+        """Its path or address, for messages."""
+        return self.at.address
+
+    def write(self, relative: str, fill: Callable[[Path], None]) -> None:
+        """Let ``fill`` write a temporary file, then move it to ``relative``.
+
+        Raises OutputError or StoreError, and leaves no half file, where either cannot be done.
+        """
+        with self._written(relative), self.at.filling(relative) as path:
+            fill(path)
+
+    def put_text(self, relative: str, text: str) -> None:
+        """Write a UTF-8 text file whole; raises as :meth:`write`."""
+        with self._written(relative):
+            self.at.put(relative, text.encode())
+
+    @contextmanager
+    def _written(self, relative: str) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, pl.exceptions.PolarsError, OutputError) as error:
+            raise OutputError(
+                f"{self.place}/{relative}: cannot be written ({_cause(error)}); free space or choose another --out, "
+                "then run the same command again"
+            ) from error
+
+    def remove(self, *names: str) -> None:
+        """Remove files; one that is not there is no fault."""
+        try:
+            self.at.delete(names)
+        except OutputError as error:
+            raise OutputError(f"{error} or choose another --out") from error
+
+    def has(self, relative: str) -> bool:
+        """Whether a file is there."""
+        return self.at.version(relative) is not None
+
+    def kept(self, slug: str) -> Kept:
+        """What is there of a session."""
+        try:
+            found = self.at.get(result_name(slug))
+        except StoreError:
+            if self.in_store:
+                raise
+            return Kept()  # a folder in its place, or a file that cannot be read
+        if found is None:
+            return Kept()
+        try:
+            result = SessionResult.model_validate_json(found.data)
+            tables = json.loads(found.notes.get("tables", "{}"))
+        except ValueError:
+            return Kept(version=found.version)
+        return Kept(result, found.version, found.notes.get("inputs", ""), tables)
+
+    def result(self, slug: str) -> SessionResult | None:
+        """Read the result of a session; None where there is none that can be read."""
+        return self.kept(slug).result
+
+    def results(self, slugs: Iterable[str]) -> Iterator[SessionResult]:
+        """Read the results of sessions, in this order, except those that are not there or cannot be read."""
+        found = at_once(self.result, slugs) if self.in_store else map(self.result, slugs)
+        yield from (result for result in found if result is not None)
+
+    def is_whole(self, slug: str, kept: Kept) -> bool:
+        """Whether a session has a result, and the tables that it is about are there."""
+        done = kept.result
+        if done is None:
+            return False
+        if not self.in_store:
+            tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
+            return all(self.has(table_name(name, slug)) for name in tables)
+        versions = at_once(lambda name: self.at.version(table_name(name, slug)), kept.tables)
+        found = [None if version is None else short(version) for version in versions]
+        return found == list(kept.tables.values())
+
+    def finished(self) -> set[str]:
+        """Slugs of the sessions that have a result."""
+        return {PurePosixPath(file.name).stem for file in self.at.list(RESULTS) if file.name.endswith(".json")}
+
+    def forget(self, slug: str) -> None:
+        """Remove a session's result, so that its tables are not trusted while they are rewritten.
+
+        Tables that not every session has go, too: the session may have none now.
+        """
+        self.remove(result_name(slug), *(table_name(name, slug) for name in (*OPTIONAL, *self._of_companions(slug))))
+
+    def _of_companions(self, slug: str) -> list[str]:
+        """Tables of a session's companions: of one named B such as ``sensors_B``."""
+        folders = (name for name in self.at.folders() if "_" in name and name.partition("_")[0] in SCHEMAS)
+        return [name for name in folders if self.has(table_name(name, slug))]
+
+    def own(self) -> OwnFiles:
+        """The record of the files that are ours; raises OutputError if it is damaged."""
+        return self.own_version()[0] or OwnFiles()
+
+    def own_version(self) -> tuple[OwnFiles | None, Version | None]:
+        """The record of the files that are ours, and the version that is there."""
+        found = self.at.get(OWN_FILES)
+        if found is None:
+            return None, None
+        return OwnFiles.parsed(found.data, f"{self.place}/{OWN_FILES}"), found.version
+
+    def change_own(self, change: Callable[[OwnFiles], OwnFiles]) -> None:
+        """Change the record of the files that are ours; in a store others may change it at the same time."""
+        for _ in range(_TRIES):
+            before, version = self.own_version()
+            after = change(before or OwnFiles())
+            if after == before:
+                return
+            if not isinstance(self.at, Store):
+                self.put_text(OWN_FILES, after.text())
+                return
+            try:
+                self.at.put_over(OWN_FILES, after.text().encode(), version)
+                return
+            except StoreConflictError:
+                continue
+        raise StoreConflictError(f"{self.place}/{OWN_FILES}: other programs keep writing it; run again when they ended")
+
+    def add_own(self, *files: str) -> None:
+        """Record further files as ours, before they are written; by the process that claimed the folder alone."""
+        self.change_own(lambda own: own if all(map(own.owns, files)) else own.with_those_of(OwnFiles.of(files)))
+
+    def drop(self, keep: Callable[[str], bool]) -> list[str]:
+        """Remove the files of recorded sessions that are not to be kept; return the slugs of those that had a result.
+
+        Other files stay, whatever they are called.
+        """
+        own = self.own()
+        gone = {slug for slug in recorded_sessions(own) if not keep(slug)}
+        if not gone:
+            return []
+        had_result = sorted(gone & self.finished())
+        self.remove(*(file.name for file in self.at.list() if own.owns(file.name) and _session_of(file.name) in gone))
+        self.change_own(lambda before: without_sessions(before, gone))
+        return had_result
+
+    def discard(self, *names: str, folders: Iterable[str] = ()) -> None:
+        """Remove those of these files that are ours, and the files of ours right in these folders."""
+        own = self.own()
+        inside = (file.name for name in folders for file in self.at.list(name) if file.name.count("/") == 1)
+        self.remove(*(name for name in (*names, *inside) if own.owns(name)))
+
+
+def result_name(slug: str) -> str:
+    """Where a session's result is."""
+    return f"{RESULTS}/{slug}.json"
+
+
+def table_name(table: str, slug: str) -> str:
+    """Where a session's table is."""
+    return f"{table}/{slug}.parquet"
+
+
+def short(version: Version) -> str:
+    """A version as notes keep it."""
+    return version.mark.strip('"')
+
+
+def recorded_sessions(own: OwnFiles) -> set[str]:
+    """Slugs of the sessions of which a record names files."""
+    paths = map(PurePosixPath, own.files)
+    return {*own.stems, *(path.stem for path in paths if path.parent.as_posix() in SESSION_FOLDERS)}
+
+
+def without_sessions(own: OwnFiles, slugs: Set[str]) -> OwnFiles:
+    """A record without the files of some sessions."""
+    gone = {file for slug in slugs for file in (result_name(slug), *(table_name(name, slug) for name in SCHEMAS))}
+    return OwnFiles.of({*own.files} - gone, own.folders, {*own.stems} - slugs)
+
+
+def _session_of(name: str) -> str | None:
+    """The slug of the session that a file is about, by its path; None of another file."""
+    path = PurePosixPath(name)
+    known = {RESULTS: ".json", LOGS: ".jsonl"} | dict.fromkeys(SCHEMAS, ".parquet")
+    folder = path.parent.as_posix()
+    suffix = known.get(folder, ".parquet" if folder.partition("_")[0] in SCHEMAS else None)
+    return path.stem if path.suffix == suffix else None
+
+
+def _cause(error: Exception) -> str:
+    """Say in the system's words why a file could not be written, whichever library met it."""
+    first = error.__cause__ or error
+    number = re.search(r"\(os error (\d+)\)", str(first))
+    if number:
+        return os.strerror(int(number.group(1)))
+    return (first.strerror if isinstance(first, OSError) else None) or str(first)

@@ -1,0 +1,29 @@
+"""The odd one out, as findings and faults."""
+
+from __future__ import annotations
+
+from vislam2tag.diagnosis.record import Fault, FaultKind
+from vislam2tag.diagnosis.references import OddReference, References
+from vislam2tag.pipeline.labels.odd_references import odd_faults, odd_findings
+
+SESSIONS = ("0 / LG / a", "0 / LG / b")
+FOUND = References(odd=(OddReference(culprit="device LG", summary="too far apart", sessions=SESSIONS, off_m=0.6),))
+
+
+def test_a_device_is_a_fault_of_its_sessions_with_its_size() -> None:
+    [fault] = odd_faults(FOUND, [])
+    assert (fault.kind, fault.sessions, fault.evidence) == (
+        FaultKind.ODD_REFERENCE,
+        list(SESSIONS),
+        "0.60 m off at most",
+    )
+    assert [(one.count, one.message) for one in odd_findings(FOUND)] == [(1, "too far apart")]
+
+
+def test_a_fault_of_one_of_its_sessions_does_not_explain_a_device_but_one_of_all_does() -> None:
+    one, both = (
+        Fault(kind=FaultKind.OTHER_DEVICE, sessions=list(of), summary="", evidence="")
+        for of in (SESSIONS[:1], SESSIONS)
+    )
+    assert odd_faults(FOUND, [both]) == []
+    assert len(odd_faults(FOUND, [one])) == 1
