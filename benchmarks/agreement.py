@@ -16,8 +16,8 @@ from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
+from vislam2tag.labeling.tables import label_readings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 

@@ -13,7 +13,6 @@ looked at in development; the figures in docs/results/diagnosis.md are of others
 from __future__ import annotations
 
 import argparse
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from collections import Counter, defaultdict
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -32,8 +31,8 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import SmootherSettings
-from vislam2tag.pipeline.labels.diagnosing.diagnose_session import PATH_STEP
-from vislam2tag.pipeline.labels.diagnosing.wifi_clocks import wifi_clocks
+from vislam2tag.pipeline.labels.diagnose import PATH_STEP
+from vislam2tag.pipeline.labels.wifi_clocks import wifi_clocks
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind

@@ -16,8 +16,7 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from vislam2tag.pipeline.paper.data import open_paper_data
-from vislam2tag.pipeline.paper.walks import paper_walks
+from vislam2tag.pipeline.paper.data import open_paper_data, paper_walks
 from vislam2tag.quality.evaluation.paper import (
     PAPER_TABLE_1,
     PAPER_TABLE_1_NON_FAULTY,

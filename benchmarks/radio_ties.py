@@ -12,7 +12,6 @@ with where the others' scans put it.
 from __future__ import annotations
 
 import argparse
-from vislam2tag.walk_ties import radio
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -27,7 +26,7 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
+from vislam2tag.pipeline.labels.together import scans_of
 from vislam2tag.positioning import walk_ties
 from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.walk_traces import WalkTrace

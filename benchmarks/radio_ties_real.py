@@ -12,7 +12,6 @@ would, by least squares about that drift.
 from __future__ import annotations
 
 import argparse
-from vislam2tag.walk_ties import radio
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,7 +24,7 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
 from vislam2tag.estimation.settings import DeadReckoningSettings
-from vislam2tag.pipeline.labels.joining.heard_walks import scans_of
+from vislam2tag.pipeline.labels.together import scans_of
 from vislam2tag.positioning import walk_ties
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.walk_traces import WalkTrace

@@ -23,7 +23,7 @@ from vislam2tag.core import limits
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.limits import MAX_CELLS, MAX_CONTROL_POINTS, MAX_FLOOR_M, MAX_JOINT_LANDMARKS, MAX_PAIRS
 from vislam2tag.estimation.noise import NoiseLevels
-from vislam2tag.pipeline.labels.joining.landmark_survey import join_sessions
+from vislam2tag.pipeline.labels.landmark_survey import join_sessions
 from vislam2tag.preparation.planning.refine import sigma_map
 from vislam2tag.quality.diagnosis.alignment import _some_pairs
 from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk, _Cells

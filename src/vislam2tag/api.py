@@ -74,6 +74,8 @@ if TYPE_CHECKING:
     from vislam2tag.labeling.settings import LabelRule as LabelRule
     from vislam2tag.labeling.settings import LabelSettings as LabelSettings
     from vislam2tag.labeling.settings import ProcessSettings as ProcessSettings
+    from vislam2tag.labeling.tables import label_readings as label_readings
+    from vislam2tag.labeling.tables import mark_uncertain as mark_uncertain
     from vislam2tag.pipeline.datasets.build import BuildOptions as BuildOptions
     from vislam2tag.pipeline.datasets.build import SessionStep as SessionStep
     from vislam2tag.pipeline.datasets.build import build_dataset as _build_dataset
@@ -212,8 +214,6 @@ if TYPE_CHECKING:
     from vislam2tag.site.site_file import GeoreferencePart as GeoreferencePart
     from vislam2tag.site.site_file import SiteFile as SiteFile
     from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
-    from vislam2tag.labeling.tables import label_readings as label_readings
-    from vislam2tag.labeling.tables import mark_uncertain as mark_uncertain
 
     dataset = _build_dataset
     demo = _run_demo

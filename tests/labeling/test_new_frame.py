@@ -26,7 +26,7 @@ from vislam2tag.labeling.results import (
     Stretch,
     VisitMark,
 )
-from vislam2tag.survey.frame_change import FrameChange
+from vislam2tag.site.frame_change import FrameChange
 
 RESULT = SessionResult(
     slug="s",

@@ -11,8 +11,8 @@ import pytest
 import vislam2tag
 from tests.surveys import make_survey
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.smoother.odometry import Odometry, continuous_odometry
 
 MAX_FRAMES = 10
 SOURCE = str(Path(vislam2tag.__file__).parent)
@@ -30,7 +30,7 @@ def test_few_frames_lead_from_process_to_the_odometry(tmp_path: Path, monkeypatc
         if getattr(module, "continuous_odometry", None) is continuous_odometry and module.__name__ != __name__:
             monkeypatch.setattr(module, "continuous_odometry", noted)
     process(make_survey(tmp_path / "survey", devices=("LG",), seconds=20.0), tmp_path / "labels")
-    mapping = [frames for frames in found if any("smoother.py" in frame for frame in frames)]
+    mapping = [frames for frames in found if any("estimation.py" in frame for frame in frames)]
     assert mapping
     assert mapping[0][0] == "process.py: process"
     assert len(mapping[0]) <= MAX_FRAMES, mapping[0]

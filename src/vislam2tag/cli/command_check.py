@@ -69,7 +69,7 @@ def check_command(given: CheckOptions) -> None:
       vislam2tag check survey --out checked --floor 1
       vislam2tag check survey --landmarks completed.csv --max-sigma-m inf
     """
-    from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, PAGE_FILE, check
+    from vislam2tag.pipeline.labels.check import CHECK_FILE, PAGE_FILE, check
 
     settings = settings_from(given, given.survey)
     written = () if given.out is None else (given.out / CHECK_FILE, given.out / PAGE_FILE)
@@ -100,7 +100,7 @@ def _after(found: SurveyCheck) -> str:
 
 
 def _print(found: SurveyCheck, given: CheckOptions, after: str) -> None:
-    from vislam2tag.pipeline.labels.checking.check import PAGE_FILE
+    from vislam2tag.pipeline.labels.check import PAGE_FILE
 
     _print_sessions(found)
     if any(session.stated_m is not None and not session.well_founded for session in found.sessions):

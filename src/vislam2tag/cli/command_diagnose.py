@@ -59,8 +59,8 @@ def diagnose_command(given: DiagnoseOptions) -> None:
       vislam2tag diagnose survey --apply
       vislam2tag diagnose survey --revert
     """
-    from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
-    from vislam2tag.pipeline.labels.joining.landmark_files import check_targets
+    from vislam2tag.pipeline.labels.diagnose import diagnose
+    from vislam2tag.pipeline.labels.landmark_results import check_targets
     from vislam2tag.site.corrections.edits import add_entries
     from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 

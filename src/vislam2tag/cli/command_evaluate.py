@@ -78,7 +78,7 @@ def evaluate_command(given: EvaluateOptions) -> None:
           --strategy local --floor 1
       vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma-m inf
     """
-    from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate
+    from vislam2tag.pipeline.labels.evaluate import evaluate
 
     settings = settings_from(given, given.survey)
     with interrupted_with(lambda: _there(given.out)), session_bar("walks") as bar:
@@ -101,7 +101,7 @@ def evaluate_command(given: EvaluateOptions) -> None:
 
 
 def _there(out: Path) -> str:
-    from vislam2tag.pipeline.labels.evaluating.evaluate import RECORD_FILE
+    from vislam2tag.pipeline.labels.evaluate import RECORD_FILE
 
     return f"{out} contains {'an' if (out / RECORD_FILE).is_file() else 'no'} evaluation"
 
@@ -113,7 +113,7 @@ def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
 
 
 def _print(found: SurveyEvaluation, given: EvaluateOptions) -> None:
-    from vislam2tag.pipeline.labels.evaluating.evaluate import PAGE_FILE
+    from vislam2tag.pipeline.labels.evaluate import PAGE_FILE
     from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS
     from vislam2tag.quality.evaluation.text import truth_name
 

@@ -190,7 +190,7 @@ def process_command(given: FleetProcessOptions) -> None:
 
 
 def _print_dry_run(given: FleetProcessOptions, executor: Executor) -> None:
-    from vislam2tag.pipeline.fleet.dry_run import fleet_dry_run
+    from vislam2tag.pipeline.fleet.process import fleet_dry_run
 
     settings = lambda folder: settings_of(given.config, {}, folder)
     planned = list(fleet_dry_run(given.store, settings, surveys=given.survey, executor=executor))
@@ -271,7 +271,7 @@ def report_command(
     Example:
       vislam2tag fleet report s3://walks/hospitals
     """
-    from vislam2tag.pipeline.fleet.report import write_fleet_report
+    from vislam2tag.pipeline.fleet.reduction import write_fleet_report
 
     pages, page = write_fleet_report(store), store / "report" / "index.html"
 

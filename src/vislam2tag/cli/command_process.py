@@ -131,7 +131,7 @@ def _after(summary: Summary) -> str:
 
 
 def _print_dry_run(given: ProcessOptions, settings: Settings, executor: Executor) -> None:
-    from vislam2tag.pipeline.labels.dry_run import dry_run
+    from vislam2tag.pipeline.labels.process import dry_run
 
     found = dry_run(
         given.survey,

@@ -16,7 +16,7 @@ from vislam2tag.cli.terminal import answer, say
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.pipeline.labels.joining.landmark_results import LandmarkRow, LandmarkSurvey
+    from vislam2tag.pipeline.labels.landmark_results import LandmarkRow, LandmarkSurvey
 
 
 @command
@@ -48,9 +48,13 @@ def survey_landmarks_command(
           --report landmarks.json --floor 1
       vislam2tag process survey --out labels --landmarks completed.csv
     """
-    from vislam2tag.pipeline.labels.joining.landmark_files import check_targets, shared_errors, write_completed
-    from vislam2tag.pipeline.labels.joining.landmark_results import landmark_survey
-    from vislam2tag.pipeline.labels.joining.landmark_survey import survey_landmarks
+    from vislam2tag.pipeline.labels.landmark_results import (
+        check_targets,
+        landmark_survey,
+        shared_errors,
+        write_completed,
+    )
+    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks
 
     check_targets(survey, out, *([] if report is None else [report]))
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)

@@ -143,7 +143,7 @@ class ExecutorOptions:
                 raise UsageError("--scheduler and --cluster go with --executor dask: add that")
             yield partial(process_all, workers=jobs)
             return
-        from vislam2tag.pipeline.run.cluster import connected
+        from vislam2tag.pipeline.run.dask import connected
 
         tell = lambda line: say(line, err=True)
         with connected(self.scheduler, self.cluster, tell) as client:

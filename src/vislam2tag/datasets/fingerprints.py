@@ -10,8 +10,6 @@ not pull. Beside: how the phone moved, heading and speed within spans of time, a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Severity
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -29,7 +27,7 @@ from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.status_column import STATUS_TYPE
+from vislam2tag.labeling.schemas import STATUS_TYPE
 from vislam2tag.sessions.foreign_tables import FIRST_UNIX_S
 from vislam2tag.site.corrections.file import session_start
 

@@ -7,9 +7,6 @@ walk is in memory at a time. Between taps, a walk leads straight, at a constant 
 from __future__ import annotations
 
 import math
-from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.schema import SCHEMAS
-from vislam2tag.labeling.schemas import status_text
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -47,7 +44,7 @@ from vislam2tag.datasets.schema import (
 )
 from vislam2tag.datasets.sensor_windows import magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.labeling.readings import label_readings
+from vislam2tag.labeling.schemas import status_text
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import label_readings
 

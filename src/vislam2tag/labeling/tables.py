@@ -21,10 +21,10 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.new_frame import changed_table
 from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS, status_codes, status_text
 from vislam2tag.labeling.settings import LabelRule, LabelSettings, ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.model import Attachment
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.site.frame_change import FrameChange

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from vislam2tag.quality.diagnosis.record import Diagnosis
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,9 +28,8 @@ from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.report.pages.conflict_page import write_conflict_page
-from vislam2tag.report.pages.index_page import IndexLink, write_index_page
-from vislam2tag.self_check.record import SurveyCheck
+from vislam2tag.quality.diagnosis.record import Diagnosis
+from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.links import left_out_of, shared_survey

@@ -18,7 +18,7 @@ from vislam2tag.common.serving import EVERYWHERE, listen, serving, url_for
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.status import Status
-from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
+from vislam2tag.pipeline.labels.walked_floors import floor_areas
 from vislam2tag.site.floors import read_room_names
 from vislam2tag.site.walkable.walked import Areas, WalkedFloor, WalkedSpace, filling_walk, walked_floor, walked_space
 from vislam2tag.studio.messages import Point

@@ -12,9 +12,9 @@ from pydantic import TypeAdapter
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.judgement import Answer, Judgement
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
-from vislam2tag.pipeline.labels.process import kept_faults
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.labels.label_run import kept_faults
+from vislam2tag.pipeline.labels.survey_evidence import thinned
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.site.corrections.edits import (
     AddEntry,

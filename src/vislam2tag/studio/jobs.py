@@ -6,7 +6,6 @@ Jobs map sessions again, look for faults, make radio maps, and write folders to 
 from __future__ import annotations
 
 import threading
-from vislam2tag.pipeline.run.workers import run_job
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -23,11 +22,10 @@ from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
+from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import jobs_of, label_run
-from vislam2tag.pipeline.labels.stored_session import run_session
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.workers import done_in, worker_pool
+from vislam2tag.pipeline.run.workers import done_in, run_job, worker_pool
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.model import Survey
 from vislam2tag.studio.export import make_dataset, make_page

@@ -18,7 +18,6 @@ from vislam2tag.pipeline.labels.label_run import jobs_of
 from vislam2tag.pipeline.labels.session import SessionJob, still_holds
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
-from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.quality.diagnosis.record import Diagnosis
 from vislam2tag.sessions.registry import SurveyFiles, survey_files
 from vislam2tag.settings import Settings

@@ -101,7 +101,7 @@ def workflow(
 ) -> Figure:
     """Draw what becomes of a walk: landmarks surveyed, the walk recorded, mapped, its Wi-Fi readings labelled.
 
-    ``wifi`` is the labelled table (see :func:`vislam2tag.labeling.readings.label_readings`).
+    ``wifi`` is the labelled table (see :func:`vislam2tag.labeling.tables.label_readings`).
     """
     figure, axes = panel_grid(4, 2, PAGE_IN, aspect_of(extent_of(floor, landmarks)))
     draw_floor(axes[0], floor, landmarks, ids=True)

@@ -11,8 +11,8 @@ import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
 
+from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.labeling.new_frame import changed_table
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.landmark_survey import reduce_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.init import describe_published

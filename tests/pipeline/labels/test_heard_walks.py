@@ -15,7 +15,6 @@ from tests.surveys import bytes_of
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels import together
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome

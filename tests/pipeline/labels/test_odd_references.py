@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.diagnosis.references import OddReference, References
 from vislam2tag.pipeline.labels.odd_references import odd_faults, odd_findings
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, OddReference, References
 
 SESSIONS = ("0 / LG / a", "0 / LG / b")
 FOUND = References(odd=(OddReference(culprit="device LG", summary="too far apart", sessions=SESSIONS, off_m=0.6),))

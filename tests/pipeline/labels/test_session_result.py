@@ -17,8 +17,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.evaluation.maps import straight_walk
 from tests.pipeline.labels.mapped import walk
+from tests.quality.evaluation.maps import straight_walk
 from tests.surveys import bytes_of, make_survey
 from tests.walks import corridor_walk, log_of, to_acs
 from vislam2tag.common.findings import Finding
@@ -26,11 +26,11 @@ from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Visit
-from vislam2tag.evaluation.truth import CONTROL_POINTS
+from vislam2tag.estimation import smoothing
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import status_codes
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session_result import (
@@ -45,8 +45,8 @@ from vislam2tag.pipeline.labels.session_result import (
     visit_marks,
 )
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.smoother import smoothing
-from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
+from vislam2tag.site.model import ControlPoints, Floor
 
 OK, UNCERTAIN, LOST, INVALID = Status.OK, Status.UNCERTAIN, Status.TRACKING_LOST, Status.INVALID
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import csv
-from vislam2tag.pipeline.labels.joining.together import HearJob
-from vislam2tag.pipeline.labels.joining.together import ReduceJob
-from vislam2tag.pipeline.labels.stored_session import give_up
 import json
 import shutil
 from functools import partial
@@ -21,7 +18,6 @@ from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
 from vislam2tag.estimation.noise import told_by_others
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.other_walks import OtherWalks
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome

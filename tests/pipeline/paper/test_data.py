@@ -8,8 +8,8 @@ import pytest
 from tests.pipeline.paper.paper_copy import SECONDS
 from tests.surveys import make_survey
 from vislam2tag.common.errors import SessionError, SurveyError
-from vislam2tag.evaluation.paper.walks import STRATEGIES, labelled_shares
 from vislam2tag.pipeline.paper.data import Collection, PaperWalks, open_paper_data, paper_collection, paper_walks
+from vislam2tag.quality.evaluation.paper import STRATEGIES, labelled_shares
 from vislam2tag.settings import Settings
 from vislam2tag.site.model import SessionKey
 

@@ -20,7 +20,7 @@ from vislam2tag.datasets.model import Storey
 from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.datasets.statistics import dataset_statistics
 from vislam2tag.datasets.statistics_record import Table3, table_3_csv, table_3_latex, table_3_markdown
-from vislam2tag.pipeline.run.store import claim
+from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.views.dataset_figures import covered_floors, dataset_figures
 from vislam2tag.views.panels import rendered
 

@@ -20,7 +20,7 @@ from vislam2tag.common.files.folder_store import AnyStore, FolderStore, any_stor
 from vislam2tag.common.files.store import Listed, Version, shown
 from vislam2tag.common.files.stored_folder import is_safe_name
 from vislam2tag.common.records import Record
-from vislam2tag.dataset.folder import sha256_of
+from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.pipeline.fleet.catalogue import REPLACED, SOURCES, SURVEYS
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.stored_survey import survey_at_hand

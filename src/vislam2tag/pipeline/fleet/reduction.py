@@ -15,7 +15,6 @@ The pages about a fleet as a whole, made of its catalogue alone.
 from __future__ import annotations
 
 import json
-from vislam2tag.pipeline.labels.stored_session import Output
 import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -39,8 +38,8 @@ from vislam2tag.pipeline.labels.label_run import opened_run
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.workers import Job
-from vislam2tag.report.pages.fleet_pages import fleet_pages, session_page, survey_pages
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.stored_survey import survey_at_hand
+from vislam2tag.views.fleet_pages import fleet_pages, session_page, survey_pages
 
 SESSIONS = "sessions"
 HEARD = ("wifi", "ble")

@@ -6,12 +6,6 @@ Landmarks are left out in turn and predicted from the others; of a session witho
 from __future__ import annotations
 
 from dataclasses import dataclass
-from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.odometry import Odometry
-from vislam2tag.estimation.settings import SmootherSettings
-from vislam2tag.estimation.smoother import SolvedWalk
-from vislam2tag.estimation.smoother import mapped_path
-from vislam2tag.estimation.smoother import solve_walk
 from typing import Any
 
 import numpy as np
@@ -21,21 +15,22 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.dead_reckoning.bridging import bridged_observations
-from vislam2tag.dead_reckoning.self_check import LeftOut as LeftOutFixes
-from vislam2tag.dead_reckoning.walk import ReckonedWalk
-from vislam2tag.heights.estimate import estimate_heights
-from vislam2tag.heights.settings import HeightSettings
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.dead_reckoning.walk import LeftOut as LeftOutFixes
+from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk
+from vislam2tag.estimation.heights import estimate_heights
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.settings import HeightSettings, SmootherSettings
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
+from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
+from vislam2tag.estimation.strategies.smoother import Smoother
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
-from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
-from vislam2tag.self_check.gain_map import SessionGains, session_gains
-from vislam2tag.self_check.landmark_gain import gains, positions_each_metre
-from vislam2tag.self_check.left_out import LeftOut, leave_out
-from vislam2tag.self_check.record import DoubtfulFix, LeftOutMark, SessionCheck
+from vislam2tag.quality.landmark_gain import SessionGains, gains, positions_each_metre, session_gains
+from vislam2tag.quality.self_check import LeftOut, error_factor, estimate_accuracy, expected_error_m, leave_out
+from vislam2tag.quality.self_check_record import DoubtfulFix, LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
 
 

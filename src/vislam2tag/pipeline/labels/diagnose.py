@@ -6,7 +6,6 @@ Each session is read in a worker process; all of them together show the faults.
 from __future__ import annotations
 
 from collections import defaultdict
-from vislam2tag.quality.diagnosis.turned_tables import with_turns_by_plan
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -22,20 +21,12 @@ from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.tracks import longest_section
-from vislam2tag.dead_reckoning.bridging import bridged_observations
-from vislam2tag.dead_reckoning.self_check import LeftOut
-from vislam2tag.diagnosis.judged import MIN_FIXES, judgement_of
-from vislam2tag.diagnosis.other_ids import id_faults
-from vislam2tag.diagnosis.passes import WalkPasses
-from vislam2tag.diagnosis.record import Diagnosis, Fault, FaultKind, Gain
-from vislam2tag.diagnosis.references import References
-from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.diagnosis.stream_faults import stream_faults
-from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
-from vislam2tag.diagnosis.two_floors import told_floors
-from vislam2tag.diagnosis.walls_crossed import Inside
-from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.dead_reckoning.walk import LeftOut
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import FEWEST_FRAMES
+from vislam2tag.estimation.odometry import Odometry
+from vislam2tag.estimation.smoother import mapped_path, solve_walk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.check_session import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduced
@@ -45,25 +36,27 @@ from vislam2tag.pipeline.labels.wifi_clocks import wifi_clocks
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.self_check.accuracy import expected_error_m
-from vislam2tag.self_check.record import DoubtfulFix
+from vislam2tag.quality.diagnosis.alignment import WalkPasses
+from vislam2tag.quality.diagnosis.id_faults import floors_of_passes, id_faults
+from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind, Gain, References
+from vislam2tag.quality.diagnosis.search import MIN_FIXES, found_faults, judgement_of
+from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, stream_faults, stream_signs
+from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_plan
+from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk
+from vislam2tag.quality.self_check import expected_error_m
+from vislam2tag.quality.self_check_record import DoubtfulFix
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
 from vislam2tag.sessions.registry import open_survey, true_keys
-from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
-from vislam2tag.sessions.told_floors import floors_told
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.observations import FEWEST_FRAMES
-from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.smoothing import mapped_path, smooth
-from vislam2tag.survey.corrections.file import Corrections, read_corrections
-from vislam2tag.survey.corrections.lines import with_entries
-from vislam2tag.survey.discover import session_folders
-from vislam2tag.survey.landmark_states import LandmarkCounts
-from vislam2tag.survey.model import SessionKey, SessionRef, Survey
-from vislam2tag.survey.plans.load import floor_plan
-from vislam2tag.walkable.space import walkable_space
+from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes, floors_told
+from vislam2tag.site.corrections.edits import with_entries
+from vislam2tag.site.corrections.file import Corrections, read_corrections
+from vislam2tag.site.discover import session_folders
+from vislam2tag.site.landmark_states import LandmarkCounts
+from vislam2tag.site.model import SessionKey, SessionRef, Survey
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.space import walkable_space
 
 PATH_STEP = 15
 """Frames from one place of the way that is kept to the next."""
@@ -134,7 +127,7 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     session, landmarks = prepared.session, prepared.landmarks
     range_m = settings.mapping.smoother.sighting_range_m
     observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=landmarks.surveyed_ids)
-    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, landmarks))
+    smoothed = solve_walk(observations, LandmarkPriors.of(observations.ids, landmarks))
     share = MappedShare(frames=int(session.camera.usable.sum()))
     if smoothed is not None:
         covariance = mapped_path(smoothed)[1]
@@ -178,7 +171,7 @@ def _floors_of_landmarks(settings: ProcessSettings, task: SessionTask) -> tuple[
         else:
             places[name] = at
     observations = bridged_observations(camera, log, settings.mapping.smoother.sighting_range_m)
-    return tuple(told_floors(WalkPasses.of(session.key, observations), places, sheets))
+    return tuple(floors_of_passes(WalkPasses.of(session.key, observations), places, sheets))
 
 
 def _heard(session: Session, odometry: Odometry) -> HeardOnWalk:

@@ -14,7 +14,6 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
 from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
 from vislam2tag.pipeline.labels.label_run import removed_findings, run_record

@@ -18,7 +18,7 @@ from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.quality.evaluation.dense import TruePath, dense_errors, dense_figures
 from vislam2tag.quality.evaluation.metrics import frames_within_sigma, points_within_sigma, retention, strategy_errors
 from vislam2tag.quality.evaluation.odd_truth import PressOffset, press_offsets
@@ -31,20 +31,10 @@ from vislam2tag.quality.evaluation.press_truth import (
     press_truth,
     press_truth_findings,
 )
-from vislam2tag.evaluation.control_points.route_file import read_route
-from vislam2tag.evaluation.dense import TruePath, dense_errors, dense_figures
-from vislam2tag.evaluation.metrics import frames_within_sigma, points_within_sigma, retention, strategy_errors
-from vislam2tag.evaluation.paper.walks import landmark_movement_m
-from vislam2tag.evaluation.point_errors import PointErrors
-from vislam2tag.evaluation.record import SessionEvaluation, StrategyErrors
-from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
-from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
-from vislam2tag.evaluation.truth import Truth
-from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import WITHOUT_TRACKER, MappingSettings
-from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.output import OutputFolder
+from vislam2tag.quality.evaluation.record import SessionEvaluation, StrategyErrors
+from vislam2tag.quality.evaluation.station_frame import TRACK_FILE
+from vislam2tag.quality.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
+from vislam2tag.quality.evaluation.truth import PointErrors, Truth
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.site.model import SessionRef

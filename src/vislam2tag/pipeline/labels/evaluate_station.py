@@ -13,22 +13,6 @@ from statistics import median
 
 from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.control_points.press_truth import press_truth
-from vislam2tag.evaluation.control_points.route_file import read_route
-from vislam2tag.evaluation.metrics import points_within_sigma, strategy_errors
-from vislam2tag.evaluation.point_errors import PointErrors
-from vislam2tag.evaluation.record import SessionEvaluation
-from vislam2tag.evaluation.total_station.against_walks import frame_against_walks
-from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, StationWalk, align_device
-from vislam2tag.evaluation.total_station.fit import FreeParameters
-from vislam2tag.evaluation.total_station.frame import CommonPoints, StationFrame, fit_frame, shot_points
-from vislam2tag.evaluation.total_station.frame_from_presses import pressed_points
-from vislam2tag.evaluation.total_station.station_errors import (
-    station_findings,
-    station_point_errors,
-    with_station_sigma,
-)
-from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, StationTrack, read_station_track
 from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob, TruthComparisons, map_with, rounded
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.quality.evaluation.metrics import points_within_sigma, strategy_errors

@@ -16,7 +16,6 @@ from vislam2tag.estimation.settings import MIN_JUDGED
 from vislam2tag.estimation.strategy import surveyed_rows
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
-from vislam2tag.mapping.trajectory_builder import surveyed_rows
 from vislam2tag.sessions.prepared import PreparedSession
 
 

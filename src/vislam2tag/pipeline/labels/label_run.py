@@ -19,11 +19,6 @@ from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.judgement import Judgement
-from vislam2tag.diagnosis.judged import judgement_of
-from vislam2tag.diagnosis.other_ids import id_faults
-from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.diagnosis.references import References
-from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,
@@ -40,16 +35,19 @@ from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, 
 from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
-from vislam2tag.report.pages.conflict_page import write_conflict_page
-from vislam2tag.report.run_page.html import write_report
-from vislam2tag.report.run_page.summary import findings_by_kind, summarise
+from vislam2tag.quality.diagnosis.id_faults import id_faults
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, References
+from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
-from vislam2tag.survey.discover import site_files
-from vislam2tag.survey.frame_change import CHANGE_FILE
-from vislam2tag.survey.links import is_described_from_outside, shared_survey
-from vislam2tag.survey.model import SessionRef, Site, Survey
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.site.discover import site_files
+from vislam2tag.site.frame_change import CHANGE_FILE
+from vislam2tag.site.links import is_described_from_outside, shared_survey
+from vislam2tag.site.model import SessionRef, Site, Survey
+from vislam2tag.views.conflict_page import write_conflict_page
+from vislam2tag.views.run_report import write_report
+from vislam2tag.views.run_summary import findings_by_kind, summarise
 
 REPORTED = (FaultKind.SHIFTED_IDS, FaultKind.PLANNED)
 """Faults that findings of the site or of sessions report already."""

@@ -22,19 +22,28 @@ from vislam2tag.core.clock_by_levels import Heard, align_by_levels
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.dataset.labelled import LabelledSession, open_labelled
-from vislam2tag.intake.addresses import with_addresses
-from vislam2tag.intake.signal_strength import level_findings
+from vislam2tag.datasets.labelled import LabelledSession, open_labelled
+from vislam2tag.intake.readings import level_findings, with_addresses
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY, status_text
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import trajectory_of, walked_within_sigma
-from vislam2tag.sessions.companions.clocks import LEVELS, MOTION, heard_in
-from vislam2tag.sessions.companions.table import MOTION_COLUMNS, level_columns, numbers, read_table, three_axes
-from vislam2tag.sessions.phone.record import RECORD_FILE
-from vislam2tag.sessions.tables.clocks import MOST_NS, Clock, TableTimes, table_times, time_column
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.discover import session_folders
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.sessions.clocks import LEVELS, MOTION, heard_in
+from vislam2tag.sessions.foreign_tables import (
+    MOST_NS,
+    MOTION_COLUMNS,
+    Clock,
+    TableTimes,
+    level_columns,
+    numbers,
+    read_table,
+    table_times,
+    three_axes,
+    time_column,
+)
+from vislam2tag.sessions.phone_app import RECORD_FILE
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.discover import session_folders
+from vislam2tag.site.model import SessionKey
 
 _NAMES = {"GYRO": "the turns that both felt", "ACC": "the acceleration that both felt"}
 Aligner = Callable[[LabelledSession], ClockAlignment]

@@ -16,14 +16,13 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.similarity import as_points
-from vislam2tag.diagnosis.references import References
-from vislam2tag.landmark_survey.changed_map import predicted
-from vislam2tag.landmark_survey.landmark_map import LandmarkMap
-from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
+from vislam2tag.estimation.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
+from vislam2tag.estimation.landmark_survey.comparison import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
+from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, predicted
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
 from vislam2tag.pipeline.labels.odd_references import references
-from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
-from vislam2tag.survey.shared_errors import MOST_LANDMARKS, SharedErrors, errors_file
+from vislam2tag.quality.diagnosis.record import References
+from vislam2tag.site.landmark_file import MOST_LANDMARKS, SharedErrors, errors_file
 
 SAME_PLACE_M = 0.5
 """A new id that was read once, and so near another landmark, may be that one's, misread."""

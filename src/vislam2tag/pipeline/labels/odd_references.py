@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Sequence
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.diagnosis.record import Fault, FaultKind
-from vislam2tag.diagnosis.references import OddReference, Reference, References
-from vislam2tag.landmark_survey.comparison import Comparison, Verdict
-from vislam2tag.landmark_survey.device_metre import DeviceMetre
-from vislam2tag.landmark_survey.odd_one_out import Votes, vote
+from vislam2tag.estimation.landmark_survey.comparison import Comparison, Verdict
+from vislam2tag.estimation.landmark_survey.device_metre import DeviceMetre
+from vislam2tag.estimation.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
-from vislam2tag.survey.corrections.file import session_start
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.quality.diagnosis.record import Fault, FaultKind, OddReference, Reference, References
+from vislam2tag.site.corrections.file import session_start
+from vislam2tag.site.model import SessionKey
 
 MOST_OF_A_WALK = 0.5
 """A walk of which more of the landmarks that it passed are odd than this is odd itself."""

@@ -3,60 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-import dataclasses
-import hashlib
-import json
-import platform
-from collections.abc import Iterator
-from collections.abc import Mapping
-from contextlib import contextmanager
-import numpy as np
-import polars as pl
-from vislam2tag import __version__
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.findings import Severity
-from vislam2tag.common.judgement import Judgement
-from vislam2tag.labeling.results import CONFLICTS_FILE
-from vislam2tag.labeling.results import CONFLICTS_PAGE
-from vislam2tag.labeling.results import SUMMARY_FILE
-from vislam2tag.labeling.results import FloorRecord
-from vislam2tag.labeling.results import PassesRecord
-from vislam2tag.labeling.results import SessionResult
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
-from vislam2tag.pipeline.labels.kept_passes import kept_walk
-from vislam2tag.pipeline.labels.kept_results import removed_findings
-from vislam2tag.pipeline.labels.session import code_of
-from vislam2tag.pipeline.labels.stored_session import AnyJob
-from vislam2tag.pipeline.labels.stored_session import Output
-from vislam2tag.pipeline.labels.stored_session import job_for
-from vislam2tag.pipeline.labels.stored_session import run_session
-from vislam2tag.pipeline.run.output_store import REPORT_FILE
-from vislam2tag.pipeline.run.outputs import claimed
-from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.pipeline.run.selection import selected
-from vislam2tag.pipeline.run.selection import session_task
-from vislam2tag.quality.diagnosis.id_faults import id_faults
-from vislam2tag.quality.diagnosis.record import Fault
-from vislam2tag.quality.diagnosis.record import FaultKind
-from vislam2tag.quality.diagnosis.record import References
-from vislam2tag.quality.diagnosis.search import found_faults
-from vislam2tag.quality.diagnosis.search import judgement_of
-from vislam2tag.sessions.prepared import SessionTask
-from vislam2tag.site.corrections.file import CORRECTIONS_FILE
-from vislam2tag.site.corrections.file import Corrections
-from vislam2tag.site.discover import site_files
-from vislam2tag.site.frame_change import CHANGE_FILE
-from vislam2tag.site.links import is_described_from_outside
-from vislam2tag.site.links import shared_survey
-from vislam2tag.site.model import SessionRef
-from vislam2tag.site.model import Site
-from vislam2tag.site.model import Survey
-from vislam2tag.views.conflict_page import write_conflict_page
-from vislam2tag.views.run_report import write_report
-from vislam2tag.views.run_summary import findings_by_kind
-from vislam2tag.views.run_summary import summarise
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -66,9 +12,11 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
-from vislam2tag.labeling.results import Summary
+from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.labeling.results import (
+    Summary,
+)
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.label_run import jobs_of, label_run, opened_run, outdated_findings
 from vislam2tag.pipeline.labels.odd_references import odd_findings
 from vislam2tag.pipeline.labels.session import Outcome, Reason, SessionJob
@@ -78,9 +26,9 @@ from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run_job
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections.file import read_corrections
-from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.stored_survey import survey_at_hand
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.model import SessionKey
+from vislam2tag.site.stored_survey import survey_at_hand
 
 
 def process(

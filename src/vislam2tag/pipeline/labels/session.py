@@ -8,8 +8,6 @@ Its way: read, corrected and given its landmarks (:mod:`vislam2tag.sessions.prep
 from __future__ import annotations
 
 import hashlib
-from vislam2tag.labeling.results import RESULTS
-from vislam2tag.labeling.schemas import TRAJECTORY
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,11 +22,11 @@ import polars as pl
 from vislam2tag.common.errors import OutputError, SessionError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.core.arrays import AnyArray
+from vislam2tag.estimation.strategy import strategy_modules
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
-from vislam2tag.mapping.registry import strategy_modules
 from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
@@ -38,9 +36,8 @@ from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
-from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
-from vislam2tag.sessions.told_floors import floors_told
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.sessions.session_landmarks import ambiguous_landmarks, floors_told
+from vislam2tag.site.model import SessionRef
 
 _JOINING = f"{__package__}.together"
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from vislam2tag.pipeline.labels import statistics
-from vislam2tag.pipeline.labels.findings import mapping_findings
-from vislam2tag.pipeline.labels.findings import pose_lag_findings
 import math
 from pathlib import Path
 from typing import Any
@@ -23,15 +20,6 @@ from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.path_length import step_frames, step_lengths, steps_without_jumps
 from vislam2tag.core.status import STATUS_LABELS, Status, counts_by_label, has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks, Trajectory
-from vislam2tag.evaluation.reliability import reduce_errors
-from vislam2tag.evaluation.truth import (
-    CONTROL_POINTS,
-    MAX_GAP_S,
-    Residuals,
-    read_truth,
-    residuals_at_presses,
-    residuals_at_truth,
-)
 from vislam2tag.labeling.new_frame import turned_result
 from vislam2tag.labeling.results import (
     ContradictionMark,
@@ -50,11 +38,20 @@ from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.drawing import draw
 from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.pipeline.labels.survey_evidence import passes_record
+from vislam2tag.quality.evaluation.reliability import reduce_errors
+from vislam2tag.quality.evaluation.truth import (
+    CONTROL_POINTS,
+    MAX_GAP_S,
+    Residuals,
+    read_truth,
+    residuals_at_presses,
+    residuals_at_truth,
+)
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
-from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
-from vislam2tag.sessions.told_floors import floors_told
-from vislam2tag.survey.model import Floor
+from vislam2tag.sessions.readings import median_scan_interval_s
+from vislam2tag.sessions.session_landmarks import floors_told
+from vislam2tag.site.model import Floor
 
 
 def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, Any]:

@@ -15,14 +15,14 @@ from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.diagnosis.passes import WalkPasses
+from vislam2tag.estimation.drift import STATES
+from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.labeling.results import PassesRecord
+from vislam2tag.quality.diagnosis.alignment import WalkPasses
+from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.prepared import PreparedSession
-from vislam2tag.smoother.drift import STATES
-from vislam2tag.smoother.observations import WalkObservations
-from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.site.model import SessionKey, SessionRef, Site, Survey
 
 if TYPE_CHECKING:
     from vislam2tag.site.walkable.walked import Areas
@@ -131,8 +131,8 @@ class RoomsOnPlans:
     def _areas_of(self, number: int) -> Areas | None:
         # a sound survey asks for no room, and needs none of these
         from vislam2tag.pipeline.labels.walked_floors import floor_areas
-        from vislam2tag.survey.plans.load import floor_plan
-        from vislam2tag.survey.room_names import names_on_plan, read_room_names
+        from vislam2tag.site.floors import names_on_plan, read_room_names
+        from vislam2tag.site.plans.load import floor_plan
 
         floor = next((one for one in self.site.floors if one.number == number and one.plan is not None), None)
         if floor is None:

@@ -1,7 +1,7 @@
 """``process --together``: walks tell one another where landmarks hang, where they led and how noisy a tracker is.
 
 Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
-survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). On
+survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.estimation.landmark_survey.comparison`). On
 floors where a walk still goes far without a landmark, others' radio scans say where it was: each session of such a
 floor is mapped once, and where it led and what it heard is kept (:mod:`vislam2tag.walk_ties`). What a session is given
 is a part of what its result follows from, rounded, so that one more session repeats others only if it adds something.
@@ -10,7 +10,6 @@ is a part of what its result follows from, rounded, so that one more session rep
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from vislam2tag.quality.diagnosis.record import References
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,12 +24,12 @@ from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.similarity import as_points
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
 from vislam2tag.estimation.noise import told_by_others
+from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
-from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.odd_references import references
 from vislam2tag.pipeline.labels.session import code_in_this_process, code_of
@@ -38,14 +37,12 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.workers import Executor, Job, run_job
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
+from vislam2tag.positioning.walk_traces import WalkTrace, rounded_covariance
+from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand
-from vislam2tag.sessions.told_landmarks import ToldLandmarks
-from vislam2tag.smoother.device_noise import told_by_others
-from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.survey.model import SessionKey, Survey
-from vislam2tag.walk_ties.told import rounded_covariance
-from vislam2tag.walk_ties.traces import WalkTrace
+from vislam2tag.sessions.session_landmarks import ToldLandmarks
+from vislam2tag.site.model import SessionKey, Survey
 
 MOST_KEPT = 256
 """Scans of a session, evenly spread: no more of it are asked."""
@@ -95,8 +92,8 @@ def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
 
 def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
     """What each walk of a floor is told of where it was, rounded; of those that are told something."""
-    from vislam2tag.walk_ties.radio import radio_ties  # SciPy, which workers alone need otherwise
-    from vislam2tag.walk_ties.told import rounded
+    from vislam2tag.positioning.walk_ties import radio_ties  # SciPy, which workers alone need otherwise
+    from vislam2tag.positioning.walk_traces import rounded
 
     known = sorted((walk for walk in walks if walk.trace is not None and walk.scans), key=lambda walk: walk.key)
     told = radio_ties([walk.trace for walk in known], [walk.scans for walk in known if walk.scans])

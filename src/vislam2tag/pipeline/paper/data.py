@@ -18,16 +18,20 @@ from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled
-from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
-from vislam2tag.dataset.settings import DatasetSettings
-from vislam2tag.dataset.splits import standard_splits
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import DatasetStatistics
-from vislam2tag.evaluation.paper.walks import (
+from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.datasets.model import Dataset, DatasetInfo
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.splits import standard_splits
+from vislam2tag.datasets.statistics import dataset_statistics
+from vislam2tag.datasets.statistics_record import DatasetStatistics
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_session
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.selection import Selection, session_task
+from vislam2tag.quality.evaluation.paper import (
     PaperWalk,
     StationWalks,
     map_all,
@@ -35,12 +39,7 @@ from vislam2tag.evaluation.paper.walks import (
     station_settings,
     station_walks,
 )
-from vislam2tag.evaluation.total_station.frame import fit_frame, shot_points
-from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
-from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_session
-from vislam2tag.pipeline.labels.process import process
-from vislam2tag.pipeline.run.selection import Selection, session_task
+from vislam2tag.quality.evaluation.station_frame import TRACK_FILE, fit_frame, read_station_track, shot_points
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.sessions.registry import open_survey

@@ -11,26 +11,15 @@ from matplotlib.figure import Figure
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.dataset.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
-from vislam2tag.evaluation.metrics import frames_within_sigma, strategy_errors
-from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
-from vislam2tag.evaluation.pooling import error_curve
-from vislam2tag.evaluation.reliability import coverage_curve, reduce_errors
-from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
-from vislam2tag.figures.error_figures import (
-    control_point_errors,
-    coverage_accuracy,
-    error_by_landmark_movement,
-    error_distributions,
-    station_overlay,
-)
-from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
-from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
+from vislam2tag.datasets.statistics_record import PAPER_FINGERPRINTS, DatasetStatistics
+from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import label_readings
-from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.paper.data import PaperData, PaperWalks, read_mappable, walk_of
+from vislam2tag.quality.evaluation.metrics import error_curve, frames_within_sigma, strategy_errors
+from vislam2tag.quality.evaluation.paper import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
+from vislam2tag.quality.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.sessions.model import Session
 from vislam2tag.site.model import Floor, SessionKey
 from vislam2tag.views.dataset_figures import fingerprints_by_device_and_floor

@@ -19,7 +19,7 @@ from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files, 
 from vislam2tag.common.files.plain_files import json_values
 from vislam2tag.common.files.store import PROBE, Store, Stored, shown
 from vislam2tag.common.files.whole_folder import files_below
-from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
+from vislam2tag.datasets.folder import MANIFEST, refuse_unless_replaced, written_by
 from vislam2tag.labeling.results import CONFLICTS_FILE, CONFLICTS_PAGE, PROGRAM, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from vislam2tag.labeling.new_frame import changed_result
-from vislam2tag.labeling.new_frame import floors_of_result
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -28,14 +26,14 @@ from vislam2tag.datasets.labelled import LabelledSurvey, is_labelled, open_label
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.datasets.schema import FINGERPRINTS
 from vislam2tag.datasets.statistics_record import FieldWork
+from vislam2tag.labeling.new_frame import changed_result, changed_table, floors_of_result
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import write_table
-from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path
-from vislam2tag.pipeline.labels.process import floor_records, site_hashes
+from vislam2tag.pipeline.labels.label_run import floor_records, site_hashes
 from vislam2tag.site.discover import read_site, site_files
 from vislam2tag.site.frame_change import (
     CHANGE_FILE,

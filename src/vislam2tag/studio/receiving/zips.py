@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError, first_line
-from vislam2tag.common.files.archives import folder_of, names_in
-from vislam2tag.common.files.bounded_file import BoundedFile
+from vislam2tag.common.files.archives import BoundedFile, folder_of, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.sessions.apps import AppFormat
