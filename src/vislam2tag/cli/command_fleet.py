@@ -172,10 +172,7 @@ def process_command(given: FleetProcessOptions) -> None:
       vislam2tag fleet process s3://walks/hospitals --executor dask \\
           --scheduler tcp://10.0.0.5:8786
     """
-    from vislam2tag.pipeline.fleet.process import fleet_on_dask
-    from vislam2tag.pipeline.labels.dry_run import dry_run_on_dask
-
-    with given.where.opened(given.jobs, dry_run_on_dask if given.dry_run else fleet_on_dask) as executor:
+    with given.where.opened(given.jobs) as executor:
         if given.dry_run:
             _print_dry_run(given, executor)
         totals, failed = _process_with_progress(given, executor)

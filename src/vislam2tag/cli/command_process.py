@@ -99,11 +99,8 @@ def process_command(given: ProcessOptions) -> None:
     keep_freed_memory()
     if given.jobs > 1:  # threads of this process would compete with its workers, which have one each
         os.environ.setdefault("POLARS_MAX_THREADS", "1")
-    from vislam2tag.pipeline.labels.dry_run import dry_run_on_dask
-    from vislam2tag.pipeline.labels.stored_session import on_dask
-
     settings = settings_from(given, given.survey)
-    with given.where.opened(given.jobs, dry_run_on_dask if given.dry_run else on_dask) as executor:
+    with given.where.opened(given.jobs) as executor:
         if given.dry_run:
             _print_dry_run(given, settings, executor)
         summary = _process_with_progress(given, settings, executor)

@@ -129,11 +129,8 @@ class ExecutorOptions:
     )
 
     @contextmanager
-    def opened(self, jobs: int, on_cluster: Callable[[Any, Callable[[str], None]], Executor]) -> Iterator[Executor]:
-        """Yield what runs sessions; raises UsageError for options that do not go together.
-
-        ``on_cluster`` makes it of a ``distributed.Client`` and a function that prints a line.
-        """
+    def opened(self, jobs: int) -> Iterator[Executor]:
+        """Yield what runs sessions; raises UsageError for options that do not go together."""
         if self.executor is ExecutorName.LOCAL:
             from functools import partial
 
@@ -143,11 +140,11 @@ class ExecutorOptions:
                 raise UsageError("--scheduler and --cluster go with --executor dask: add that")
             yield partial(process_all, workers=jobs)
             return
-        from vislam2tag.pipeline.run.dask import connected
+        from vislam2tag.pipeline.run.dask import DaskExecutor, connected
 
         tell = lambda line: say(line, err=True)
         with connected(self.scheduler, self.cluster, tell) as client:
-            yield on_cluster(client, tell)
+            yield DaskExecutor(client, tell)
 
 
 def one_of(*known: str) -> Callable[[str, str], str]:

@@ -148,10 +148,10 @@ def outputs_of_interrupted(*outputs: Path | None) -> Iterator[None]:
 
 def labels_there(out: Path) -> str:
     """How many sessions an output folder for labels contains, which may be in a store."""
-    from vislam2tag.pipeline.run.outputs import output_at
+    from vislam2tag.pipeline.run.output import OutputFolder
 
     with suppress(Vislam2tagError, OSError):
-        if count := len(output_at(out).finished()):
+        if count := len(OutputFolder(out).finished()):
             return f"{shown(out)} contains the labels of {count} sessions; run the same command again to go on"
     return f"no session was finished in {shown(out)}"
 

@@ -26,7 +26,7 @@ from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Visit
-from vislam2tag.estimation import smoothing
+from vislam2tag.estimation import smoother
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import SessionResult
@@ -249,8 +249,8 @@ def test_the_smoother_tells_what_a_walk_lacks_and_minds_no_height() -> None:
 def test_a_walk_whose_reweighting_does_not_converge_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=60)
     process(survey, tmp_path / "sure")
-    monkeypatch.setattr(smoothing, "MOST_ROUNDS", 1)
-    monkeypatch.setattr(smoothing, "SETTLED_SIGMAS", 1e-9)
+    monkeypatch.setattr(smoother, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(smoother, "SETTLED_SIGMAS", 1e-9)
     process(survey, tmp_path / "unsure")
     kinds = [
         {finding.kind for finding in SessionResult.model_validate_json(path.read_bytes()).findings}

@@ -1,10 +1,11 @@
-"""``process --together``: walks tell one another where landmarks hang, where they led and how noisy a tracker is.
+"""``process --together``: walks help one another: where landmarks hang, where walks led, how noisy a tracker is.
 
 Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
-survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.estimation.landmark_survey.comparison`). On
-floors where a walk still goes far without a landmark, others' radio scans say where it was: each session of such a
-floor is mapped once, and where it led and what it heard is kept (:mod:`vislam2tag.walk_ties`). What a session is given
-is a part of what its result follows from, rounded, so that one more session repeats others only if it adds something.
+survey and all *other* sessions say of the landmarks that it passed
+(:mod:`vislam2tag.estimation.landmark_survey.comparison`). On floors where a walk still goes far without a landmark,
+others' radio scans say where it was: each session of such a floor is mapped once, and where it led and what it heard is
+kept (:mod:`vislam2tag.positioning.walk_ties`). What a session is given is a part of what its result follows from,
+rounded, so that one more session repeats others only if it adds something.
 """
 
 from __future__ import annotations

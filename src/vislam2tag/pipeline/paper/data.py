@@ -14,11 +14,10 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.fingerprints import access_points_of, tables_of
 from vislam2tag.datasets.folder import write_dataset
 from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.datasets.model import Dataset, DatasetInfo
@@ -28,7 +27,7 @@ from vislam2tag.datasets.splits import standard_splits
 from vislam2tag.datasets.statistics import dataset_statistics
 from vislam2tag.datasets.statistics_record import DatasetStatistics
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.datasets.sources import NAMES, SessionJob, build_session
+from vislam2tag.pipeline.datasets.sources import SessionJob, build_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection, session_task
 from vislam2tag.quality.evaluation.paper import (
@@ -180,12 +179,8 @@ def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Folder) -> D
     """Make fingerprints of the sessions; the tables lie below ``folder``."""
     for number, (session, max_sigma_m) in enumerate(sessions):
         build_session(SessionJob(session, f"{number:06d}", "", number, folder, DatasetSettings(), max_sigma_m))
-    tables = {
-        name: scan_parquet(sorted((folder / name).glob("*.parquet")))
-        for name in (FINGERPRINTS, READINGS, SESSIONS, NAMES)
-    }
-    names = tables.pop(NAMES).collect()
-    access_points = access_point_table(tables[FINGERPRINTS], tables[READINGS], names).lazy()
+    tables = {name: rows for name, rows in tables_of(folder.path).items() if name in (FINGERPRINTS, READINGS, SESSIONS)}
+    access_points = access_points_of(folder.path, tables[FINGERPRINTS], tables[READINGS]).lazy()
     return Dataset(DatasetInfo(name="giaIndoorLoc", floors=()), tables | {ACCESS_POINTS: access_points})
 
 
