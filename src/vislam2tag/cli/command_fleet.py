@@ -1,4 +1,4 @@
-"""``vislam2tag fleet process``: add, list, process, status, report."""
+"""``vislam2tag fleet``: add, list, process, status, report."""
 
 from __future__ import annotations
 
