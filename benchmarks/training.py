@@ -1,6 +1,6 @@
 """Learns the speed model of dead reckoning from walks with taps: each leg between two taps tells its windows' speeds.
 
-    python benchmarks/training.py site1/F1 src/vislam2tag/dead_reckoning/speed_model.json
+    python benchmarks/training.py site1/F1 src/vislam2tag/estimation/dead_reckoning/speed_model.json
 
 The folder is a floor of the Indoor Location Competition 2.0 (MIT licence; ../shared/data/ilc20/site1-F1.tar.xz); what
 was learned from is written beside the coefficients.
@@ -112,7 +112,7 @@ def main() -> None:
         "walks": len(walks),
         "each_walk": "as recorded, phone in the hand, and as a swinging hand would have recorded it",
         "sha256": digest.hexdigest(),
-        "command": "python benchmarks/training.py site1/F1 src/vislam2tag/dead_reckoning/speed_model.json",
+        "command": "python benchmarks/training.py site1/F1 src/vislam2tag/estimation/dead_reckoning/speed_model.json",
         "unit": "m/s",
         "coefficients": dict(zip(NAMES, model.coefficients.round(5).tolist(), strict=True)),
     }

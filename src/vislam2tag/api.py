@@ -197,6 +197,7 @@ if TYPE_CHECKING:
     from vislam2tag.simulation.choices import Locale as Locale
     from vislam2tag.simulation.choices import SessionLayout as SessionLayout
     from vislam2tag.simulation.choices import SiteColumn as SiteColumn
+    from vislam2tag.simulation.scenario import FurtherChoices as FurtherChoices
     from vislam2tag.simulation.scenario import Scenario as Scenario
     from vislam2tag.simulation.scenario import paper_evaluation as paper_evaluation
     from vislam2tag.simulation.scenario import regular_survey as regular_survey

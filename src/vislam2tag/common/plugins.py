@@ -74,7 +74,15 @@ class Kind:
 
 
 STRATEGIES = Kind("mapping strategy", "vislam2tag.strategies", "vislam2tag.estimation.strategies")
-SESSION_FORMATS = Kind("session format", "vislam2tag.session_formats", "vislam2tag.sessions.formats")
+SESSION_FORMATS = Kind(
+    "session format",
+    "vislam2tag.session_formats",
+    "vislam2tag.sessions.formats",
+    shared={
+        "scanner_apps": ("arkit-data-logger", "ios-logger", "polycam", "record3d", "scanner-3d-app", "stray-scanner"),
+        "any_tracker": ("mcap", "tum"),
+    },
+)
 PLAN_FORMATS = Kind("plan format", "vislam2tag.plan_formats", "vislam2tag.site.plan_formats")
 DATASET_FORMATS = Kind("data set format", "vislam2tag.dataset_formats", "vislam2tag.datasets.formats")
 MODELS = Kind("positioning model", "vislam2tag.models", "vislam2tag.positioning.models")

@@ -103,12 +103,7 @@ def _unwalked(space: WalkedSpace) -> Trace:
     step_m = _SHADED_STEPS * space.distances.step_m
     missing = space.places_m[~space.walked]
     shaded = np.unique(np.floor(missing / step_m).astype(np.int64), axis=0).reshape(-1, 2)
-    look = {
-        "colorscale": [[0, ORANGE], [1, ORANGE]],
-        "showscale": False,
-        "opacity": 0.45,
-        "showlegend": len(shaded) > 0,
-    }
+    look = {"colorscale": [[0, ORANGE], [1, ORANGE]], "showscale": False, "opacity": 0.45}
     name = "walkable, but not walked"
     values = dict.fromkeys(((column, row) for column, row in shaded.tolist()), 1)
     return _squares(name, values, step_m, name, showlegend=len(shaded) > 0, **look)
