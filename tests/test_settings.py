@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.settings import Settings, read_settings
 
 

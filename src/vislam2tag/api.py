@@ -187,10 +187,10 @@ if TYPE_CHECKING:
     from vislam2tag.sessions.inspection import Inspection as Inspection
     from vislam2tag.sessions.inspection import inspect_survey as _inspect_survey
     from vislam2tag.sessions.model import Attachment as Attachment
-    from vislam2tag.sessions.model import FindingSettings as FindingSettings
     from vislam2tag.sessions.model import Session as Session
     from vislam2tag.sessions.registry import open_survey as open_survey
     from vislam2tag.sessions.registry import read_session as read_session
+    from vislam2tag.sessions.settings import FindingSettings as FindingSettings
     from vislam2tag.settings import Settings as Settings
     from vislam2tag.settings import read_settings as read_settings
     from vislam2tag.simulation.choices import Climb as Climb

@@ -15,6 +15,7 @@ from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route
 from uvicorn.server import ServerState
 
+from vislam2tag.common.addresses import code_of, listen, local_address, url_for
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.serving import (
     MAX_CONNECTIONS,
@@ -22,12 +23,8 @@ from vislam2tag.common.serving import (
     LimitedConnection,
     Limits,
     admit,
-    code_of,
     default_limits,
-    listen,
-    local_address,
     network_of,
-    url_for,
 )
 
 Stream = tuple[asyncio.StreamReader, asyncio.StreamWriter]

@@ -30,7 +30,7 @@ def test_few_frames_lead_from_process_to_the_odometry(tmp_path: Path, monkeypatc
         if getattr(module, "continuous_odometry", None) is continuous_odometry and module.__name__ != __name__:
             monkeypatch.setattr(module, "continuous_odometry", noted)
     process(make_survey(tmp_path / "survey", devices=("LG",), seconds=20.0), tmp_path / "labels")
-    mapping = [frames for frames in found if any("estimation.py" in frame for frame in frames)]
+    mapping = [frames for frames in found if any("bridged_observations" in frame for frame in frames)]
     assert mapping
     assert mapping[0][0] == "process.py: process"
     assert len(mapping[0]) <= MAX_FRAMES, mapping[0]

@@ -8,7 +8,8 @@ import pytest
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.sessions.in_memory import checked_column, frame_of, landmarks_in_memory, session_in_memory
-from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.model import SessionKey
 
 KEY = SessionKey(0, "in memory", "walk")

@@ -12,7 +12,6 @@ from tests.mutations import mutate, some_or_many
 from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.clocks import clock_mismatch
-from vislam2tag.sessions.model import FindingSettings
 from vislam2tag.sessions.readings import (
     BLE_LINES,
     SENSOR_SCHEMA,
@@ -23,6 +22,7 @@ from vislam2tag.sessions.readings import (
     sensor_table,
     wifi_findings,
 )
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import FieldTable, RawTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.site.names import landmark_id

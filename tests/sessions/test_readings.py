@@ -15,7 +15,7 @@ from tests.sessions.raw import START_NS, clean_files, count_lines, frame_ns, kin
 from vislam2tag.common.findings import Finding
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.corrected import corrected_session
-from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import (
     BLE_LINES,
     SENSOR_SCHEMA,
@@ -29,6 +29,7 @@ from vislam2tag.sessions.readings import (
     sensor_table,
     wifi_findings,
 )
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import LineTable, RawTable
 from vislam2tag.site.corrections.file import Corrections, ShiftClock
 

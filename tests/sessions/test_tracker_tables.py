@@ -14,7 +14,7 @@ from tests.sessions.raw import FRAME_NS, START_NS
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tracker_tables import LANDMARK_SCHEMA, POSE_COLUMNS, camera_track, landmark_log
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)

@@ -18,7 +18,8 @@ import pytest
 from PIL import Image
 
 from tests.studio.running import Page, running_studio
-from vislam2tag.common.serving import Limits, listen, serving
+from vislam2tag.common.addresses import listen
+from vislam2tag.common.serving import Limits, serving
 from vislam2tag.settings import Settings
 from vislam2tag.studio.app import opened_studio
 from vislam2tag.studio.guard import MOST_BODY, Guard

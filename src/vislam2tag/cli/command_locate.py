@@ -124,7 +124,8 @@ def _serve(given: LocateOptions) -> None:
     if any(one is not None for one in (given.scans, given.out, given.hash_bssid, given.sequence, given.track)):
         raise UsageError("--serve: goes with --port, --plans and --json alone; scans come over HTTP")
     # Only a server needs these; starting quickly matters to all other commands.
-    from vislam2tag.common.serving import listen, serve
+    from vislam2tag.common.addresses import listen
+    from vislam2tag.common.serving import serve
     from vislam2tag.pipeline.positioning.locate_app import locate_app
     from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
     from vislam2tag.positioning.model_file import load_model

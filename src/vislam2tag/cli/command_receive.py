@@ -9,8 +9,8 @@ from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.terminal import answer, print_line, say, visible_console
+from vislam2tag.common.addresses import EVERYWHERE, code_of, listen, url_for
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.common.serving import EVERYWHERE, code_of, listen, url_for
 
 if TYPE_CHECKING:
     from rich.console import Console

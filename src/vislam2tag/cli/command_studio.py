@@ -154,7 +154,7 @@ def _serve(given: StudioOptions, workspace: Workspace) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
     import webbrowser
 
-    from vislam2tag.common.serving import code_of, listen
+    from vislam2tag.common.addresses import code_of, listen
     from vislam2tag.studio.app import opened_studio, serve_studio
 
     with (

@@ -1,4 +1,4 @@
-"""Our servers: addresses to listen on and to show as a code, limits of connections, and limits of requests' bodies.
+"""Our servers: limits of connections, and limits of requests' bodies.
 
 They are the same for `receive`, the studio and `locate --serve`. A connection waits until the application admits it:
 after a proof of the token, a right cookie, or a complete request. Waiting and admitted connections have separate room,
@@ -8,7 +8,6 @@ so strangers cannot take the room of senders that are known.
 from __future__ import annotations
 
 import asyncio
-import io
 import math
 import signal
 import socket
@@ -27,8 +26,6 @@ from starlette.convertors import IntegerConvertor, register_url_convertor
 from starlette.requests import ClientDisconnect, Request
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
-
-from vislam2tag.common.errors import UsageError
 
 MAX_CONNECTIONS = 200
 MINUTE_S, REPORTED_A_MINUTE = 60.0, 10
@@ -318,43 +315,3 @@ async def drain(request: Request, most: int, silent_s: float) -> None:
                 return
     except (ClientDisconnect, TimeoutError, RuntimeError):  # gone, silent, or all was read before
         return
-
-
-_ELSEWHERE = ("192.0.2.1", 9)
-"""An address for documentation (RFC 5737): choosing a way there sends nothing."""
-EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """Open a socket to listen on; raises UsageError where that cannot be."""
-    try:
-        family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
-        return socket.create_server((host, port), family=family, backlog=64)
-    except (OSError, UnicodeError) as error:
-        why = getattr(error, "strerror", None) or "no name of a computer"
-        raise UsageError(f"--host {host} --port {port}: cannot be listened on: {why}") from error
-
-
-def local_address() -> str:
-    """This computer's address on the network that leads out of it; 127.0.0.1 where there is none."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(_ELSEWHERE)
-            return str(probe.getsockname()[0])
-        except OSError:
-            return "127.0.0.1"
-
-
-def url_for(host: str, port: int, token: str) -> str:
-    """Address for phones; the token stands in the fragment, which browsers do not send."""
-    address = local_address() if host in EVERYWHERE else host
-    return f"http://{f'[{address}]' if ':' in address else address}:{port}/#{token}"
-
-
-def code_of(text: str) -> str:
-    """A QR code as lines of half blocks, for terminals."""
-    import segno
-
-    drawn = io.StringIO()
-    segno.make(text, error="m", micro=False).terminal(drawn, compact=True)
-    return drawn.getvalue()

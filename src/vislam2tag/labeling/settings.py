@@ -10,7 +10,7 @@ from pydantic import Field, field_serializer
 
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
-from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.settings import SurveySettings
 
 

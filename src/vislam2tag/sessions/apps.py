@@ -17,9 +17,10 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.orientation import multiply, rotated
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.clocks import pose_lag_of
-from vislam2tag.sessions.model import FileRecord, FindingSettings, Session
+from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, mark_repeated, parse_wifi, sensor_rows, sensor_table
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import FieldTable, Parser, ns_of_seconds
 from vislam2tag.sessions.tracker_tables import LANDMARK_SCHEMA, POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import no_landmarks

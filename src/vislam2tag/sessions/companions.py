@@ -27,9 +27,10 @@ from vislam2tag.sessions.companion_ties import (
     tie_files,
 )
 from vislam2tag.sessions.foreign_tables import read_table, session_tables, table_times, time_column
-from vislam2tag.sessions.model import Attachment, FileRecord, FindingSettings, Session
+from vislam2tag.sessions.model import Attachment, FileRecord, Session
 from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.model import SessionKey, SessionRef
 
 

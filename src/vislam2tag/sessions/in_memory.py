@@ -20,8 +20,9 @@ from vislam2tag.sessions.clocks import (
     pose_lag_of,
     with_times,
 )
-from vislam2tag.sessions.model import FileRecord, FindingSettings, Session
+from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.site.landmark_file import landmarks_from, landmarks_in
 from vislam2tag.site.model import SessionKey

@@ -7,27 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import polars as pl
-from pydantic import Field
 
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.site.georeference import from_wgs84
 from vislam2tag.site.model import Floor, SessionKey
-
-
-class FindingSettings(FiniteRecord):
-    """When something odd in a session is worth a finding."""
-
-    frame_gap_s: float = Field(default=1.0, gt=0)
-    """A hole between neighbouring frames longer than this is a ``frame_gap``, seconds."""
-    scan_interval_s: float = Field(default=20.0, gt=0)
-    """A median time between Wi-Fi scans above this is ``scan_throttling`` (Android allows 4 scans in 2 minutes)."""
-    pose_lag_s: float = Field(default=0.1, gt=0)
-    """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, runs_of
 from vislam2tag.core.context import TrackerState
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.sessions.model import FindingSettings
 from vislam2tag.sessions.readings import SENSOR_VALUES
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Columns, NamedTable
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track
 

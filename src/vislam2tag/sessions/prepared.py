@@ -18,7 +18,7 @@ from vislam2tag.sessions.companions import with_companions
 from vislam2tag.sessions.corrected import corrected_session, with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.id_findings import shifted_ids_findings
-from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import (
     ToldLandmarks,
@@ -30,6 +30,7 @@ from vislam2tag.sessions.session_landmarks import (
     with_fewer_landmarks,
     with_told_floors,
 )
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.without_poses import FILES_OF_POSES, inertial_log, with_presses_as_fixes
 from vislam2tag.site.corrections.file import Corrections, SetTap
 from vislam2tag.site.corrections.landmarks import corrected_landmarks, named_by_floor

@@ -13,7 +13,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
 from vislam2tag.core.limits import of_one_recording
 from vislam2tag.intake.readings import normal_uuids
-from vislam2tag.sessions.model import FindingSettings
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import LineTable, RawTable, level_dbm
 from vislam2tag.sessions.tracker_tables import FAR_TIMES, findings_of
 

@@ -23,8 +23,9 @@ from vislam2tag.common.plugins import Registry
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.companion_ties import FOLDER as COMPANIONS
 from vislam2tag.sessions.companion_ties import companion_hashes, tied_recordings
-from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.session_files import named_alike, unpacked
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.site.corrections.landmarks import unused_corrections, with_control_points_corrected
 from vislam2tag.site.discover import landmarks_off_plan, read_site, session_folders, walks_twice, zip_of

@@ -21,7 +21,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted, normal_uuids
 from vislam2tag.intake.time_units import READINGS, Steps
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, with_times
-from vislam2tag.sessions.model import FileRecord, FindingSettings, Recording, Session
+from vislam2tag.sessions.model import FileRecord, Recording, Session
 from vislam2tag.sessions.readings import (
     PRESSURE,
     SENSOR_VALUES,
@@ -31,6 +31,7 @@ from vislam2tag.sessions.readings import (
     sensor_table,
     wifi_findings,
 )
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Parser, RawTable
 from vislam2tag.site.model import SessionKey, SessionRef
 from vislam2tag.site.site_table import is_file

@@ -176,7 +176,8 @@ def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> pl.DataFrame:
 
 def _ble(ble: BleLog | None) -> pl.DataFrame:
     if ble is None:
-        return pl.DataFrame(schema=dict.fromkeys(BLE_COLUMNS, pl.Int64))
+        texts = ("address", "name", "uuid")
+        return pl.DataFrame(schema={name: pl.String if name in texts else pl.Int64 for name in BLE_COLUMNS})
     building, beacons = ble.beacons.environment.building, ble.beacons
     return pl.DataFrame(
         {

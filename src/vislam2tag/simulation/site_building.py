@@ -29,7 +29,7 @@ from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, has_site_file
 from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind, corridor_graph
-from vislam2tag.site.walkable.plan_cells import floor_mask
+from vislam2tag.site.walkable.painted_cells import floor_mask
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 

@@ -18,10 +18,11 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from vislam2tag.common.addresses import url_for
 from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, serve, url_for, whole_body
+from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, serve, whole_body
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.site.corrections.edits import ChangedMeanwhileError
 from vislam2tag.site.corrections.merging import Conflict, ConflictError

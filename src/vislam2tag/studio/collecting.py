@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar
 import numpy as np
 import segno
 
+from vislam2tag.common.addresses import EVERYWHERE, listen, url_for
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.common.serving import EVERYWHERE, listen, serving, url_for
+from vislam2tag.common.serving import serving
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.status import Status

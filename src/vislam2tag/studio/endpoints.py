@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from vislam2tag.common.serving import code_of, url_for
+from vislam2tag.common.addresses import code_of, url_for
 from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.studio import corrections_view, preparing, session_view, survey_view
 from vislam2tag.studio import series as charts

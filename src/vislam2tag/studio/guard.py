@@ -11,7 +11,7 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from vislam2tag.common.serving import EVERYWHERE
+from vislam2tag.common.addresses import EVERYWHERE
 from vislam2tag.studio.receiving.token import new_token
 
 Message: TypeAlias = MutableMapping[str, Any]

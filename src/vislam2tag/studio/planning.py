@@ -28,7 +28,8 @@ from vislam2tag.site.floors import MASK_FILE
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import FloorPlan
-from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask, plan_grid
+from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
+from vislam2tag.site.walkable.plan_cells import plan_grid
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.studio.layers.walkable import rings_of

@@ -14,18 +14,16 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.source import FloorPlan
-from vislam2tag.site.walkable.plan_cells import (
+from vislam2tag.site.walkable.painted_cells import (
     GREEN,
     RED,
-    cells_in,
     corrected_cells,
     floor_mask,
     inside_of,
     largest_region,
-    line_walls,
-    plan_grid,
     read_mask,
 )
+from vislam2tag.site.walkable.plan_cells import cells_in, line_walls, plan_grid
 from vislam2tag.site.walkable.settings import WalkableSettings
 
 GRID = CellGrid((-2.0, 1.0), 0.5, 30, 40)

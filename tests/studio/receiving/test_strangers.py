@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from tests.studio.receiving.zips import digest, session_zip, signed
-from vislam2tag.common.serving import Limits, listen, serving
+from vislam2tag.common.addresses import listen
+from vislam2tag.common.serving import Limits, serving
 from vislam2tag.studio.receiving.server import Listener, Receiver
 from vislam2tag.studio.receiving.token import Guard
 from vislam2tag.studio.receiving.uploads import Uploads

@@ -16,7 +16,8 @@ from starlette.routing import Mount
 from starlette.staticfiles import StaticFiles
 
 from tests.views.browser import note_problems
-from vislam2tag.common.serving import listen, serving
+from vislam2tag.common.addresses import listen
+from vislam2tag.common.serving import serving
 
 LATEST_MS = 60_000
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -45,7 +46,13 @@ class Smoother:
         nothing = TrajectoryBuilder.blank(camera, Status.NO_MAPPING).finish(camera, (), ())
         if camera.usable.sum() < FEWEST_FRAMES:
             return nothing
-        observations, smoothed = self._solved(camera, log, landmarks)
+        observe = partial(bridged_observations, camera, log, self.sighting_range_m, surveyed=landmarks.surveyed_ids)
+        observations = observe()
+        priors = LandmarkPriors.of(observations.ids, landmarks)
+        smoothed = solve_walk(observations, priors, camera.tracker)
+        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):  # they say when
+            observations = observe(slips=True)
+            smoothed = solve_walk(observations, priors, camera.tracker)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
         if smoothed is None:
             return nothing
@@ -62,19 +69,6 @@ class Smoother:
             passes_left_out=observations.passes_left_out,
             not_converged=tuple(what for what, whether in converged.items() if not whether),
         )
-
-    def _solved(
-        self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
-    ) -> tuple[WalkObservations, SolvedWalk | None]:
-        """Solve a walk; once more where it may have slipped and inertial sensors can say when."""
-        range_m, surveyed = self.sighting_range_m, landmarks.surveyed_ids
-        observations = bridged_observations(camera, log, range_m, surveyed=surveyed)
-        priors = LandmarkPriors.of(observations.ids, landmarks)
-        smoothed = solve_walk(observations, priors, camera.tracker)
-        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
-            observations = bridged_observations(camera, log, range_m, slips=True, surveyed=surveyed)
-            smoothed = solve_walk(observations, priors, camera.tracker)
-        return observations, smoothed
 
     def _placed(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, z_m: FloatArray) -> Trajectory:
         """Positions, covariances and orientations at the frames used (n,), of the body and at their stamps."""

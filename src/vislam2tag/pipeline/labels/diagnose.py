@@ -285,7 +285,7 @@ def _walkable_floors(survey: Survey) -> dict[int, Inside]:
     for floor in survey.site.floors:
         if floor.plan is not None:
             with suppress(SurveyError, MissingExtraError):
-                from vislam2tag.site.walkable.plan_cells import floor_mask  # a package of an extra
+                from vislam2tag.site.walkable.painted_cells import floor_mask
 
                 found[floor.number] = walkable_space(floor_plan(floor), mask=floor_mask(floor)).inside
     return found

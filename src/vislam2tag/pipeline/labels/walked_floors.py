@@ -86,7 +86,7 @@ def floor_areas(floor: Floor, names: Sequence[RoomName], settings: WalkableSetti
     """
     from vislam2tag.site.plans.load import floor_plan  # packages of extras
     from vislam2tag.site.walkable.graph import corridor_graph
-    from vislam2tag.site.walkable.plan_cells import floor_mask
+    from vislam2tag.site.walkable.painted_cells import floor_mask
 
     plan, settings = floor_plan(floor), settings or WalkableSettings()
     space = walkable_space(plan, settings, floor_mask(floor))

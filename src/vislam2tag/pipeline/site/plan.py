@@ -38,7 +38,7 @@ from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.site_table import LANDMARKS, read_site_table
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
-from vislam2tag.site.walkable.plan_cells import floor_mask
+from vislam2tag.site.walkable.painted_cells import floor_mask
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.views.panels import rendered

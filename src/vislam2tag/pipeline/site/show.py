@@ -24,7 +24,7 @@ from vislam2tag.site.links import left_out_of, site_name
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
-from vislam2tag.site.walkable.plan_cells import GREEN, RED, floor_mask
+from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 from vislam2tag.views.page import data_uri, write_page

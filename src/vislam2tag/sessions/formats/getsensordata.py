@@ -22,7 +22,7 @@ from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.readings import admitted
-from vislam2tag.sessions.model import FileRecord, FindingSettings, GeographicFixes, Session
+from vislam2tag.sessions.model import FileRecord, GeographicFixes, Session
 from vislam2tag.sessions.readings import (
     SENSOR_VALUES,
     ble_rows,
@@ -32,6 +32,7 @@ from vislam2tag.sessions.readings import (
     wifi_findings,
 )
 from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import line_count, ns_of_seconds, unreadable_findings
 from vislam2tag.sessions.without_poses import (
     session_of_log,

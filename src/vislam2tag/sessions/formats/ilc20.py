@@ -19,9 +19,10 @@ from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.context import FixLog
 from vislam2tag.intake.readings import admitted, normal_addresses, normal_uuids
-from vislam2tag.sessions.model import FileRecord, FindingSettings, Session, too_few_fixes
+from vislam2tag.sessions.model import FileRecord, Session, too_few_fixes
 from vislam2tag.sessions.readings import mark_jittered, sensor_rows, sensors_of_log, wifi_findings
 from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import line_count, unreadable_findings, with_lines
 from vislam2tag.sessions.without_poses import (
     session_of_log,

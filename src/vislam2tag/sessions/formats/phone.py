@@ -22,7 +22,7 @@ from vislam2tag.sessions.clocks import (
     clock_of,
     pose_lag_of,
 )
-from vislam2tag.sessions.model import FindingSettings, Recording, Session
+from vislam2tag.sessions.model import Recording, Session
 from vislam2tag.sessions.phone_app import (
     ANCHORS,
     BLE,
@@ -50,6 +50,7 @@ from vislam2tag.sessions.readings import (
 )
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import RawTable
 from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of, sorted_once
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps

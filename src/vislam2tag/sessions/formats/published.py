@@ -13,7 +13,7 @@ from vislam2tag.sessions.clocks import (
     clock_of,
     pose_lag_of,
 )
-from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import (
     BLE_LINES,
     SENSOR_SCHEMA,
@@ -22,6 +22,7 @@ from vislam2tag.sessions.readings import (
 )
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes

@@ -27,8 +27,9 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps import MATRIX, AppFormat, Keyframe, Keyframes, Pictures, Readings, pose_table, timed
-from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Columns, FieldTable, RawTable, header_of
 from vislam2tag.site.model import SessionRef
 from vislam2tag.site.site_table import is_file

@@ -16,7 +16,7 @@ from vislam2tag.common.errors import first_line
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.formats.published import SENSOR_LOGGER_METADATA
-from vislam2tag.sessions.model import FindingSettings, Session
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import (
     ble_rows,
     mark_repeated_ble,
@@ -25,6 +25,7 @@ from vislam2tag.sessions.readings import (
 )
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Columns, NamedTable, RawTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.without_poses import FIXES_FILE, no_landmarks, with_fixes

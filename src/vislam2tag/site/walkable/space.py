@@ -126,7 +126,8 @@ def walkable_space(
     """
     settings = settings or WalkableSettings()
     # of an extra: generated buildings, which have no plan, do without
-    from vislam2tag.site.walkable.plan_cells import corrected_cells, inside_of, largest_region, plan_grid, polygon_area
+    from vislam2tag.site.walkable.painted_cells import corrected_cells, inside_of, largest_region
+    from vislam2tag.site.walkable.plan_cells import plan_grid, polygon_area
 
     grid = plan_grid(plan, settings)
     findings: tuple[Finding, ...] = ()

@@ -30,7 +30,7 @@ class Walkable:
         if chosen.plan is None:
             return []
         import_extra("skimage.measure")
-        from vislam2tag.site.walkable.plan_cells import floor_mask
+        from vislam2tag.site.walkable.painted_cells import floor_mask
 
         key = str(chosen), plan_stamp(chosen)
         if key not in self._found:

@@ -1,0 +1,168 @@
+"""Cells of a floor: corrections painted by hand, and the region that can be walked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.site.model import Floor
+from vislam2tag.site.plans.images import load_plan
+from vislam2tag.site.walkable.settings import WalkableSettings
+
+Bytes = npt.NDArray[np.uint8]
+
+GREEN, RED = (0, 160, 0), (220, 0, 0)
+"""What walkable floor and anything else are painted with."""
+_VIVID = 60
+"""Green and red exceed both other colours by more than this, of 255; greyish and brownish colours say nothing."""
+_MASK_PIXELS = 8192
+
+
+def read_mask(path: Path) -> Bytes:
+    """Read a correction (rows, columns, 4) uint8; raises SurveyError where the file is no image or says nothing."""
+    try:
+        image = load_plan(path, _MASK_PIXELS).convert("RGBA")
+    except OSError as error:
+        raise SurveyError(f"{path}: {error}; expected an image painted green (walkable) and red (not)") from error
+    image.thumbnail((_MASK_PIXELS, _MASK_PIXELS), Image.Resampling.NEAREST)
+    mask = np.asarray(image)
+    if not any(painted.any() for painted in _painted(mask)):
+        raise SurveyError(
+            f"{path}: nothing in it is green (walkable) or red (not): paint with pure colours, such as those of the "
+            "mask that site walkable writes"
+        )
+    return mask
+
+
+def floor_mask(floor: Floor, given: Path | None = None) -> Bytes | None:
+    """The correction of a floor: a file that is given, else the one in the floor's folder, else None.
+
+    Raises SurveyError as :func:`read_mask`.
+    """
+    path = given or floor.mask
+    return None if path is None else read_mask(path)
+
+
+def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, BoolArray]:
+    """Tell which cells (rows, columns) are painted walkable and which not; the mask covers the grid's extent, row 0 at
+    the top.
+    """
+    if mask is None:
+        return np.zeros(grid.shape, dtype=np.bool_), np.zeros(grid.shape, dtype=np.bool_)
+    walkable, blocked = _painted(mask[::-1])
+    return _on(grid, walkable), _on(grid, blocked)
+
+
+def _painted(mask: Bytes) -> tuple[BoolArray, BoolArray]:
+    """Which pixels (rows, columns) are green and which are red; what is transparent is neither."""
+    colour = mask[..., :3].astype(np.int16)
+    opaque = mask[..., 3] > 127 if mask.shape[2] == 4 else np.ones(mask.shape[:2], dtype=np.bool_)
+    red, green, blue = colour[..., 0], colour[..., 1], colour[..., 2]
+    return opaque & (green - np.maximum(red, blue) > _VIVID), opaque & (red - np.maximum(green, blue) > _VIVID)
+
+
+def _on(grid: CellGrid, painted: BoolArray) -> BoolArray:
+    """Cells (rows, columns) of which at least half are painted."""
+    share = cv2.resize(painted.astype(np.float32), grid.shape[::-1], interpolation=_method(painted.shape, grid.shape))
+    return np.asarray(share >= 0.5)
+
+
+def _method(old: tuple[int, ...], new: tuple[int, int]) -> int:
+    return cv2.INTER_AREA if old[0] > new[0] else cv2.INTER_LINEAR
+
+
+_LEAST_INSIDE = 0.05
+"""Where less of a plan than this share is inside, it has no outer wall."""
+_CORNER = 1.42
+"""A disc that fits a corner is this many radii away from it."""
+
+
+def clearance_cells(free: BoolArray) -> FloatArray:
+    """Distance (rows, columns) of each free cell's centre to the nearest wall's edge, in cells; beyond the grid all is
+    wall.
+    """
+    cells = cv2.distanceTransform(np.pad(free, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    return np.maximum(np.asarray(cells, dtype=np.float64) - 0.5, 0.0)
+
+
+def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tuple[BoolArray, tuple[Finding, ...]]:
+    """Tell which cells (rows, columns) are no wall and not outside the building.
+
+    The outside is what a disc as wide as an entrance reaches from beyond the plan. Where that leaves next to nothing,
+    the plan has no outer wall and all of it is inside.
+    """
+    free = ~walls
+    radius = settings.entrance_m / 2 / cell_m
+    margin = int(np.ceil(radius)) + 2
+    core = _labels(_distance_to(np.pad(walls, margin)) > radius)
+    reached = _distance_to(core == core[0, 0])[margin:-margin, margin:-margin] <= radius
+    inside = free & ~reached
+    if inside.mean() >= _LEAST_INSIDE:
+        return inside, ()
+    message = (
+        "the plan has no closed outer wall, so all that is no wall counts as inside the building; draw the outside red "
+        "in a correction mask"
+    )
+    return free, (Finding(kind="no_outer_wall", file="", count=1, message=message),)
+
+
+def largest_region(
+    free: BoolArray, grid: CellGrid, settings: WalkableSettings
+) -> tuple[BoolArray, tuple[Finding, ...]]:
+    """Keep the largest region (rows, columns) that one can walk through all of; a finding names the others."""
+    radius = settings.passage_m / 2 / grid.cell_m
+    labels = _labels(free & (clearance_cells(free) >= max(radius, 0.5)))
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    if not sizes.any():
+        return np.zeros_like(free), ()
+    kept = int(sizes.argmax())
+    region = free & (_distance_to(labels == kept) <= _CORNER * max(radius, 0.5))
+    return region, _closed_off(labels, sizes, kept, grid, settings)
+
+
+def _closed_off(
+    labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid, settings: WalkableSettings
+) -> tuple[Finding, ...]:
+    """Name the regions, the largest first, that are not connected with the one that is kept; ``labels`` (rows,
+    columns), ``sizes`` (regions,) in cells.
+    """
+    areas = sizes * grid.cell_m**2
+    others = [part for part in np.argsort(-sizes, kind="stable").tolist() if areas[part] >= settings.region_m2]
+    others = [part for part in others if part != kept]
+    if not others:
+        return ()
+    named = [f"{areas[part]:.0f} m2 at {_place(labels, part, grid)}" for part in others[:ROWS_NAMED]]
+    more = f" and {len(others) - ROWS_NAMED} smaller ones" if len(others) > ROWS_NAMED else ""
+    message = (
+        f"closed off by walls and left out: {', '.join(named)}{more}; where people do walk there, draw the doors green "
+        "in a correction mask"
+    )
+    return (Finding(kind="closed_off", file="", count=len(others), message=message),)
+
+
+def _place(labels: IntArray, part: int, grid: CellGrid) -> str:
+    """The place of a region (its innermost cell), as ``(x, y)`` in metres."""
+    clearance = clearance_cells(labels == part)
+    cell = np.array(np.unravel_index(int(clearance.argmax()), clearance.shape))
+    x, y = grid.centres_m(cell[None])[0].tolist()
+    return f"({x:.1f}, {y:.1f})"
+
+
+def _labels(mask: BoolArray) -> IntArray:
+    """Number (rows, columns) of each cell's region, by its sides; 0 outside."""
+    _, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+    return np.asarray(labels)
+
+
+def _distance_to(mask: BoolArray) -> FloatArray:
+    """Distance (rows, columns) of each cell's centre to the nearest one in the mask, in cells."""
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
