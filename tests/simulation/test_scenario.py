@@ -33,6 +33,11 @@ def test_station_landmarks_stand_in_one_corridor() -> None:
     assert abs(ten[0] - nine[0]) > 10
 
 
+def test_a_misspelt_choice_is_refused() -> None:
+    with pytest.raises(TypeError, match="presure"):
+        regular_survey(1, presure=True)  # type: ignore[call-arg]
+
+
 def test_walks_that_climb_need_another_floor() -> None:
     with pytest.raises(ValueError, match="two floors"):
         regular_survey(1, floors=(0,), climb=Climb.STAIRS)

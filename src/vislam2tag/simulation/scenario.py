@@ -131,8 +131,10 @@ def regular_survey(
 
     With ``climb`` each walk starts on its floor and goes on to others; adding floors changes such walks. Otherwise
     adding floors, devices or sessions leaves the others as they are. Raises ValueError for a severity below zero, or
-    where there is no other floor to climb to.
+    where there is no other floor to climb to, and TypeError for a keyword that there is not.
     """
+    if unknown := more.keys() - FurtherChoices.__annotations__.keys():  # Unpack is for type checkers only
+        raise TypeError(f"regular_survey() got unexpected keyword arguments: {', '.join(sorted(unknown))}")
     level, climb = severity_level(severity), more.get("climb")
     if climb is not None and len(floors) < 2:
         raise ValueError("walks that change floors need two floors at least")
