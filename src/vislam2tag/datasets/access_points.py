@@ -147,7 +147,7 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
     ``names`` has columns bssid, technology, ssid, count: how often each access point was heard by each name. The
     readings of one session at a time are in memory.
 
-    ``radio``: the least address of those that one radio sends (:mod:`.radios`).
+    ``radio``: the least address of those that one radio sends (:func:`merged_radios`).
 
     ``randomised``: the address is given locally. Phones draw such addresses at random, but access points with
     several networks derive theirs the same way: it tells no phone from an access point by itself. Null for BLE, whose

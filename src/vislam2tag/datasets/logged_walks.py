@@ -144,7 +144,7 @@ class LoggedWalk:
     """One walk as its file has it.
 
     ``taps.floor`` holds indices into the data set's places. ``tables`` are as a
-    :class:`~vislam2tag.sessions.model.Session` has them: ``wifi``, ``ble`` (as :func:`.radio_tables.radio_rows` makes
+    :class:`~vislam2tag.sessions.model.Session` has them: ``wifi``, ``ble`` (as :func:`.fingerprints.radio_rows` makes
     it) and ``sensors``; each may lack.
     """
 

@@ -170,8 +170,6 @@ def _number(value: float, *, share: bool) -> str:
 TABLE_4_TITLE = "Table IV: positioning by test data"
 RANDOM, DEVICE = "random", "device"
 TABLE_4_SPLITS = (RANDOM, DEVICE)
-TABLE_4_MODELS = ("multi-cel", "regression-net")
-"""The paper's two, by our names; their parameters are the paper's where none is chosen."""
 TABLE_4_HEADS = ("floor hit", "mean / m", "median / m")
 _COLUMNS = ("floor_hit", "mean_m", "median_m")
 _RANDOM_NAME = "random 30 %"

@@ -1,6 +1,6 @@
 """The AR tracker: from a true walk to the poses it logs.
 
-Frames: dead reckoning in its own frame, the map built on it (:mod:`mapper`), re-expressions of that map, and the
+Frames: dead reckoning in its own frame, the map built on it (:mod:`.tracker_map`), re-expressions of that map, and the
 tracker's coordinates (ACS: y up, horizontal plane ``(x, -z)``).
 """
 

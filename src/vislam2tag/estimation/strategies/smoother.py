@@ -50,7 +50,7 @@ class Smoother:
         observations = observe()
         priors = LandmarkPriors.of(observations.ids, landmarks)
         smoothed = solve_walk(observations, priors, camera.tracker)
-        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):  # they say when
+        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):  # IMU: when it did
             observations = observe(slips=True)
             smoothed = solve_walk(observations, priors, camera.tracker)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)

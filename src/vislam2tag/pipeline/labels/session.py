@@ -1,7 +1,7 @@
 """One session from raw files to tables and result; runs in a worker process.
 
 Its way: read, corrected and given its landmarks (:mod:`vislam2tag.sessions.prepared`), mapped
-(:mod:`vislam2tag.mapping`), labelled and written (:mod:`vislam2tag.labeling.tables`), reduced to a result
+(:mod:`vislam2tag.estimation`), labelled and written (:mod:`vislam2tag.labeling.tables`), reduced to a result
 (:mod:`vislam2tag.pipeline.labels.session_result`). Files in a store come and go while other sessions compute.
 """
 

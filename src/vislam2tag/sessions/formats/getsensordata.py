@@ -182,7 +182,7 @@ class GetSensorDataLog:
     """What a log holds.
 
     ``tables`` (``wifi``, ``ble``, ``sensors``) are as a :class:`~vislam2tag.sessions.model.Session` has them, ``ble``
-    as :func:`.radio_tables.radio_rows` makes it.
+    as :func:`.fingerprints.radio_rows` makes it.
     """
 
     device: str | None
