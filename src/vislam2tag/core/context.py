@@ -132,11 +132,11 @@ class PlaceTies:
 
 @dataclass(frozen=True)
 class TrackerNoise:
-    """How noisy a device's tracker is, as its other walks tell.
+    """How noisy a device's tracker is by its other walks.
 
     It sees landmarks, and drifts, ``times_usual`` as badly as usual (standard deviations); for a further walk that
-    counts as much as so many observed ``numbers``.
+    counts as much as so many ``effective_observations``.
     """
 
     times_usual: float
-    numbers: float
+    effective_observations: float

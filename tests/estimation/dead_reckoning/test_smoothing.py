@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.estimation.dead_reckoning.walks import simulated, true_fixes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.estimation.dead_reckoning.factors import STATES, Nodes, PathModel, PathState, Ties
+from vislam2tag.estimation.dead_reckoning.factors import STATES, Nodes, PathModel, PathState, WalkFixes
 from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.smoothing import FACTORS, smooth_path
@@ -30,20 +30,20 @@ CORRIDORS[18:22], CORRIDORS[:, 10:13] = True, True
 WALLS = Walls(WalkableArea(CORRIDORS, (-10.0, -10.0), 0.5), 0.5)
 
 
-def made(seed: int, count: int = 12) -> tuple[PathModel, Ties, PathState]:
+def made(seed: int, count: int = 12) -> tuple[PathModel, WalkFixes, PathState]:
     rng = np.random.default_rng(seed)
     time_s = np.cumsum(rng.uniform(0.3, 0.7, count))
     motion = rng.uniform(0.3, 0.8, count - 1) * np.exp(1j * np.cumsum(rng.normal(0, 0.3, count - 1)))
     turn, known = rng.uniform(0, 0.2, count - 1), np.ones(count - 1, dtype=bool)
     still = np.zeros(count - 1)
     nodes = Nodes(time_s, motion, np.abs(motion), turn, known, rng.normal(0, 0.1, count), still)
-    ties = Ties(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
+    ties = WalkFixes(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
     position = rng.normal(0, 2, count) + 1j * rng.normal(0, 2, count)
     scale, heading, offset = (rng.normal(0, sigma, count) for sigma in (0.1, 0.3, 0.1))
     return PathModel(nodes, SETTINGS), ties, PathState(position, scale, heading, offset)
 
 
-def dense(model: PathModel, state: PathState, ties: Ties) -> tuple[FloatArray, FloatArray]:
+def dense(model: PathModel, state: PathState, ties: WalkFixes) -> tuple[FloatArray, FloatArray]:
     equations = model.equations(state, ties)
     count = len(state.scale)
     matrix = np.zeros((count, STATES, count, STATES))
@@ -64,7 +64,7 @@ def test_the_right_side_is_the_slope_of_the_cost(seed: int, unknown: int) -> Non
         assert_slope(replace(model, walls=walls, lines=others), ties, state, node, kind, kinks)
 
 
-def assert_slope(model: PathModel, ties: Ties, state: PathState, node: int, kind: int, within: float) -> None:
+def assert_slope(model: PathModel, ties: WalkFixes, state: PathState, node: int, kind: int, within: float) -> None:
 
     def cost(by: float) -> float:
         steps = [np.zeros(len(state.scale)) for _ in range(STATES)]
@@ -84,7 +84,7 @@ def test_covariances_are_those_of_the_dense_inverse_where_the_scatter_is_known(s
     model = replace(model, settings=known)
     found = smooth_path(model, ties)
     assume(found.converged)
-    ties = Ties(ties.node, ties.position, found.fix_sigma_m)
+    ties = WalkFixes(ties.node, ties.position, found.fix_sigma_m)
     matrix, right = dense(model, found.state, ties)
     assert np.linalg.eigvalsh(matrix).min() > 0
     blocks = np.linalg.inv(matrix).reshape(len(found.state.scale), STATES, -1, STATES)
@@ -137,7 +137,7 @@ def test_a_walker_unlike_those_of_whom_the_speed_was_learned_is_followed() -> No
     model = PathModel(nodes, DeadReckoningSettings())
     true = np.concatenate(([0.0], np.cumsum(1.35 * motion)))
     at = np.array((0, 40, 80, 120))
-    found = smooth_path(model, Ties(at, true[at], 0.45)).state
+    found = smooth_path(model, WalkFixes(at, true[at], 0.45)).state
     assert found.scale == pytest.approx(np.log(1.35), abs=0.1)
     assert np.abs(found.position - true).max() < 0.5
 

@@ -82,7 +82,7 @@ LEAST_WAY_M = 1.5
 FEWEST_TRIALS = 8
 """A bridge is not believed before it was tried so often on the same walk."""
 MOST_TRIALS, LEAST_APART_S = 200, 0.5
-FOUND_M, FOUND_TAIL = 0.5, 2.0
+FOUND_M, FOUND_DOF = 0.5, 2.0
 """How far per axis a tracker is usually off that finds itself again after a loss; with the degrees of freedom of
 Student's t, since it may be in another map."""
 
@@ -164,7 +164,7 @@ def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
         told, freedom = complex(step[start:stop].sum()), float(jump_m2[start:stop].sum())
         if odometry.blind[start:stop].any():
             apart_m2 = abs(told - walked.sum()) ** 2
-            freedom = min(freedom, (apart_m2 + FOUND_TAIL * FOUND_M**2) / (FOUND_TAIL + 2))
+            freedom = min(freedom, (apart_m2 + FOUND_DOF * FOUND_M**2) / (FOUND_DOF + 2))
         gain = _gain(freedom, place_m2)
         share = walk.share(start, stop)
         step[start:stop] = walked + (told - walked.sum()) * (1 - gain) * share

@@ -37,11 +37,11 @@ STATES = 5
 SCALE, HEADING, OFFSET = 2, 3, 4
 """x, y, scale, heading and offset: how many, and which are which."""
 UNIT = np.eye(STATES)
-FIX_TAIL = 5.0
-NORTH_TAIL = 3.0
-WALL_TAIL = 3.0
-SCALE_TAIL = 3.0
-LINE_TAIL = 3.0
+FIX_DOF = 5.0
+NORTH_DOF = 3.0
+WALL_DOF = 3.0
+SCALE_DOF = 3.0
+LINE_DOF = 3.0
 """Degrees of freedom of the Student-t distributions."""
 STANDING_NOISE_M = 0.01
 """Random part of the motion of somebody who stands, metres per square root of a second."""
@@ -143,7 +143,7 @@ class PathState:
 
 
 @dataclass(frozen=True)
-class Ties:
+class WalkFixes:
     """Fixes of a walk: ``node`` (f,) index, ``position`` (f,) complex metres in the BCS, ``sigma_m`` usual,
     ``share`` (f,) or 1: each fix's in parts of the usual.
     """
@@ -258,7 +258,7 @@ class PathModel:
         """How a walk begins: a walker of usual speed who goes about where the phone points."""
         error = np.array((state.scale[0], state.offset_rad[0]))
         squared = (error / (self.settings.scale_sigma, OFFSET_RAD)) ** 2
-        factor, cost = student_t(squared[:1], SCALE_TAIL)
+        factor, cost = student_t(squared[:1], SCALE_DOF)
         weight = np.array((factor[0] / self.settings.scale_sigma**2, OFFSET_RAD**-2))
         return NodeFactor(error, UNIT[[SCALE, OFFSET]], weight, cost + float(squared[1]), np.zeros(2, dtype=np.int64))
 
@@ -267,23 +267,23 @@ class PathModel:
         drift_rad, sigma_rad = self.nodes.drift_rad, self.settings.north_sigma_rad
         off = wrapped(state.heading_rad - np.nan_to_num(drift_rad))
         share = np.where(np.isfinite(drift_rad), self._share(2 * self.settings.north_memory_s), 0.0)
-        factor, cost = student_t((off / sigma_rad) ** 2, NORTH_TAIL, share, numbers=0)
+        factor, cost = student_t((off / sigma_rad) ** 2, NORTH_DOF, share, numbers=0)
         return NodeFactor(off, np.tile(UNIT[HEADING], (len(off), 1)), factor / sigma_rad**2, cost)
 
     def keeping_off(self, walls: Walls, state: PathState) -> NodeFactor:
         """How far the path is beyond where people walk between ``walls``."""
         beyond, away = walls.beyond(state.position)
         sigma_m = self.settings.wall_sigma_m
-        factor, cost = student_t((beyond / sigma_m) ** 2, WALL_TAIL, self._share(self.settings.wall_memory_s))
+        factor, cost = student_t((beyond / sigma_m) ** 2, WALL_DOF, self._share(self.settings.wall_memory_s))
         return NodeFactor(beyond, _in_plane(away), np.where(beyond > 0, factor, 0.0) / sigma_m**2, cost)
 
     def along(self, lines: SharedLines, state: PathState) -> NodeFactor:
         """How far the path leads aside of the ways of other walks."""
         aside = lines.distance_m(state.position)
-        factor, cost = student_t(aside**2 * lines.precision, LINE_TAIL, self._share(MEMORY_S))
+        factor, cost = student_t(aside**2 * lines.precision, LINE_DOF, self._share(MEMORY_S))
         return NodeFactor(aside, _in_plane(as_points(lines.normal)), factor * lines.precision, cost)
 
-    def node_factors(self, state: PathState, ties: Ties) -> list[NodeFactor]:
+    def node_factors(self, state: PathState, ties: WalkFixes) -> list[NodeFactor]:
         """All that ties single nodes."""
         factors = [self.start(state), self.north(state)]
         if self.walls is not None:
@@ -292,7 +292,7 @@ class PathModel:
             factors.append(self.along(self.lines, state))
         return [*factors, fixed(state, ties)]
 
-    def equations(self, state: PathState, ties: Ties) -> NormalEquations:
+    def equations(self, state: PathState, ties: WalkFixes) -> NormalEquations:
         """Linearise about a state: the solution is by how much it must change."""
         count, motion = len(state.scale), self.motion(state)
         diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
@@ -313,15 +313,15 @@ class PathModel:
                 np.add.at(right, factor.node, wanted)
         return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
 
-    def cost(self, state: PathState, ties: Ties) -> float:
+    def cost(self, state: PathState, ties: WalkFixes) -> float:
         """Minus twice the logarithm of the likelihood, but for what no state changes."""
         return self.motion(state).cost + sum(factor.cost for factor in self.node_factors(state, ties))
 
 
-def fixed(state: PathState, ties: Ties) -> NodeFactor:
+def fixed(state: PathState, ties: WalkFixes) -> NodeFactor:
     """How far the path is from its fixes, east of all and then north of all."""
     error = state.position[ties.node] - ties.position
-    factor, cost = student_t(np.abs(error / ties.each_sigma_m) ** 2, FIX_TAIL, numbers=2)
+    factor, cost = student_t(np.abs(error / ties.each_sigma_m) ** 2, FIX_DOF, numbers=2)
     weight, slope = np.tile(factor / ties.each_sigma_m**2, 2), np.repeat(UNIT[:2], len(error), axis=0)
     return NodeFactor(np.concatenate((error.real, error.imag)), slope, weight, cost, np.tile(ties.node, 2))
 

@@ -17,7 +17,7 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.robust import iterate
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import most_probable, solve
-from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, Ties
+from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, WalkFixes
 
 ROUNDS = 12
 CLOSE_M = 0.01
@@ -66,7 +66,7 @@ class _Fitted:
     converged: bool
 
 
-def smooth_path(model: PathModel, ties: Ties) -> SmoothedPath:
+def smooth_path(model: PathModel, ties: WalkFixes) -> SmoothedPath:
     """Find the path that fits sensors and fixes; how far fixes scatter is not known, but each scatter has its evidence.
 
     There must be a fix. Raises numpy.linalg.LinAlgError where the numbers are beyond all bounds.
@@ -82,7 +82,7 @@ def smooth_path(model: PathModel, ties: Ties) -> SmoothedPath:
     return _mean_path(model, ties, [fitted[index] for index in likely], share[likely] / share.sum())
 
 
-def _mean_path(model: PathModel, ties: Ties, fitted: list[_Fitted], share: FloatArray) -> SmoothedPath:
+def _mean_path(model: PathModel, ties: WalkFixes, fitted: list[_Fitted], share: FloatArray) -> SmoothedPath:
     """The mean of paths with shares (p,) that sum to 1, and its covariance: theirs, and how far they are apart."""
     states = np.stack([each.state.columns for each in fitted])
     mean = np.tensordot(share, states, axes=1)
@@ -96,7 +96,7 @@ def _mean_path(model: PathModel, ties: Ties, fitted: list[_Fitted], share: Float
     return SmoothedPath(path, covariance, sigma_m, scatter_m, all(each.converged for each in fitted))
 
 
-def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, float]]:
+def _starts(model: PathModel, ties: WalkFixes) -> list[tuple[PathModel, PathState, float]]:
     """Models and states to start from, and what is against each: turned as the phone's own heading says, and as the
     fixes lie; where these differ much, the phone may be carried turned, as in a pocket.
     """
@@ -116,7 +116,7 @@ def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, fl
     return starts
 
 
-def _turned(raw: ComplexArray, ties: Ties, heading_rad: float) -> PathState:
+def _turned(raw: ComplexArray, ties: WalkFixes, heading_rad: float) -> PathState:
     """The sensors' path (k,), metres, turned and laid over the fixes."""
     path = raw * np.exp(1j * heading_rad)
     path += ties.position.mean() - path[ties.node].mean()
@@ -127,7 +127,7 @@ def _centred(values: ComplexArray) -> ComplexArray:
     return np.asarray(values - values.mean())
 
 
-def _fitted(model: PathModel, ties: Ties, start: PathState) -> _Fitted:
+def _fitted(model: PathModel, ties: WalkFixes, start: PathState) -> _Fitted:
     """Gauss-Newton steps from a start, none of which turns the path further than the equations hold."""
 
     def step(before: tuple[PathState, float, float], _: int) -> tuple[PathState, float, float]:
@@ -151,7 +151,7 @@ def _fitted(model: PathModel, ties: Ties, start: PathState) -> _Fitted:
     return _Fitted(state, cost, cost + volume, ties.sigma_m, done.converged)
 
 
-def covering_covariance(path: SmoothedPath, model: PathModel, ties: Ties) -> FloatArray:
+def covering_covariance(path: SmoothedPath, model: PathModel, ties: WalkFixes) -> FloatArray:
     """(k, 2, 2) covariance of each node's position: the path's own, or, if greater, the second fit's spread about it.
 
     Raises numpy.linalg.LinAlgError as :func:`~vislam2tag.estimation.dead_reckoning.smoothing.smooth_path` does.

@@ -16,7 +16,7 @@ from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, Ties, fixed
+from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, WalkFixes, fixed
 from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, WindowFeatures, turned_by_gait
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.signals import Headings, WalkSignals
@@ -70,7 +70,7 @@ class SensedWalk:
         nodes = Nodes.of(self.signals, self.headings, self.features, speed_m_s, at_s)
         told = np.nan if fixes.sigma_m is None else fixes.sigma_m / settings.fix_sigma_m
         share = np.where(np.isnan(told), 1.0, told)
-        ties = Ties(nodes.index_of(at_s), as_complex(fixes.position_bcs), settings.fix_sigma_m, share)
+        ties = WalkFixes(nodes.index_of(at_s), as_complex(fixes.position_bcs), settings.fix_sigma_m, share)
         walls = None if area is None or not settings.plan_prior else Walls(area, settings.wall_distance_m)
         if walls is not None and not walls.fit(ties.position):
             walls = None
@@ -93,7 +93,7 @@ class ReckonedWalk:
 
     sensed: SensedWalk
     model: PathModel
-    ties: Ties
+    ties: WalkFixes
     path: SmoothedPath
     names: tuple[str, ...]
 
