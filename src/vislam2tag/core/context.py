@@ -96,8 +96,8 @@ class ToldFloors:
 @dataclass(frozen=True)
 class FixLog:
     """Moments at which the walker's position was known: ``time_ns`` (k,) increasing strictly, ``position_bcs`` (k, 2)
-    metres; ``name`` (k,) is what each is called; ``sigma_m`` (k,) per axis, metres, is how far whoever said so may be
-    off: NaN, or None for all, where nobody told.
+    metres; ``name`` (k,) is what each is called; ``sigma_m`` (k,) per axis, metres, is its standard
+    deviation: NaN, or None for all, if none is stated.
     """
 
     time_ns: IntArray

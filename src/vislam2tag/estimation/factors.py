@@ -240,7 +240,7 @@ class DriftFactor:
 
 @dataclass(frozen=True)
 class LandmarkFactor:
-    """Ties the state x of a pass to ``r`` unknowns of its landmark: ``residual - jacobian x + unknown`` is 0 within noise.
+    """Ties the state x at a pass to ``r`` unknowns of its landmark by ``residual - jacobian x + unknown``, expected 0.
 
     ``residual`` (p, r) at the reference; ``jacobian`` (p, r, 4) with respect to the state; ``column`` (p, r) of the
     unknowns in the border; ``precision`` (p,), inverse variance of each of the r numbers, 0 without an observation.

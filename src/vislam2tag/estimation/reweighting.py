@@ -179,8 +179,8 @@ class _LevelEstimate:
     ) -> _LevelEstimate:
         """Add up squares (k,), each of ``dimensions`` (k,), by their ``precision`` (k,) in units of the level's.
 
-        Of the dimensions those count that the observations determine: a residual that could still be anything tells
-        nothing of the ``present`` level.
+        Of the dimensions those count that the observations determine: a residual that could still be anything
+        shows nothing of the ``present`` level.
         """
         determined = float(np.sum(dimensions - precision * square.residual_variance / present**2))
         return cls(max(determined, 0.0), float(np.sum(precision * square.squared_residual)))
