@@ -147,7 +147,8 @@ def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
     Tracker and bridge are combined by their variances; odometry without such stretches stays as it is.
     """
     walk = _TwoPaths(odometry, motion)
-    step, turn = np.diff(odometry.path), np.ones(len(odometry.path) - 1, dtype=np.complex128)
+    step, inertial_step, dt = np.diff(odometry.path), np.diff(motion.path), np.diff(odometry.time_s)
+    turn = np.ones(len(step), dtype=np.complex128)
     jump_m2, jump_rad2 = odometry.jump_m2.copy(), odometry.jump_rad2.copy()
     for start, stop in runs_of(walk.unseen):
         stretch = slice(start, stop)
@@ -159,11 +160,11 @@ def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
         inertial_turn_rad = float(np.angle(after * before.conjugate()))
         turned_rad, jump_rad2[stretch] = _bridge_turn(inertial_turn_rad, turn_rad2, jump_rad2[stretch])
         turn[stop:] *= np.exp(-1j * turned_rad)
-        inertial = walk.inertial_steps(start, stop) * (before + after * np.exp(-1j * turned_rad)) / 2
+        inertial = inertial_step[stretch] * (before + after * np.exp(-1j * turned_rad)) / 2
         step_variance = float(jump_m2[stretch].sum())
         if odometry.blind[stretch].any():
             step_variance = min(step_variance, _found_again_m2(step[stretch], inertial))
-        share = walk.share(start, stop)
+        share = dt[stretch] / dt[stretch].sum()
         step[stretch], variance = _bridge_steps(step[stretch], step_variance, inertial, place_m2, share)
         jump_m2[stretch] = variance * share
     return replace(
@@ -220,15 +221,6 @@ class _TwoPaths:
         self._unseen_until = np.concatenate(([0], np.cumsum(self.unseen)))
         self._unknown_until = np.concatenate(([0], np.cumsum(~motion.known)))
         self._errors: dict[int, tuple[float, float] | None] = {}
-
-    def share(self, start: int, stop: int) -> FloatArray:
-        """Parts (k,) of the time that the steps of a stretch take."""
-        dt = np.diff(self._time_s[start : stop + 1])
-        return np.asarray(dt / dt.sum())
-
-    def inertial_steps(self, start: int, stop: int) -> ComplexArray:
-        """Steps (k,) of a stretch by the inertial sensors, complex metres of their path."""
-        return np.diff(self._inertial_path[start : stop + 1])
 
     def errors(self, duration_s: float) -> tuple[float, float] | None:
         """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn, if the tracker
