@@ -26,7 +26,7 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
 from vislam2tag.estimation.landmark_survey.landmark_map import join
-from vislam2tag.estimation.noise import told_by_others
+from vislam2tag.estimation.noise import noise_of_other_walks
 from vislam2tag.estimation.strategy import strategy_named
 
 LONG_M = 40.0
@@ -106,7 +106,7 @@ def told_noise(site: Site) -> list[TrackerNoise | None]:
     found: list[TrackerNoise | None] = [None] * len(devices)
     for device in np.unique(devices):
         rows = np.flatnonzero(devices == device).tolist()
-        for number, told in zip(rows, told_by_others([site.noise[row] for row in rows]), strict=True):
+        for number, told in zip(rows, noise_of_other_walks([site.noise[row] for row in rows]), strict=True):
             found[number] = told
     return found
 

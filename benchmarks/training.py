@@ -70,9 +70,9 @@ def _legs(walk: ReckonedWalk) -> tuple[FloatArray, FloatArray]:
     windows = (features.values * features.moving[:, None]).T
     values = np.stack([np.interp(time_s, features.time_s, column) for column in windows], axis=1)
     ahead = np.cumsum(values * np.exp(1j * walk.course_rad)[:, None], axis=0) / RATE_HZ
-    tie_s = walk.nodes.time_s[walk.ties.node]
+    tie_s = walk.nodes.time_s[walk.fixes.node]
     rows = np.diff(ahead[np.round(tie_s * RATE_HZ).astype(np.int64).clip(0, len(ahead) - 1)], axis=0)
-    leg = np.diff(walk.ties.position)
+    leg = np.diff(walk.fixes.position)
     sigma = np.tile(np.hypot(LEG_SIGMA_M, LEG_SIGMA_GROWTH * np.sqrt(np.diff(tie_s))), 2)
     rows_by_axis = np.concatenate((rows.real, rows.imag))
     return rows_by_axis / sigma[:, None], np.concatenate((leg.real, leg.imag)) / sigma

@@ -153,7 +153,7 @@ def test_a_larger_doubt_across_does_not_say_when() -> None:
 STRETCH = 4
 
 
-def led_off(by_m: float, usual_m: float) -> SolvedWalk:
+def drift_residual(by_m: float, usual_m: float) -> SolvedWalk:
     """A walk found to have led this far off over one stretch, of a tracker that usually drifts so much there."""
     walk = loops(1, marks=8, laps=1, drifted=False)
     smoothed = solve_walk(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks()))
@@ -162,17 +162,17 @@ def led_off(by_m: float, usual_m: float) -> SolvedWalk:
     state[STRETCH + 1 :, 0] = by_m
     way_m = float(np.ptp(walk.time_s[smoothed.model.observations.nodes[STRETCH : STRETCH + 2]]))  # at 1 m/s
     noise = NoiseLevels(position_m=usual_m / np.sqrt(way_m), heading_rad=0.0, scale=0.0)
-    linear = replace(smoothed.linear, weights=replace(smoothed.weights, noise=noise))
+    linear = replace(smoothed.linear, variance_factors=replace(smoothed.variance_factors, noise=noise))
     return replace(smoothed, linear=linear, solution=replace(smoothed.solution, state=state))
 
 
 @pytest.mark.parametrize(("by_m", "usual_m", "slip"), [(0.7, 0.2, False), (0.9, 0.2, True), (0.33, 0.02, True)])
 def test_a_slip_leads_farther_off_than_four_times_the_usual_drift(by_m: float, usual_m: float, slip: bool) -> None:
-    assert len(slips(led_off(by_m, usual_m))) == slip
+    assert len(slips(drift_residual(by_m, usual_m))) == slip
 
 
 @pytest.mark.parametrize(("by_m", "asked"), [(0.12, False), (0.18, True), (0.27, True)])
 def test_other_sensors_are_asked_where_less_than_a_slip_may_be_made_good(by_m: float, asked: bool) -> None:
-    smoothed = led_off(by_m, 0.02)
+    smoothed = drift_residual(by_m, 0.02)
     assert may_have_slipped(smoothed) == asked
     assert slips(smoothed) == ()

@@ -17,7 +17,7 @@ from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import (
     LinearWalk,
     Model,
-    Weights,
+    VarianceFactors,
     landmark_origin,
     sighting_variance,
 )
@@ -33,7 +33,7 @@ def test_a_small_error_of_the_state_moves_the_landmark_as_stated(which: int) -> 
     x, y, scale, heading = small
     camera = model.path[model.observations.passes.at] + x + 1j * y
     moved = camera + model.offset * (1 + scale) * np.exp(1j * heading) - model.seen_at
-    stated = model.sight @ small
+    stated = model.sighting_jacobian @ small
     np.testing.assert_allclose(moved, stated[:, 0] + 1j * stated[:, 1], atol=1e-11)
 
 
@@ -72,9 +72,9 @@ def test_the_drift_that_a_reference_already_has_is_the_sum_of_its_turns() -> Non
     a, b = 70, 400
     turned = np.diff(np.angle(model.turn / model.turn[0]))[a:b]
     led = np.sum(1j * turned * (model.path[b] - model.path[a + 1 : b + 1]))
-    had = model.drifted(np.array([a]), np.array([b]))[0]
+    had = model.reference_drift(np.array([a]), np.array([b]))[0]
     np.testing.assert_allclose(had, (led.real, led.imag, 0, turned.sum()), atol=1e-9)
-    assert not linearised(loops(6, marks=5, laps=1)).drifted(np.array([a]), np.array([b])).any()
+    assert not linearised(loops(6, marks=5, laps=1)).reference_drift(np.array([a]), np.array([b])).any()
 
 
 def linearised(walk: Drifting, *, rough: bool = False) -> Model:
@@ -112,10 +112,10 @@ def broken(model: Model) -> Model:
     return replace(model, observations=replace(model.observations, odometry=odometry))
 
 
-def uneven(model: Model, marks: int, seed: int) -> Weights:
+def uneven(model: Model, marks: int, seed: int) -> VarianceFactors:
     """Random factors for everything."""
     rng = np.random.default_rng(seed)
-    even = Weights.even(USUAL, len(model.observations.passes.at), marks)
+    even = VarianceFactors.even(USUAL, len(model.observations.passes.at), marks)
     return replace(
         even,
         stretch={source: rng.uniform(0.5, 20, len(ones)) for source, ones in even.stretch.items()},
@@ -131,9 +131,9 @@ def test_normal_equations_add_up_all_rows(rough: bool, surveyed: list[int]) -> N
     walk = loops(1, USUAL, marks=5, laps=1.4)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed=surveyed[:1]))
     model = broken(linearised(walk, rough=True) if rough else bent(linearised(walk)))
-    weights = uneven(model, 5, seed=2)
-    matrix, right = as_matrix(LinearWalk(model, priors, weights).normal_equations())
-    rows, values = whitened_rows(model, priors, weights)
+    variance_factors = uneven(model, 5, seed=2)
+    matrix, right = as_matrix(LinearWalk(model, priors, variance_factors).normal_equations())
+    rows, values = whitened_rows(model, priors, variance_factors)
     scale = np.sqrt(np.diag(matrix))
     np.testing.assert_allclose(matrix / np.outer(scale, scale), rows.T @ rows / np.outer(scale, scale), atol=1e-7)
     np.testing.assert_allclose(right / scale, rows.T @ values / scale, atol=1e-6 * np.abs(values).max())
@@ -143,7 +143,7 @@ def test_a_perfect_walk_about_its_true_path_needs_no_correction() -> None:
     walk = loops(3, marks=5, laps=1, drifted=False)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks(headed=[2]))
     model = linearised(walk)
-    linear = LinearWalk(model, priors, Weights.even(USUAL, 5, 5))
+    linear = LinearWalk(model, priors, VarianceFactors.even(USUAL, 5, 5))
     np.testing.assert_allclose(linear.sightings.residual, 0, atol=1e-9)
     np.testing.assert_allclose(linear.sheet_headings.residual, 0, atol=1e-9)
     solution = solve(linear.normal_equations())
@@ -170,7 +170,7 @@ def test_heading_residuals_are_the_short_way_round() -> None:
     model = linearised(walk)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks(headed=[0, 1, 2, 3]))
     priors.heading_rad[:] = -np.pi + 0.001, np.pi - 0.001, -np.pi, 0.1
-    residual = LinearWalk(model, priors, Weights.even(USUAL, 8, 4)).sheet_headings.residual
+    residual = LinearWalk(model, priors, VarianceFactors.even(USUAL, 8, 4)).sheet_headings.residual
     np.testing.assert_allclose(residual[:, 0], [0.002, -0.002, 0, 0.1] * 2, atol=1e-6)
 
 
@@ -203,11 +203,11 @@ def test_jumps_free_their_stretch_only() -> None:
 def test_what_the_reference_has_taken_over_stays_drift() -> None:
     walk = loops(8, NoiseLevels(position_m=0.01, heading_rad=0.002, scale=0.001, sighting_m=0.05), marks=8, laps=1)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
-    weights = Weights.even(walk.noise, 8, 8)
+    variance_factors = VarianceFactors.even(walk.noise, 8, 8)
     solved, spread = [], []
     plain = linearised(walk)
     for model in (plain, bent(plain, rad=0.02)):
-        solution = solve(LinearWalk(model, priors, weights).normal_equations())
+        solution = solve(LinearWalk(model, priors, variance_factors).normal_equations())
         at = model.observations.nodes
         solved.append(model.path[at] + solution.state[:, 0] + 1j * solution.state[:, 1])
         spread.append(solution.covariance)
@@ -232,9 +232,9 @@ def survey_of(marks: int) -> tuple[LandmarkPriors, FloatArray]:
 def test_landmarks_that_share_no_errors_are_as_those_that_err_apart() -> None:
     model = bent(linearised(loops(1, USUAL, marks=5, laps=1.4)))
     priors, joint = survey_of(5)
-    weights = uneven(model, 5, seed=2)
-    one = LinearWalk(model, priors, weights).normal_equations()
-    other = LinearWalk(model, replace(priors, joint=joint), weights).normal_equations()
+    variance_factors = uneven(model, 5, seed=2)
+    one = LinearWalk(model, priors, variance_factors).normal_equations()
+    other = LinearWalk(model, replace(priors, joint=joint), variance_factors).normal_equations()
     np.testing.assert_allclose(other.corner, one.corner, rtol=1e-9, atol=1e-9)
 
 
@@ -243,7 +243,7 @@ def test_an_error_that_all_landmarks_share_is_the_walks_too() -> None:
     priors, joint = survey_of(5)
     x = 2 * np.arange(5)
     joint[np.ix_(x, x)] += 1.0
-    weights = Weights.even(USUAL, len(model.observations.passes.at), 5)
-    solution = solve(LinearWalk(model, replace(priors, joint=joint), weights).normal_equations())
+    variance_factors = VarianceFactors.even(USUAL, len(model.observations.passes.at), 5)
+    solution = solve(LinearWalk(model, replace(priors, joint=joint), variance_factors).normal_equations())
     assert solution.covariance[:, 0, 0].min() > 0.9
     assert solution.covariance[1:-1, 1, 1].max() < 0.3

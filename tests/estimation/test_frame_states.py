@@ -20,7 +20,7 @@ from vislam2tag.core.orientation import camera_to_bcs
 from vislam2tag.estimation import factors
 from vislam2tag.estimation import frame_states as bridge
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import LinearWalk, Model, Weights
+from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.frame_states import KNOT_S, ExposureInterpolation, beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import USUAL, NoiseLevels
@@ -30,7 +30,9 @@ WORTHLESS_M = 1e4
 LIVELY = NoiseLevels(position_m=0.05, heading_rad=0.01, scale=0.005, sighting_m=0.05, sheet_rad=0.02)
 
 
-def with_worthless_pass(model: Model, weights: Weights, before: int, at: int) -> tuple[Model, Weights]:
+def with_worthless_pass(
+    model: Model, variance_factors: VarianceFactors, before: int, at: int
+) -> tuple[Model, VarianceFactors]:
     """Insert a pass at a frame that says nothing, before the pass of this index; its stretch keeps its factors."""
     passes = model.observations.passes
     saying_nothing = {"at": at, "heading": 0, "spread_m": WORTHLESS_M}
@@ -39,12 +41,12 @@ def with_worthless_pass(model: Model, weights: Weights, before: int, at: int) ->
         for name in passes.__dataclass_fields__
     }
     observations = replace(model.observations, passes=replace(passes, **inserted))
-    stretch = {source: np.insert(factor, before, factor[before]) for source, factor in weights.stretch.items()}
+    stretch = {source: np.insert(factor, before, factor[before]) for source, factor in variance_factors.stretch.items()}
     more = replace(
-        weights,
+        variance_factors,
         stretch=stretch,
-        sighting=np.insert(weights.sighting, before, 1.0),
-        sheet=np.insert(weights.sheet, before, 1.0),
+        sighting=np.insert(variance_factors.sighting, before, 1.0),
+        sheet=np.insert(variance_factors.sheet, before, 1.0),
     )
     return replace(model, observations=observations), more
 
@@ -57,14 +59,14 @@ def test_a_bridged_state_is_that_of_a_further_node(stretch: int, share: float, m
     walk = loops(1, LIVELY, marks=7, laps=1)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 2, 3, 6]))
     model = bent(linearised(walk))
-    weights = replace(uneven(model, 7, seed=1), noise=LIVELY)
-    linear = LinearWalk(model, priors, weights)
+    variance_factors = replace(uneven(model, 7, seed=1), noise=LIVELY)
+    linear = LinearWalk(model, priors, variance_factors)
     knots = states_between_nodes(linear, solve(linear.normal_equations()))
     first, last = model.observations.nodes[stretch : stretch + 2]
     inside = knots.at[(knots.at > first) & (knots.at < last)]
     frame = inside[int(share * len(inside))]
     at = int(np.flatnonzero(knots.at == frame)[0])
-    extended = with_worthless_pass(model, weights, stretch, int(frame))
+    extended = with_worthless_pass(model, variance_factors, stretch, int(frame))
     solution = solve(LinearWalk(extended[0], priors, extended[1]).normal_equations())
     np.testing.assert_allclose(knots.state[at], solution.state[stretch + 1], atol=1e-6)
     spread = np.sqrt(np.diag(solution.covariance[stretch + 1]))
@@ -79,9 +81,9 @@ def test_at_the_nodes_states_and_covariances_are_the_solutions() -> None:
     walk = loops(2, USUAL, marks=6, laps=1.5)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
-    weights = uneven(model, 6, seed=3)
-    solution = solve(LinearWalk(model, priors, weights).normal_equations())
-    knots = states_between_nodes(LinearWalk(model, priors, weights), solution)
+    variance_factors = uneven(model, 6, seed=3)
+    solution = solve(LinearWalk(model, priors, variance_factors).normal_equations())
+    knots = states_between_nodes(LinearWalk(model, priors, variance_factors), solution)
     at = np.searchsorted(knots.at, model.observations.nodes)
     np.testing.assert_array_equal(knots.at[at], model.observations.nodes)
     np.testing.assert_allclose(knots.state[at], solution.state, atol=1e-6)
@@ -92,8 +94,8 @@ def test_between_two_passes_the_walk_is_least_certain_in_the_middle() -> None:
     walk = loops(3, marks=4, laps=1)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
-    weights = Weights.even(replace(USUAL, sighting_m=0.005), 4, 4)
-    linear = LinearWalk(model, priors, weights)
+    variance_factors = VarianceFactors.even(replace(USUAL, sighting_m=0.005), 4, 4)
+    linear = LinearWalk(model, priors, variance_factors)
     knots = states_between_nodes(linear, solve(linear.normal_equations()))
     sigma = np.sqrt(np.trace(knots.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
     _, first, second, third, _, _ = np.searchsorted(knots.at, model.observations.nodes)
@@ -114,11 +116,11 @@ def test_a_pause_does_not_smear_over_the_frames_before_it(monkeypatch: pytest.Mo
     odometry = replace(model.observations.odometry, jump_m2=trusted, jump_rad2=trusted)
     model = replace(model, observations=replace(model.observations, odometry=odometry))
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
-    weights = Weights.even(LIVELY, 4, 4)
-    solution = solve(LinearWalk(model, priors, weights).normal_equations())
-    usual = states_between_nodes(LinearWalk(model, priors, weights), solution)
+    variance_factors = VarianceFactors.even(LIVELY, 4, 4)
+    solution = solve(LinearWalk(model, priors, variance_factors).normal_equations())
+    usual = states_between_nodes(LinearWalk(model, priors, variance_factors), solution)
     monkeypatch.setattr(bridge, "KNOT_S", 1e-3)  # every frame is a knot
-    dense = states_between_nodes(LinearWalk(model, priors, weights), solution)
+    dense = states_between_nodes(LinearWalk(model, priors, variance_factors), solution)
     assert last not in model.observations.nodes
     assert len(usual.at) < len(dense.at) == len(late)
     sigma = np.sqrt(np.trace(dense.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
@@ -133,8 +135,8 @@ def test_values_at_knots_are_met_at_their_frames() -> None:
     walk = loops(4, marks=4, laps=1)
     model = linearised(walk)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
-    weights = Weights.even(USUAL, 4, 4)
-    linear = LinearWalk(model, priors, weights)
+    variance_factors = VarianceFactors.even(USUAL, 4, 4)
+    linear = LinearWalk(model, priors, variance_factors)
     knots = states_between_nodes(linear, solve(linear.normal_equations()))
     every = knots.at_frames(knots.covariance, len(walk.truth))
     assert every.shape == (len(walk.truth), 4, 4)
@@ -186,9 +188,9 @@ LANDMARK = 3
 def walked(laps: int) -> SolvedWalk:
     """A walk that passes each landmark once a lap, all observations taken for usual."""
     smoothed = solved(loops(3, TYPICAL, marks=8, laps=laps, survey_m=0.02))
-    even = (np.ones_like(part) for part in (smoothed.weights.sighting, smoothed.weights.landmark))
-    weights = replace(smoothed.weights, sighting=next(even), landmark=next(even))
-    return replace(smoothed, linear=replace(smoothed.linear, weights=weights))
+    even = (np.ones_like(part) for part in (smoothed.variance_factors.sighting, smoothed.variance_factors.landmark))
+    variance_factors = replace(smoothed.variance_factors, sighting=next(even), landmark=next(even))
+    return replace(smoothed, linear=replace(smoothed.linear, variance_factors=variance_factors))
 
 
 def beside(smoothed: SolvedWalk) -> FloatArray:
@@ -205,7 +207,7 @@ def test_two_refused_passes_and_most_of_all_make_a_place_doubtful(passes: int, r
     smoothed = walked(passes)
     own = np.flatnonzero(smoothed.model.observations.passes.landmark == LANDMARK)
     assert len(own) == passes
-    smoothed.weights.sighting[own[:refused]] = 10.0
+    smoothed.variance_factors.sighting[own[:refused]] = 10.0
     wider = np.trace(beside(smoothed), axis1=1, axis2=2) > 0
     assert wider.tolist() == [doubtful] * refused + [False] * (passes - refused)
 
@@ -213,9 +215,9 @@ def test_two_refused_passes_and_most_of_all_make_a_place_doubtful(passes: int, r
 @pytest.mark.parametrize(("less_certain", "share"), [(1.9, 0.0), (4.0, 0.5), (20.0, 0.9)])
 def test_what_a_doubtful_place_is_missed_by_counts_as_far_as_that_is_unusual(less_certain: float, share: float) -> None:
     smoothed = walked(1)
-    smoothed.weights.landmark[LANDMARK] = less_certain
+    smoothed.variance_factors.landmark[LANDMARK] = less_certain
     (at,) = np.flatnonzero(smoothed.model.observations.passes.landmark == LANDMARK)
     model, state = smoothed.model, smoothed.solution.state[1:-1]
-    miss = smoothed.linear.sightings.residual[at] - model.sight[at] @ state[at]
+    miss = smoothed.linear.sightings.residual[at] - model.sighting_jacobian[at] @ state[at]
     assert np.hypot(*miss) > 0.001
     np.testing.assert_allclose(beside(smoothed), share * np.outer(miss, miss)[None], atol=1e-12)

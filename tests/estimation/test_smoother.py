@@ -17,7 +17,7 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation import smoother
 from vislam2tag.estimation.chain import solve
-from vislam2tag.estimation.factors import LinearWalk, Weights
+from vislam2tag.estimation.factors import LinearWalk, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
@@ -204,8 +204,11 @@ def test_with_the_noise_given_covariances_hold_what_they_say() -> None:
         walk = loops(seed, TYPICAL, marks=10, laps=1.5, survey_m=0.02)
         priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 2, 5, 7]))
         model = linearised(walk)
-        nodes, weights = model.observations.nodes, Weights.even(TYPICAL, len(model.observations.passes.at), 10)
-        state = solve(LinearWalk(model, priors, weights).normal_equations())
+        nodes, variance_factors = (
+            model.observations.nodes,
+            VarianceFactors.even(TYPICAL, len(model.observations.passes.at), 10),
+        )
+        state = solve(LinearWalk(model, priors, variance_factors).normal_equations())
         error = model.path[nodes] + state.state[:, 0] + 1j * state.state[:, 1] - walk.truth[nodes]
         found.append(region_probability(as_points(error), state.covariance[:, :2, :2]))
     of_68, of_95 = shares_inside(found)
@@ -259,11 +262,11 @@ def test_reweighting_goes_on_until_it_has_converged_and_says_where_it_does_not(
     walk = loops(4, marks=8, laps=2)
     done = solved(walk)
     assert done.converged
-    monkeypatch.setattr(smoother, "SETTLED_SIGMAS", 1e-4)
+    monkeypatch.setattr(smoother, "CONVERGED_SIGMAS", 1e-4)
     further = solved(walk)
     sigma_m = np.sqrt(np.trace(mapped_path(done)[1], axis1=1, axis2=2) / 2)
     assert (lengths(mapped_path(further)[0] - mapped_path(done)[0]) / sigma_m).max() < 0.5
-    monkeypatch.setattr(smoother, "SETTLED_SIGMAS", 0.0)
+    monkeypatch.setattr(smoother, "CONVERGED_SIGMAS", 0.0)
     assert not solved(walk).converged
 
 

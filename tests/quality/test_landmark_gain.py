@@ -75,7 +75,7 @@ def test_the_gain_is_that_of_the_joint_solution_with_the_sightings_added(walk: S
     found = gains(walk, positions, np.zeros(len(positions.at), dtype=np.int64))
     precision, count = joint(walk)
     before = expected_error_m(positions.covariance[:, 0])
-    variance = np.median(walk.weights.sighting) * walk.noise.sighting_m**2 + SURVEY_SIGMA_M**2
+    variance = np.median(walk.variance_factors.sighting) * walk.noise.sighting_m**2 + SURVEY_SIGMA_M**2
     for place in np.linspace(0, len(found.cell) - 1, 7).astype(int):
         away = np.linalg.norm((found.cell[place] + 0.5) * CELL_M - positions.position, axis=1)
         near = np.split(np.arange(count), np.flatnonzero(np.diff(away <= SIGHT_M)) + 1)

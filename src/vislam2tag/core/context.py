@@ -96,8 +96,8 @@ class ToldFloors:
 @dataclass(frozen=True)
 class FixLog:
     """Moments at which the walker's position was known: ``time_ns`` (k,) increasing strictly, ``position_bcs`` (k, 2)
-    metres; ``name`` (k,) is what each is called; ``sigma_m`` (k,) per axis, metres, is how far whoever said so may be
-    off: NaN, or None for all, where nobody told.
+    metres; ``name`` (k,) is what each is called; ``sigma_m`` (k,) per axis, metres, is its standard
+    deviation: NaN, or None for all, if none is stated.
     """
 
     time_ns: IntArray
@@ -132,11 +132,11 @@ class PlaceTies:
 
 @dataclass(frozen=True)
 class TrackerNoise:
-    """How noisy a device's tracker is, as its other walks tell.
+    """How noisy a device's tracker is by its other walks.
 
     It sees landmarks, and drifts, ``times_usual`` as badly as usual (standard deviations); for a further walk that
-    counts as much as so many observed ``numbers``.
+    counts as much as so many ``effective_observations``.
     """
 
     times_usual: float
-    numbers: float
+    effective_observations: float

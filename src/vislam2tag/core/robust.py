@@ -85,13 +85,13 @@ def iterate(
     return IterationResult(state, most_rounds, size, converged=False)
 
 
-def variance_factor(squares: npt.ArrayLike, numbers: npt.ArrayLike, freedom: float) -> FloatArray:
-    """By which factor the variance of observations exceeds the usual one, for Student's t with ``freedom`` degrees.
+def variance_factor(squares: npt.ArrayLike, dimensions: npt.ArrayLike, dof: float) -> FloatArray:
+    """Factor by which observations' variance exceeds the usual, for Student's t with ``dof`` degrees of freedom.
 
-    Of each observation, ``squares`` (...) is the sum of the squares of its ``numbers`` (...) residuals in units of
+    Of each observation, ``squares`` (...) is the sum of the squares of its ``dimensions`` (...) residuals in units of
     their usual standard deviations. An observation counts for the inverse of its factor.
     """
-    return np.asarray((freedom + np.asarray(squares)) / (freedom + np.asarray(numbers)), dtype=np.float64)
+    return np.asarray((dof + np.asarray(squares)) / (dof + np.asarray(dimensions)), dtype=np.float64)
 
 
 def trusted(squares: FloatArray) -> FloatArray:

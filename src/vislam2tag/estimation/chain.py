@@ -49,14 +49,14 @@ def solve(equations: NormalEquations) -> Solution:
     count = len(equations.diagonal)
     inverse, gain, columns = _eliminate(equations)
     covariance = np.empty_like(equations.diagonal)
-    beside = np.empty_like(equations.upper)
+    cross_covariance = np.empty_like(equations.upper)
     covariance[-1] = inverse[-1]
     columns[-1] = inverse[-1] @ columns[-1]
     for k in range(count - 2, -1, -1):
         columns[k] = inverse[k] @ columns[k] - gain[k] @ columns[k + 1]
-        beside[k] = -gain[k] @ covariance[k + 1]
-        covariance[k] = inverse[k] - beside[k] @ gain[k].T
-    return _with_border(equations, columns, covariance, beside)
+        cross_covariance[k] = -gain[k] @ covariance[k + 1]
+        covariance[k] = inverse[k] - cross_covariance[k] @ gain[k].T
+    return _with_border(equations, columns, covariance, cross_covariance)
 
 
 def most_probable(equations: NormalEquations) -> tuple[FloatArray, float]:
@@ -99,7 +99,7 @@ def _eliminate(equations: NormalEquations) -> tuple[FloatArray, FloatArray, Floa
 
 
 def _with_border(
-    equations: NormalEquations, columns: FloatArray, covariance: FloatArray, beside: FloatArray
+    equations: NormalEquations, columns: FloatArray, covariance: FloatArray, cross_covariance: FloatArray
 ) -> Solution:
     """Solve for the border (b,) by its Schur complement and add its uncertainty to the states' (k, n, n)."""
     free, response = columns[:, :, 0], columns[:, :, 1:]
@@ -111,7 +111,7 @@ def _with_border(
     return Solution(
         state=free - response @ border,
         covariance=covariance - cross @ response.transpose(0, 2, 1),
-        next_covariance=beside - cross[:-1] @ response[1:].transpose(0, 2, 1),
+        next_covariance=cross_covariance - cross[:-1] @ response[1:].transpose(0, 2, 1),
         border=border,
         border_covariance=border_covariance,
         cross=cross,

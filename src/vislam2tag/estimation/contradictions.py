@@ -38,8 +38,8 @@ def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
     passed = np.intersect1d(np.flatnonzero(smoothed.priors.surveyed), smoothed.model.observations.passes.landmark)
     if len(passed) <= FEWEST_OTHERS:
         return ()
-    doubt = smoothed.weights.landmark.copy()
-    np.maximum.at(doubt, smoothed.model.observations.passes.landmark, smoothed.weights.sighting)
+    doubt = smoothed.variance_factors.landmark.copy()
+    np.maximum.at(doubt, smoothed.model.observations.passes.landmark, smoothed.variance_factors.sighting)
     suspects = passed[doubt[passed] > DOUBTED]  # none of the others can contradict the rest
     found = [one for landmark in suspects.tolist() if (one := _contradiction(smoothed, landmark)) is not None]
     return tuple(sorted(found, key=lambda one: -one.size_m))
@@ -48,10 +48,10 @@ def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
 def predicted(smoothed: SolvedWalk, landmark: int) -> SolvedWalk:
     """Solve again with one landmark taken for unsurveyed, its best pass taken for a usual one."""
     own = smoothed.model.observations.passes.landmark == landmark
-    sighting = smoothed.weights.sighting.copy()
+    sighting = smoothed.variance_factors.sighting.copy()
     sighting[own] /= sighting[own].min()
-    priors, weights = smoothed.priors.without(landmark), replace(smoothed.weights, sighting=sighting)
-    return SolvedWalk.of(replace(smoothed.linear, priors=priors, weights=weights))
+    priors, variance_factors = smoothed.priors.without(landmark), replace(smoothed.variance_factors, sighting=sighting)
+    return SolvedWalk.of(replace(smoothed.linear, priors=priors, variance_factors=variance_factors))
 
 
 def discrepancy(smoothed: SolvedWalk, trial: SolvedWalk, landmark: int) -> tuple[FloatArray, FloatArray]:
@@ -78,7 +78,7 @@ def _contradiction(smoothed: SolvedWalk, landmark: int) -> Contradiction | None:
 
 def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
     """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
-    observations, off = smoothed.model.observations, smoothed.led_off
+    observations, off = smoothed.model.observations, smoothed.drift_residual
     size = np.hypot(off[:, 0], off[:, 1])
     unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_SLIP_M) & ~_jumped(smoothed)
     found = []
@@ -94,7 +94,7 @@ def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
 
 def may_have_slipped(smoothed: SolvedWalk) -> bool:
     """Whether a stretch led far enough elsewhere for it to be worth asking other sensors where it slipped."""
-    off = smoothed.led_off
+    off = smoothed.drift_residual
     return bool(((np.hypot(off[:, 0], off[:, 1]) > WORTH_ASKING_M) & ~_jumped(smoothed)).any())
 
 

@@ -28,7 +28,7 @@ class DriftKind(Enum):
 
 
 @dataclass(frozen=True)
-class Drift:
+class PathDriftSums:
     """Running sums along a path of one kind of drift; make it by :meth:`along` or :meth:`directed`."""
 
     kind: DriftKind
@@ -37,7 +37,7 @@ class Drift:
     """(6, n): variance, times x, y, xx, xy, yy of the path; of the position's drift (3, n): xx, xy, yy."""
 
     @classmethod
-    def along(cls, kind: DriftKind, path: ComplexArray, variance: FloatArray) -> Drift:
+    def along(cls, kind: DriftKind, path: ComplexArray, variance: FloatArray) -> PathDriftSums:
         """Sum the variances (n - 1,) of the steps of a path (n,), complex metres in the BCS."""
         centred = path - path.mean()
         terms = np.stack((variance, np.zeros_like(variance), variance))
@@ -47,7 +47,7 @@ class Drift:
         return cls(kind, centred, _summed(terms))
 
     @classmethod
-    def directed(cls, path: ComplexArray, by: ComplexArray) -> Drift:
+    def directed(cls, path: ComplexArray, by: ComplexArray) -> PathDriftSums:
         """Let each step lead elsewhere along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
         return cls(DriftKind.POSITION, path, _summed(np.stack((by.real**2, by.real * by.imag, by.imag**2))))
 
@@ -85,7 +85,7 @@ def _summed(terms: FloatArray) -> FloatArray:
 def transitions(path: ComplexArray, a: IntArray, b: IntArray) -> FloatArray:
     """Matrices (k, 4, 4) that carry a state at frames ``a`` to frames ``b`` without any drift."""
     displacement = path[b] - path[a]
-    carry = np.tile(np.eye(STATES), (len(a), 1, 1))
-    carry[:, 0, 2], carry[:, 1, 2] = displacement.real, displacement.imag
-    carry[:, 0, 3], carry[:, 1, 3] = -displacement.imag, displacement.real
-    return carry
+    transition = np.tile(np.eye(STATES), (len(a), 1, 1))
+    transition[:, 0, 2], transition[:, 1, 2] = displacement.real, displacement.imag
+    transition[:, 0, 3], transition[:, 1, 3] = -displacement.imag, displacement.real
+    return transition

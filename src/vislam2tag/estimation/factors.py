@@ -5,7 +5,7 @@ the state and the residuals.
 factor          ties                          where
 =============== ============================= ======================================================
 start           the first state               :func:`start_precision`
-drift           neighbouring states           :class:`DriftFactor`
+drift           neighbouring states           :attr:`LinearWalk.drift_factor`
 sighting        a state and a landmark's place :attr:`LinearWalk.sightings`
 sheet heading   a state and a sheet's heading :attr:`LinearWalk.sheet_headings`
 survey          landmarks                     :func:`~vislam2tag.estimation.landmark_priors.survey_precisions`
@@ -23,7 +23,7 @@ from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.estimation.chain import NormalEquations, Solution
-from vislam2tag.estimation.drift import STATES, Drift, DriftKind, transitions
+from vislam2tag.estimation.drift import STATES, DriftKind, PathDriftSums, transitions
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors, survey_precisions
 from vislam2tag.estimation.noise import SCALE_SIGMA, DriftSource, NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
@@ -66,26 +66,26 @@ class Model:
     rough: bool
 
     @cached_property
-    def sums(self) -> dict[DriftSource, tuple[Drift, ...]]:
+    def sums(self) -> dict[DriftSource, tuple[PathDriftSums, ...]]:
         """Running sums of each source's drift along the reference path."""
         kinds = ROUGH_KINDS if self.rough else KINDS
         variance = self.observations.step_variance
-        sums: dict[DriftSource, tuple[Drift, ...]] = {
-            source: tuple(Drift.along(kind, self.path, steps) for kind in kinds[source])
+        sums: dict[DriftSource, tuple[PathDriftSums, ...]] = {
+            source: tuple(PathDriftSums.along(kind, self.path, steps) for kind in kinds[source])
             for source, steps in variance.items()
         }
         return {**sums, DriftSource.DOUBT: (self._doubt,)}
 
     @property
-    def _doubt(self) -> Drift:
+    def _doubt(self) -> PathDriftSums:
         """Where steps may have slipped to; which way that is in the building a rough model does not know yet."""
         doubt = self.observations.odometry.doubt
         if self.rough:
-            return Drift.along(DriftKind.POSITION, self.path, np.abs(doubt) ** 2)
-        return Drift.directed(self.path, doubt * self.turn[:-1])
+            return PathDriftSums.along(DriftKind.POSITION, self.path, np.abs(doubt) ** 2)
+        return PathDriftSums.directed(self.path, doubt * self.turn[:-1])
 
-    def drift(self, source: DriftSource, a: IntArray, b: IntArray) -> FloatArray:
-        """Covariances (k, 4, 4) at unit level of one source's drift from frames ``a`` to ``b`` (k,)."""
+    def drift_covariance(self, source: DriftSource, a: IntArray, b: IntArray) -> FloatArray:
+        """(k, 4, 4) covariances at unit level of one source's drift from frames ``a`` to ``b`` (k,)."""
         total = np.zeros((len(a), STATES, STATES))
         for part in self.sums[source]:
             total += part.between(a, b)
@@ -95,16 +95,16 @@ class Model:
     def stretches(self) -> dict[DriftSource, FloatArray]:
         """Covariances (p + 1, 4, 4) at unit level of the drift between neighbouring nodes."""
         nodes = self.observations.nodes
-        return {source: self.drift(source, nodes[:-1], nodes[1:]) for source in DriftSource}
+        return {source: self.drift_covariance(source, nodes[:-1], nodes[1:]) for source in DriftSource}
 
     @cached_property
-    def units(self) -> FloatArray:
+    def unit_covariances(self) -> FloatArray:
         """(s, p + 1, 4, 4) :attr:`stretches` of all sources."""
         return np.stack(list(self.stretches.values()))
 
     @cached_property
     def ranks(self) -> dict[DriftSource, IntArray]:
-        """Ranks (p + 1,) of :attr:`stretches`: how many numbers each source's drift consists of."""
+        """Ranks (p + 1,) of :attr:`stretches`: in how many dimensions each source drifts."""
         return {source: _ranks(covariance) for source, covariance in self.stretches.items()}
 
     @cached_property
@@ -113,26 +113,26 @@ class Model:
         return np.asarray(self.path - self.path.mean())
 
     @cached_property
-    def drifted_sums(self) -> FloatArray:
+    def reference_drift_sums(self) -> FloatArray:
         """(n, 3) sums of the heading drift that the reference already has, times 1, x and y of the path."""
         step = np.diff(np.unwrap(np.angle(self.turn)))
         terms = np.stack((step, step * self.centred.real[1:], step * self.centred.imag[1:]), axis=1)
         return np.concatenate((np.zeros((1, 3)), np.cumsum(terms, axis=0)))
 
-    def drifted(self, a: IntArray, b: IntArray) -> FloatArray:
+    def reference_drift(self, a: IntArray, b: IntArray) -> FloatArray:
         """(k, 4) the drift from frames ``a`` to ``b`` that the reference already has."""
-        total, sx, sy = (self.drifted_sums[b] - self.drifted_sums[a]).T
+        total, sx, sy = (self.reference_drift_sums[b] - self.reference_drift_sums[a]).T
         x, y = self.centred[b].real * total - sx, self.centred[b].imag * total - sy
         return np.stack((-y, x, np.zeros_like(x), total), axis=1)
 
     @cached_property
-    def stretches_drifted(self) -> FloatArray:
+    def stretch_reference_drift(self) -> FloatArray:
         """(p + 1, 4) the drift between neighbouring nodes that the reference already has."""
-        return self.drifted(self.observations.nodes[:-1], self.observations.nodes[1:])
+        return self.reference_drift(self.observations.nodes[:-1], self.observations.nodes[1:])
 
     @cached_property
-    def carry(self) -> FloatArray:
-        """(p + 1, 4, 4) what becomes of a state from node to node without drift."""
+    def transition(self) -> FloatArray:
+        """(p + 1, 4, 4) matrices that lead from each node's state to the next one's without drift."""
         return transitions(self.path, self.observations.nodes[:-1], self.observations.nodes[1:])
 
     @cached_property
@@ -146,13 +146,13 @@ class Model:
         return np.asarray(self.path[self.observations.passes.at] + self.offset)
 
     @cached_property
-    def sight(self) -> FloatArray:
-        """(p, 2, 4) by how much the states move where a pass puts its landmark."""
-        matrix = np.zeros((len(self.offset), 2, STATES))
-        matrix[:, 0, 0] = matrix[:, 1, 1] = 1
-        matrix[:, 0, 2], matrix[:, 1, 2] = self.offset.real, self.offset.imag
-        matrix[:, 0, 3], matrix[:, 1, 3] = -self.offset.imag, self.offset.real
-        return matrix
+    def sighting_jacobian(self) -> FloatArray:
+        """(p, 2, 4) derivatives of where each pass puts its landmark with respect to the state there."""
+        jacobian = np.zeros((len(self.offset), 2, STATES))
+        jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1
+        jacobian[:, 0, 2], jacobian[:, 1, 2] = self.offset.real, self.offset.imag
+        jacobian[:, 0, 3], jacobian[:, 1, 3] = -self.offset.imag, self.offset.real
+        return jacobian
 
     @cached_property
     def first_seen(self) -> tuple[IntArray, IntArray]:
@@ -187,10 +187,11 @@ def _ranks(covariance: FloatArray) -> IntArray:
 
 
 @dataclass(frozen=True)
-class Weights:
-    """What the observations are worth: the noise, and by which factor each one's variance exceeds it (Student's t).
+class VarianceFactors:
+    """Noise levels, and by which factor the variance of each observation exceeds them (Student's t).
 
-    ``stretch`` (p + 1,) for each source, ``sighting`` (p,), ``sheet`` (p,), ``landmark`` (m,).
+    The larger its factor, the less an observation is trusted. ``stretch`` (p + 1,) for each source of drift,
+    ``sighting`` (p,), ``sheet`` (p,), ``landmark`` (m,).
     """
 
     noise: NoiseLevels
@@ -198,20 +199,16 @@ class Weights:
     sighting: FloatArray
     sheet: FloatArray
     landmark: FloatArray
-    told: TrackerNoise | None = None
-    """How noisy the tracker is by other walks of its device, before anything of this one is known."""
+    prior_noise: TrackerNoise | None = None
+    """How noisy the tracker is by other walks of its device; None: the usual noise is assumed."""
 
     @classmethod
-    def even(cls, noise: NoiseLevels, passes: int, landmarks: int, told: TrackerNoise | None = None) -> Weights:
-        """Trust everything alike."""
-        return cls(
-            noise,
-            {source: np.ones(passes + 1) for source in DriftSource},
-            np.ones(passes),
-            np.ones(passes),
-            np.ones(landmarks),
-            told,
-        )
+    def even(
+        cls, noise: NoiseLevels, passes: int, landmarks: int, prior_noise: TrackerNoise | None = None
+    ) -> VarianceFactors:
+        """Trust all observations alike: every factor is 1."""
+        stretch = {source: np.ones(passes + 1) for source in DriftSource}
+        return cls(noise, stretch, np.ones(passes), np.ones(passes), np.ones(landmarks), prior_noise)
 
     @property
     def stretch_scale(self) -> FloatArray:
@@ -221,14 +218,14 @@ class Weights:
 
 @dataclass(frozen=True)
 class DriftFactor:
-    """Ties each node to the next one: ``x[k + 1] - carry[k] x[k] + drifted[k]`` is 0 within a covariance.
+    """Ties each node to the next: ``x[k + 1] - transition[k] x[k] + reference_drift[k]`` is 0 within ``covariance[k]``.
 
-    ``carry`` (p + 1, 4, 4); ``drifted`` (p + 1, 4), the drift that the reference path already has; ``covariance``
-    (p + 1, 4, 4).
+    ``transition`` (p + 1, 4, 4); ``reference_drift`` (p + 1, 4), the drift that the reference path already has;
+    ``covariance`` (p + 1, 4, 4).
     """
 
-    carry: FloatArray
-    drifted: FloatArray
+    transition: FloatArray
+    reference_drift: FloatArray
     covariance: FloatArray
 
     @cached_property
@@ -237,34 +234,34 @@ class DriftFactor:
         return np.asarray(np.linalg.inv(self.covariance))
 
     def residual(self, state: FloatArray) -> FloatArray:
-        """(p + 1, 4) by how much each stretch led elsewhere, by states (p + 2, 4)."""
-        return np.asarray(state[1:] - np.einsum("kij,kj->ki", self.carry, state[:-1]) + self.drifted)
+        """(p + 1, 4) of states (p + 2, 4): the drift over each stretch."""
+        return np.asarray(state[1:] - np.einsum("kij,kj->ki", self.transition, state[:-1]) + self.reference_drift)
 
 
 @dataclass(frozen=True)
 class LandmarkFactor:
-    """Ties the state at a pass to ``r`` unknowns of its landmark: ``residual - design x + unknown`` is 0 but for noise.
+    """Ties the state x at a pass to ``r`` unknowns of its landmark by ``residual - jacobian x + unknown``, expected 0.
 
-    ``residual`` (p, r); ``design`` (p, r, 4); ``column`` (p, r) of the unknowns in the border; ``worth`` (p,), inverse
-    variances of each of the r numbers, 0 where nothing was observed.
+    ``residual`` (p, r) at the reference; ``jacobian`` (p, r, 4) with respect to the state; ``column`` (p, r) of the
+    unknowns in the border; ``precision`` (p,), inverse variance of each of the r numbers, 0 without an observation.
     """
 
     residual: FloatArray
-    design: FloatArray
+    jacobian: FloatArray
     column: IntArray
-    worth: FloatArray
+    precision: FloatArray
 
-    def missed(self, solution: Solution) -> FloatArray:
+    def squared_residual(self, solution: Solution) -> FloatArray:
         """(p,) squares of the residuals at a solution, summed over r."""
-        by_state = np.einsum("pij,pj->pi", self.design, solution.state[1:-1])
+        by_state = np.einsum("pij,pj->pi", self.jacobian, solution.state[1:-1])
         return np.asarray(np.sum((self.residual - by_state + solution.border[self.column]) ** 2, axis=1))
 
-    def spread(self, solution: Solution) -> FloatArray:
-        """(p,) how far the residuals may be from those at a solution: variances, summed over r."""
-        by_state = np.einsum("pij,pjk,pik->p", self.design, solution.covariance[1:-1], self.design)
+    def residual_variance(self, solution: Solution) -> FloatArray:
+        """(p,) variances of the residuals about those at a solution, summed over r."""
+        by_state = np.einsum("pij,pjk,pik->p", self.jacobian, solution.covariance[1:-1], self.jacobian)
         own = solution.border_covariance.diagonal()[self.column].sum(axis=1)
         shared = np.take_along_axis(solution.cross[1:-1], self.column[:, None, :], axis=2)
-        return np.asarray(by_state + own - 2 * np.einsum("pij,pji->p", self.design, shared))
+        return np.asarray(by_state + own - 2 * np.einsum("pij,pji->p", self.jacobian, shared))
 
 
 @dataclass(frozen=True)
@@ -277,14 +274,16 @@ class LinearWalk:
 
     model: Model
     priors: LandmarkPriors
-    weights: Weights
+    variance_factors: VarianceFactors
     pinned: bool = False
 
     @cached_property
-    def drift(self) -> DriftFactor:
+    def drift_factor(self) -> DriftFactor:
         """The tracker's drift between neighbouring nodes."""
-        covariance = np.einsum("sk,skij->kij", self.weights.stretch_scale, self.model.units) + LEAST_DRIFT
-        return DriftFactor(self.model.carry, self.model.stretches_drifted, np.asarray(covariance))
+        covariance = (
+            np.einsum("sk,skij->kij", self.variance_factors.stretch_scale, self.model.unit_covariances) + LEAST_DRIFT
+        )
+        return DriftFactor(self.model.transition, self.model.stretch_reference_drift, np.asarray(covariance))
 
     @cached_property
     def sightings(self) -> LandmarkFactor:
@@ -293,9 +292,9 @@ class LinearWalk:
         miss = landmark_origin(self.model, self.priors)[landmark] - self.model.seen_at
         return LandmarkFactor(
             residual=np.column_stack((miss.real, miss.imag)),
-            design=self.model.sight,
+            jacobian=self.model.sighting_jacobian,
             column=np.stack((2 * landmark, 2 * landmark + 1), axis=1),
-            worth=1 / (sighting_variance(self.model, self.weights.noise) * self.weights.sighting),
+            precision=1 / (sighting_variance(self.model, self.variance_factors.noise) * self.variance_factors.sighting),
         )
 
     @cached_property
@@ -305,37 +304,58 @@ class LinearWalk:
         miss = heading_origin(self.model, self.priors)[landmark] - self.model.heading_rad
         return LandmarkFactor(
             residual=np.where(headed, wrapped(miss), 0.0)[:, None],
-            design=np.tile(np.eye(STATES)[3], (len(landmark), 1, 1)),
+            jacobian=np.tile(np.eye(STATES)[3], (len(landmark), 1, 1)),
             column=2 * len(self.priors.position) + landmark[:, None],
-            worth=np.where(headed, 1 / (self.weights.noise.sheet_rad**2 * self.weights.sheet), 0.0),
+            precision=np.where(
+                headed, 1 / (self.variance_factors.noise.sheet_rad**2 * self.variance_factors.sheet), 0.0
+            ),
         )
 
     def normal_equations(self) -> NormalEquations:
-        """Add up all factors."""
+        """Add up all factors.
+
+        A factor whose residual is ``r + A x``, with precision P, adds ``A^T P A`` to the matrix and ``-A^T P r`` to
+        the right side.
+        """
         count, unknowns = len(self.model.observations.nodes), 3 * len(self.priors.position)
-        diagonal, right = np.zeros((count, STATES, STATES)), np.zeros((count, STATES))
-        border = np.zeros((count, STATES, unknowns))
-        corner, corner_right = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
-        diagonal[0] = start_precision(self.model, pinned=self.pinned)
-        drift = self.drift
-        pull = drift.carry.transpose(0, 2, 1) @ drift.precision
-        diagonal[:-1] += pull @ drift.carry
-        diagonal[1:] += drift.precision
-        had = np.einsum("kij,kj->ki", drift.precision, drift.drifted)
-        right[1:] -= had
-        right[:-1] += np.einsum("kji,kj->ki", drift.carry, had)
-        node = np.arange(1, count - 1)
-        for factor in (self.sightings, self.sheet_headings):
-            squared = factor.design.transpose(0, 2, 1) @ factor.design
-            diagonal[node] += squared * factor.worth[:, None, None]
-            right[node] += np.einsum("pij,pi,p->pj", factor.design, factor.residual, factor.worth)
-            for axis, column in enumerate(factor.column.T):
-                border[node, :, column] -= factor.design[:, axis] * factor.worth[:, None]
-                np.add.at(corner, (column, column), factor.worth)
-                np.add.at(corner_right, column, -factor.residual[:, axis] * factor.worth)
-        for precision in survey_precisions(self.priors, self.weights.landmark):
-            corner += precision
-        return NormalEquations(diagonal, -pull, border, corner, right, corner_right)
+        equations = NormalEquations(
+            diagonal=np.zeros((count, STATES, STATES)),
+            upper=np.zeros((count - 1, STATES, STATES)),
+            border=np.zeros((count, STATES, unknowns)),
+            corner=np.zeros((unknowns, unknowns)),
+            right=np.zeros((count, STATES)),
+            corner_right=np.zeros(unknowns),
+        )
+        equations.diagonal[0] = start_precision(self.model, pinned=self.pinned)
+        _add_drift(equations, self.drift_factor)
+        _add_landmark_factor(equations, self.sightings)
+        _add_landmark_factor(equations, self.sheet_headings)
+        for precision in survey_precisions(self.priors, self.variance_factors.landmark):
+            equations.corner[:] += precision
+        return equations
+
+
+def _add_drift(equations: NormalEquations, drift: DriftFactor) -> None:
+    """Add the residual ``x[k + 1] - F[k] x[k] + d[k]`` of each stretch (F: transition, d: reference drift)."""
+    weighted_transition = drift.transition.transpose(0, 2, 1) @ drift.precision
+    weighted_drift = np.einsum("kij,kj->ki", drift.precision, drift.reference_drift)
+    equations.diagonal[:-1] += weighted_transition @ drift.transition
+    equations.diagonal[1:] += drift.precision
+    equations.upper[:] = -weighted_transition
+    equations.right[1:] -= weighted_drift
+    equations.right[:-1] += np.einsum("kji,kj->ki", drift.transition, weighted_drift)
+
+
+def _add_landmark_factor(equations: NormalEquations, factor: LandmarkFactor) -> None:
+    """Add the residual ``r[p] - J[p] x[p] + e`` of each pass: x is the state there, e its landmark's errors."""
+    squared = factor.jacobian.transpose(0, 2, 1) @ factor.jacobian
+    equations.diagonal[1:-1] += squared * factor.precision[:, None, None]
+    equations.right[1:-1] += np.einsum("pij,pi,p->pj", factor.jacobian, factor.residual, factor.precision)
+    node = np.arange(1, len(equations.diagonal) - 1)
+    for axis, column in enumerate(factor.column.T):
+        equations.border[node, :, column] -= factor.jacobian[:, axis] * factor.precision[:, None]
+        np.add.at(equations.corner, (column, column), factor.precision)
+        np.add.at(equations.corner_right, column, -factor.residual[:, axis] * factor.precision)
 
 
 def sighting_variance(model: Model, noise: NoiseLevels) -> FloatArray:
@@ -346,7 +366,10 @@ def sighting_variance(model: Model, noise: NoiseLevels) -> FloatArray:
 
 
 def start_precision(model: Model, *, pinned: bool) -> FloatArray:
-    """Precision (4, 4) of the first state: free, or ``pinned`` to the reference for a map in its own frame."""
+    """Precision (4, 4) of the first state: place and heading are free, scale is 1 within 2 %.
+
+    A map in its own frame is ``pinned`` to the reference; in a rough model scale is free, too.
+    """
     metres, rad = (PINNED_M, PINNED_RAD) if pinned else (FREE_M, FREE_RAD)
     scale, turn = (FREE_SCALE, FREE_SCALE) if model.rough else (SCALE_SIGMA, rad)
     return np.diag([metres**-2, metres**-2, scale**-2, turn**-2])

@@ -14,7 +14,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.estimation.chain import Solution
 from vislam2tag.estimation.drift import transitions
-from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, Weights
+from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import DOUBTED, DriftSource
 
@@ -70,14 +70,14 @@ def states_between_nodes(walk: LinearWalk, solution: Solution) -> FrameStates:
     nodes, at = model.observations.nodes, _knots(model)
     stretch = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
     first, last = nodes[stretch], nodes[stretch + 1]
-    drift = _drift(model, walk.weights, stretch, first, at)
+    drift = _drift_covariance(model, walk.variance_factors, stretch, first, at)
     onward = transitions(model.path, at, last)
-    gain = drift @ onward.transpose(0, 2, 1) @ walk.drift.precision[stretch]
-    rest = transitions(model.path, first, at) - gain @ walk.drift.carry[stretch]
-    after = solution.state[1:] + walk.drift.drifted
-    state = np.einsum("kij,kj->ki", rest, solution.state[stretch]) - model.drifted(first, at)
+    gain = drift @ onward.transpose(0, 2, 1) @ walk.drift_factor.precision[stretch]
+    rest = transitions(model.path, first, at) - gain @ walk.drift_factor.transition[stretch]
+    after = solution.state[1:] + walk.drift_factor.reference_drift
+    state = np.einsum("kij,kj->ki", rest, solution.state[stretch]) - model.reference_drift(first, at)
     state += np.einsum("kij,kj->ki", gain, after[stretch])
-    return FrameStates(at, state, solution, stretch, rest, gain, drift, walk.drift.covariance)
+    return FrameStates(at, state, solution, stretch, rest, gain, drift, walk.drift_factor.covariance)
 
 
 def _knots(model: Model) -> IntArray:
@@ -92,12 +92,14 @@ def _knots(model: Model) -> IntArray:
     return np.flatnonzero(wanted)
 
 
-def _drift(model: Model, weights: Weights, stretch: IntArray, a: IntArray, b: IntArray) -> FloatArray:
+def _drift_covariance(
+    model: Model, variance_factors: VarianceFactors, stretch: IntArray, a: IntArray, b: IntArray
+) -> FloatArray:
     """Covariances (k, 4, 4) of the drift from frames ``a`` to ``b``, both within the given stretches."""
     total = np.zeros((len(a), *LEAST_DRIFT.shape))
     for source in DriftSource:
-        level = weights.noise.level(source) ** 2 * weights.stretch[source][stretch]
-        total += level[:, None, None] * model.drift(source, a, b)
+        level = variance_factors.noise.level(source) ** 2 * variance_factors.stretch[source][stretch]
+        total += level[:, None, None] * model.drift_covariance(source, a, b)
     return total
 
 
@@ -146,12 +148,14 @@ def beside_the_survey(walk: LinearWalk, solution: Solution) -> FloatArray:
 
     At a pass of a doubtful place what the walk misses it by, as far as that is unusual; linear between passes.
     """
-    passes, priors, weights = walk.model.observations.passes, walk.priors, walk.weights
+    passes, priors, variance_factors = walk.model.observations.passes, walk.priors, walk.variance_factors
     sightings = walk.sightings
-    miss = sightings.residual - np.einsum("pij,pj->pi", sightings.design, solution.state[1:-1])
-    sighted = np.where(_refused(priors, weights, passes.landmark)[passes.landmark], weights.sighting, 0)
+    miss = sightings.residual - np.einsum("pij,pj->pi", sightings.jacobian, solution.state[1:-1])
+    sighted = np.where(
+        _refused(priors, variance_factors, passes.landmark)[passes.landmark], variance_factors.sighting, 0
+    )
     surveyed = passes.landmark < len(priors.landmarks.position)  # places of the camera are no survey
-    unusual = 1 - DOUBTED / np.maximum(np.maximum(weights.landmark[passes.landmark], sighted), DOUBTED)
+    unusual = 1 - DOUBTED / np.maximum(np.maximum(variance_factors.landmark[passes.landmark], sighted), DOUBTED)
     square = unusual[:, None, None] * miss[:, :, None] * miss[:, None, :]
     frames = np.arange(len(walk.model.path))
     if not surveyed.any():
@@ -160,8 +164,8 @@ def beside_the_survey(walk: LinearWalk, solution: Solution) -> FloatArray:
     return np.stack(every, axis=1).reshape(-1, 2, 2)
 
 
-def _refused(priors: LandmarkPriors, weights: Weights, landmark: IntArray) -> BoolArray:
+def _refused(priors: LandmarkPriors, variance_factors: VarianceFactors, landmark: IntArray) -> BoolArray:
     """(m,) surveyed landmarks most of whose passes, of these landmarks (p,), are taken for bad."""
     count = np.bincount(landmark, minlength=len(priors.position))
-    refused = np.bincount(landmark[weights.sighting > DOUBTED], minlength=len(priors.position))
+    refused = np.bincount(landmark[variance_factors.sighting > DOUBTED], minlength=len(priors.position))
     return np.asarray(priors.surveyed & (refused >= FEWEST_REFUSED) & (2 * refused > count))

@@ -50,21 +50,20 @@ def floor_of_heights(height_m: FloatArray, elevation_m: FloatArray, carried_m: f
     )
     rank = np.where(undecided, -1, nearest)
     before = int(np.flatnonzero(order == start)[0])
-    return order[_settled(rank, nearest, before)]
+    return order[_decided(rank, nearest, before)]
 
 
-def _settled(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
+def _decided(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
     """Decide each undecided run (-1) of ranks (f,): the neighbours' floor, or one change where the two differ."""
-    settled = rank.copy()
+    decided = rank.copy()
     for start, stop in runs_of(rank < 0):
         earlier = int(rank[start - 1]) if start else before
         later = int(rank[stop]) if stop < len(rank) else earlier
-        settled[start:stop] = earlier
+        decided[start:stop] = earlier
         if later != earlier:
-            settled[
-                start + _change(np.abs(nearest[start:stop] - earlier) < np.abs(nearest[start:stop] - later)) : stop
-            ] = later
-    return settled
+            near = nearest[start:stop]
+            decided[start + _change(np.abs(near - earlier) < np.abs(near - later)) : stop] = later
+    return decided
 
 
 def _change(early: BoolArray) -> int:
@@ -102,7 +101,7 @@ class Heights:
 
 @dataclass(frozen=True)
 class _Marks:
-    """What tells of a floor: the session's landmarks, then where its walker said to be, ``m`` in all."""
+    """What shows a floor: the session's landmarks, then the floors that its walker stated, ``m`` in all."""
 
     floor: IntArray
     """(m,) number."""
@@ -134,7 +133,7 @@ def estimate_heights(
     ``odometry`` is the session's, where it is known already; a session without a step has none, and no heights.
 
     Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m``, ``camera.pressure``, ``camera.told_floors``.
-    A session starts on its own floor; where its walker told another one, that is a mark as high as the phone. Where
+    A session starts on its own floor; a floor that its walker states is a mark as high as the phone. Where
     several floors are possible and none has an elevation, floors follow from the landmarks' floors and the vertical
     change between them.
     """
@@ -144,15 +143,15 @@ def estimate_heights(
         return Heights(np.full(n, np.nan), np.empty(0, dtype=np.int64))
     floor = np.full(n, storeys.own, dtype=np.int64)
     z = np.full(n, np.nan)
-    tells_anything = len(storeys.number) > 1 or np.isfinite(storeys.elevation_m).any()
-    if camera.usable.sum() < FEWEST_FRAMES or not tells_anything:
+    any_height = len(storeys.number) > 1 or np.isfinite(storeys.elevation_m).any()
+    if camera.usable.sum() < FEWEST_FRAMES or not any_height:
         return Heights(z, floor)
     odometry = odometry or continuous_odometry(camera, log)
     track = _track(camera, log, odometry)
-    told_rank, told_floor = _told(camera, storeys)
-    unmeasured = np.full(len(told_floor), np.nan)
-    marks = _Marks(np.append(landmarks.floor, told_floor), np.append(landmarks.z_m, unmeasured))
-    seen = _sightings(camera, log, landmarks, odometry, track, told_rank)
+    stated_rank, stated_floor = _stated_floors(camera, storeys)
+    unmeasured = np.full(len(stated_floor), np.nan)
+    marks = _Marks(np.append(landmarks.floor, stated_floor), np.append(landmarks.z_m, unmeasured))
+    seen = _sightings(camera, log, landmarks, odometry, track, stated_rank)
     track, rise = _with_rides(track, seen, marks, storeys, settings)
     seen = _Sightings(seen.landmark, seen.rank, seen.height_m + rise[seen.rank])
     height, elevation, converged = _solve(track, seen, marks, storeys, settings)
@@ -175,7 +174,7 @@ def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
 
 
 def _track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> VerticalTrack:
-    """The vertical track, with the rides that air pressure tells where there is any."""
+    """The vertical track, with the rides that air pressure shows, if it was logged."""
     track = vertical_track(camera, log, odometry)
     if camera.pressure is None or not len(camera.pressure.time_ns):
         return track
@@ -208,9 +207,9 @@ def _sightings(
     landmarks: Landmarks,
     odometry: Odometry,
     track: VerticalTrack,
-    told: IntArray,
+    stated_rank: IntArray,
 ) -> _Sightings:
-    """Sightings of landmarks of known floor from nearby, and the ranks (t,) at which a floor was told.
+    """Sightings of landmarks of known floor from nearby, and the ranks (t,) at which a floor was stated.
 
     Reduced to one of each for each block of time.
     """
@@ -221,21 +220,21 @@ def _sightings(
     rows = rows[(away < SIGHTING_REACH_M) & (index[log.landmark[rows]] >= 0)]
     rank = rank[log.frame[rows]]
     height = log.position_acs[rows, 1] + track.shift_m[rank]
-    rank = np.append(rank, told)
-    height = np.append(height, track.height_m[told])
-    mark = np.append(index[log.landmark[rows]], len(landmarks.ids) + np.arange(len(told)))
+    rank = np.append(rank, stated_rank)
+    height = np.append(height, track.height_m[stated_rank])
+    mark = np.append(index[log.landmark[rows]], len(landmarks.ids) + np.arange(len(stated_rank)))
     return _in_blocks(mark, rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
 
 
-def _told(camera: CameraTrack, storeys: Storeys) -> tuple[IntArray, IntArray]:
-    """Usable ranks (t,) at which the walker told a floor, and its number (t,); the walk begins on its own."""
-    told = camera.told_floors
-    if told is None:
+def _stated_floors(camera: CameraTrack, storeys: Storeys) -> tuple[IntArray, IntArray]:
+    """Usable ranks (t,) at which the walker stated a floor, and its number (t,); the walk begins on its own."""
+    stated = camera.told_floors
+    if stated is None:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    known = np.isin(told.floor, storeys.number)
+    known = np.isin(stated.floor, storeys.number)
     usable_ns = camera.time_ns[camera.usable]
-    at = np.searchsorted(usable_ns, told.time_ns[known]).clip(max=len(usable_ns) - 1)
-    return np.append(0, at).astype(np.int64), np.append(storeys.own, told.floor[known]).astype(np.int64)
+    at = np.searchsorted(usable_ns, stated.time_ns[known]).clip(max=len(usable_ns) - 1)
+    return np.append(0, at).astype(np.int64), np.append(storeys.own, stated.floor[known]).astype(np.int64)
 
 
 def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: IntArray) -> _Sightings:
@@ -336,7 +335,7 @@ def heights_by_pressure(
 ) -> Heights:
     """Find height and floor at boot-clock times (n,) of a walk that starts on its own floor, phone in hand.
 
-    Only floors whose elevation is known are told apart; without pressure the walk stays on its own.
+    Only floors whose elevation is known are distinguished; without pressure the walk stays on its own.
     """
     n = len(time_ns)
     if storeys is None:

@@ -153,7 +153,7 @@ def landmark_shares(priors: LandmarkPriors, position: ComplexArray) -> FloatArra
 def survey_precisions(priors: LandmarkPriors, factor: FloatArray) -> list[FloatArray]:
     """Precisions (3m, 3m), to be added up, of what survey and other sessions say of the landmarks' unknowns.
 
-    ``factor`` (m,) is that of each place's variance, :attr:`vislam2tag.estimation.factors.Weights.landmark`.
+    ``factor`` (m,) is that of each place's variance, :attr:`vislam2tag.estimation.factors.VarianceFactors.landmark`.
     """
     if priors.places is not None:
         return _with_places(priors, priors.places, factor)

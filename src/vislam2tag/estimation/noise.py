@@ -1,7 +1,8 @@
 """How noisy a tracker is: what is estimated for each session, what is assumed before, and how heavy the tails are.
 
-A walk shows its drift by hardly one number, and its sightings by some ten (docs/explanation/smoother.md). Other walks
-of the device show by how much it exceeds the usual noise in all kinds together: of each kind they know too little.
+A walk shows its drift by hardly one effective observation, and its sightings by some ten
+(docs/explanation/smoother.md). Other walks of the device show by how much it exceeds the usual noise in all kinds
+together: of each kind they know too little.
 """
 
 from __future__ import annotations
@@ -47,9 +48,9 @@ class NoiseLevels:
     scale: float = 0.0008
     sighting_m: float = 0.14
     sheet_rad: float = 0.03
-    sighting_numbers: float = inf
-    """How many observed numbers the level of sightings follows from; infinite where it is given."""
-    drift_numbers: dict[DriftSource, float] = field(default_factory=dict)
+    sighting_observations: float = inf
+    """How many effective observations the level of sightings follows from; infinite where it is given."""
+    drift_observations: dict[DriftSource, float] = field(default_factory=dict)
     """... and that of each drift; those that are missing are given."""
 
     def level(self, source: DriftSource) -> float:
@@ -74,17 +75,19 @@ class NoiseLevels:
 USUAL = NoiseLevels()
 """What is assumed before anything is seen: typical of phones (docs/explanation/smoother.md)."""
 PRIOR_WEIGHT = 0.5
-"""The usual noise counts as much as this many observed numbers (docs/explanation/smoother.md)."""
+"""The usual noise counts as much as this many observations (docs/explanation/smoother.md)."""
 SCALE_SIGMA = 0.02
 """A tracker's metre is a metre within this share."""
 
 
-def assumed(told: TrackerNoise | None) -> tuple[NoiseLevels, float]:
-    """What is assumed of a walk's noise before anything is seen, and as how many observed numbers that counts."""
-    return (USUAL, PRIOR_WEIGHT) if told is None else (USUAL.times(told.times_usual), told.numbers)
+def assumed(prior_noise: TrackerNoise | None) -> tuple[NoiseLevels, float]:
+    """The noise assumed before anything of a walk is seen, and as how many observations that counts."""
+    if prior_noise is None:
+        return USUAL, PRIOR_WEIGHT
+    return USUAL.times(prior_noise.times_usual), prior_noise.effective_observations
 
 
-TAIL = {
+DEGREES_OF_FREEDOM = {
     DriftSource.POSITION: 2.0,
     DriftSource.HEADING: 4.0,
     DriftSource.SCALE: 20.0,
@@ -93,54 +96,54 @@ TAIL = {
     DriftSource.DOUBT: 2.0,
 }
 """Degrees of freedom of Student's t for the drift of a stretch: the fewer, the more often far worse than usual."""
-SIGHTING_TAIL = 3.0
-SHEET_TAIL = 3.0
-LANDMARK_TAIL = 2.0
+SIGHTING_DOF = 3.0
+SHEET_DOF = 3.0
+LANDMARK_DOF = 2.0
 """... and for a pass, for the heading of a sheet, and for the survey of a landmark."""
 DOUBTED = 2.0
 """A surveyed place or a pass is doubtful where re-weighting takes it for so much less certain (variance) than usual."""
 
 
-ALIKE_NUMBERS = 10.0
-"""However many numbers tell a walk's noise, they tell that of another walk no better than this many of its own would:
+ALIKE_OBSERVATIONS = 10.0
+"""However many observations show a walk's noise, they show that of another walk no better than this many of its own:
 walks of a device differ by about a quarter (standard deviation)."""
-USUAL_NUMBERS = 3.0
-"""That a device is as noisy as usual counts as much as this many numbers."""
+USUAL_OBSERVATIONS = 3.0
+"""That a device is as noisy as usual counts as much as this many observations."""
 GREATEST_TIMES = 4.0
 """A walk counts as no noisier than so many times the usual (standard deviation): beyond, its tracker broke."""
 STEP = 2**0.5
-"""What is told is rounded to powers of this ..."""
-STEP_NUMBERS = 2.0
-"""... and to multiples of this many numbers: finer gains nothing, and one more walk would change it more often."""
+"""What other walks show is rounded to powers of this ..."""
+STEP_OBSERVATIONS = 2.0
+"""... and to multiples of this many observations: finer gains nothing, and one more walk would change it more often."""
 
 
-def told_by_others(walks: Sequence[NoiseLevels]) -> list[TrackerNoise | None]:
-    """For each walk of one device what the levels estimated from its others tell; None where they tell next to none."""
+def noise_of_other_walks(walks: Sequence[NoiseLevels]) -> list[TrackerNoise | None]:
+    """For each walk of a device the noise by the estimated levels of the others; None where these show next to none."""
     known = np.array([_known(walk) for walk in walks]).reshape(-1, 2)
-    return [_told(*np.delete(known, number, axis=0).sum(axis=0).tolist()) for number in range(len(walks))]
+    return [_tracker_noise(*np.delete(known, number, axis=0).sum(axis=0).tolist()) for number in range(len(walks))]
 
 
 def _known(walk: NoiseLevels) -> tuple[float, float]:
-    """As how many numbers a walk's drift and sightings count for others, and their squares' sum in usual ones."""
-    kinds = [(walk.sighting_numbers, walk.sighting_m / USUAL.sighting_m)]
-    kinds += [(walk.drift_numbers[source], walk.level(source) / USUAL.level(source)) for source in ESTIMATED]
-    numbers = sum(own for own, _ in kinds)
-    if numbers == 0:
+    """How many observations a walk's drift and sightings count as for others, and their squares' sum in usual ones."""
+    kinds = [(walk.sighting_observations, walk.sighting_m / USUAL.sighting_m)]
+    kinds += [(walk.drift_observations[source], walk.level(source) / USUAL.level(source)) for source in ESTIMATED]
+    observations = sum(own for own, _ in kinds)
+    if observations == 0:
         return 0.0, 0.0
-    mean_square = sum(own * times**2 for own, times in kinds) / numbers
-    worth = _for_others(numbers)
-    return worth, worth * min(mean_square, GREATEST_TIMES**2)
+    mean_square = sum(own * times**2 for own, times in kinds) / observations
+    counted = _for_others(observations)
+    return counted, counted * min(mean_square, GREATEST_TIMES**2)
 
 
-def _for_others(numbers: float) -> float:
-    """As how many numbers of another walk of the device these count."""
-    return ALIKE_NUMBERS * numbers / (ALIKE_NUMBERS + numbers)
+def _for_others(observations: float) -> float:
+    """As how many observations of another walk of the device these count."""
+    return ALIKE_OBSERVATIONS * observations / (ALIKE_OBSERVATIONS + observations)
 
 
-def _told(numbers: float, squares: float) -> TrackerNoise | None:
-    """What so many numbers with this sum of squares, in units of the usual ones, tell of a further walk, rounded."""
-    rounded = STEP_NUMBERS * round((PRIOR_WEIGHT + _for_others(numbers)) / STEP_NUMBERS)
+def _tracker_noise(observations: float, squares: float) -> TrackerNoise | None:
+    """The noise of a further walk by so many observations with this sum of squares, in usual ones, rounded."""
+    rounded = STEP_OBSERVATIONS * round((PRIOR_WEIGHT + _for_others(observations)) / STEP_OBSERVATIONS)
     if not rounded:
         return None
-    times = sqrt((USUAL_NUMBERS + squares) / (USUAL_NUMBERS + numbers))
+    times = sqrt((USUAL_OBSERVATIONS + squares) / (USUAL_OBSERVATIONS + observations))
     return TrackerNoise(STEP ** round(log(times) / log(STEP)), rounded)

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
@@ -21,7 +21,7 @@ from vislam2tag.estimation.noise import DriftSource
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 
 PAUSE_S = 2.0
-"""A landmark not seen for longer than this is passed anew."""
+"""A landmark not seen for longer than this is passed again."""
 NEAR_M = 0.5
 """Sightings count the more the nearer, but nearer than this no more."""
 LEVEL = 0.5
@@ -61,35 +61,49 @@ def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range
 
     Where the tracker jumps amid a pass, only the sightings on the nearest one's side of the jump count.
     """
-    rank = np.full(len(camera.time_ns), -1, dtype=np.int64)
-    rank[odometry.frame] = np.arange(len(odometry.frame))
-    rows = seen_rows(log, odometry.rewritten[rank[log.frame]])
-    at = rank[log.frame[rows]]
-    away = as_complex(log.plane_acs[rows]) - as_complex(camera.plane_acs[log.frame[rows]])
-    distance = np.abs(away)
-    near = distance < range_m
-    rows, at, away, distance = rows[near], at[near], away[near], distance[near]
+    frame = np.full(len(camera.time_ns), -1, dtype=np.int64)
+    frame[odometry.frame] = np.arange(len(odometry.frame))
+    rows, away, distance = _sightings_within(range_m, camera, log, odometry.rewritten[frame[log.frame]])
+    at = frame[log.frame[rows]]
     group, count = _groups(log.landmark[rows], odometry.time_s[at])
-    starts = np.searchsorted(group, np.arange(count))
-    nearest = np.lexsort((distance, group))[starts]
-    side_of_jumps = np.concatenate(([0], np.cumsum(odometry.jumped)))[at]
-    together = side_of_jumps == side_of_jumps[nearest][group]
-    weight = together / (NEAR_M**2 + distance**2)
+    start = np.searchsorted(group, np.arange(count))
+    nearest = np.lexsort((distance, group))[start]
+    jumps_before = np.concatenate(([0], np.cumsum(odometry.jumped)))[at]
+    counts = jumps_before == jumps_before[nearest][group]
+    weight = counts / (NEAR_M**2 + distance**2)
     place = odometry.path[at] + odometry.turn[at] * away
     mean = _mean(place, weight, group, count)
     spread = np.sqrt(_mean(np.abs(place - mean[group]) ** 2 + 0j, weight, group, count).real / 2)
-    heading = _mean(odometry.turn[at] * sheet_heading(log.orientation_acs[rows]), weight, group, count)
-    heading *= orientation_is_estimated(log)
-    order = np.argsort(at[nearest], kind="stable")
-    return Passes(
-        at=at[nearest][order],
-        landmark=log.landmark[rows[starts]][order],
-        offset=(mean - odometry.path[at[nearest]])[order],
-        heading=np.where(np.abs(heading) > LEVEL, heading / np.maximum(np.abs(heading), LEVEL), 0)[order],
-        distance_m=distance[nearest][order],
-        spread_m=spread[order],
-        count=np.bincount(group, together, count).astype(np.int64)[order],
+    passes = Passes(
+        at=at[nearest],
+        landmark=log.landmark[rows[start]],
+        offset=mean - odometry.path[at[nearest]],
+        heading=_mean_heading(log, rows, odometry.turn[at], weight, group, count),
+        distance_m=distance[nearest],
+        spread_m=spread,
+        count=np.bincount(group, counts, count).astype(np.int64),
     )
+    return passes.select(np.argsort(passes.at, kind="stable"))
+
+
+def _sightings_within(
+    range_m: float, camera: CameraTrack, log: LandmarkLog, rewritten: BoolArray
+) -> tuple[IntArray, ComplexArray, FloatArray]:
+    """Rows (r,) of a log that count; where each saw its landmark from the camera, complex metres; and how far away."""
+    rows = seen_rows(log, rewritten)
+    away = as_complex(log.plane_acs[rows]) - as_complex(camera.plane_acs[log.frame[rows]])
+    distance = np.abs(away)
+    near = distance < range_m
+    return rows[near], away[near], distance[near]
+
+
+def _mean_heading(
+    log: LandmarkLog, rows: IntArray, turn: ComplexArray, weight: FloatArray, group: IntArray, count: int
+) -> ComplexArray:
+    """X axes (p,) of the sheets, complex, unit; 0 for sheets that lie flat or whose orientation is not estimated."""
+    heading = _mean(turn * sheet_heading(log.orientation_acs[rows]), weight, group, count)
+    heading *= orientation_is_estimated(log)
+    return np.where(np.abs(heading) > LEVEL, heading / np.maximum(np.abs(heading), LEVEL), 0)
 
 
 def _groups(landmark: IntArray, time_s: FloatArray) -> tuple[IntArray, int]:

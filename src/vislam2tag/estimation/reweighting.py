@@ -16,36 +16,37 @@ import numpy.typing as npt
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.robust import variance_factor
 from vislam2tag.estimation.chain import Solution
-from vislam2tag.estimation.factors import LinearWalk, Model, Weights, sighting_variance
+from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import (
+    DEGREES_OF_FREEDOM,
     ESTIMATED,
-    LANDMARK_TAIL,
+    LANDMARK_DOF,
     PRIOR_WEIGHT,
-    SHEET_TAIL,
-    SIGHTING_TAIL,
-    TAIL,
+    SHEET_DOF,
+    SIGHTING_DOF,
     USUAL,
     DriftSource,
     NoiseLevels,
     assumed,
 )
 
-FEWEST_NUMBERS = 1.75
-"""Sightings whose level follows from fewer numbers, on walks past two or three landmarks, count as known by so many."""
+FEWEST_OBSERVATIONS = 1.75
+"""Sightings whose level follows from fewer observations, on walks past two or three landmarks, count as known by so
+many."""
 
 
 @dataclass(frozen=True)
 class ExpectedSquares:
-    """Squares (k,) of noises: ``missed`` of the smoothed residuals, ``open`` what they could still be on average."""
+    """Squares (k,) of noises: ``squared_residual`` at the solution, ``residual_variance`` about it."""
 
-    missed: FloatArray
-    open: FloatArray
+    squared_residual: FloatArray
+    residual_variance: FloatArray
 
     @property
     def expected(self) -> FloatArray:
         """Expected squares (k,), given the observations."""
-        return np.asarray(self.missed + self.open)
+        return np.asarray(self.squared_residual + self.residual_variance)
 
 
 @dataclass(frozen=True)
@@ -64,34 +65,35 @@ class NoiseSquares:
 
 def expected_squares(walk: LinearWalk, solution: Solution) -> NoiseSquares:
     """Squares of all noises, expected given the observations."""
-    sightings, sheets = walk.sightings, walk.sheet_headings
-    headed = walk.model.headed
+    sightings, sheets, headed = walk.sightings, walk.sheet_headings, walk.model.headed
     return NoiseSquares(
         stretch=_drift_squares(walk, solution),
-        sighting=ExpectedSquares(sightings.missed(solution), sightings.spread(solution)),
+        sighting=ExpectedSquares(sightings.squared_residual(solution), sightings.residual_variance(solution)),
         sheet=ExpectedSquares(
-            np.where(headed, sheets.missed(solution), 0.0), np.where(headed, sheets.spread(solution), 0.0)
+            np.where(headed, sheets.squared_residual(solution), 0.0),
+            np.where(headed, sheets.residual_variance(solution), 0.0),
         ),
         landmark=_landmark_squares(walk.priors, solution),
     )
 
 
 def _drift_squares(walk: LinearWalk, solution: Solution) -> dict[DriftSource, ExpectedSquares]:
-    """Squares (p + 1,) of each source's drift: its part of what the stretches led elsewhere by."""
-    model, drift, scale = walk.model, walk.drift, walk.weights.stretch_scale
-    miss = drift.residual(solution.state)
-    cross = drift.carry @ solution.next_covariance
-    spread = solution.covariance[1:] + drift.carry @ solution.covariance[:-1] @ drift.carry.transpose(0, 2, 1)
-    spread = spread - (cross + cross.transpose(0, 2, 1))
-    worth = drift.precision
-    missed = worth @ (miss[:, :, None] * miss[:, None, :]) @ worth
-    determined = worth @ (drift.covariance - spread) @ worth
-    missing = scale * np.einsum("kij,skji->sk", missed, model.units)
-    numbers = scale * np.einsum("kij,skji->sk", determined, model.units)
+    """Squares (p + 1,) of each source's drift: its part of the drift over each stretch."""
+    model, drift, scale = walk.model, walk.drift_factor, walk.variance_factors.stretch_scale
+    residual, precision = drift.residual(solution.state), drift.precision
+    cross = drift.transition @ solution.next_covariance
+    variance = solution.covariance[1:] + drift.transition @ solution.covariance[:-1] @ drift.transition.transpose(
+        0, 2, 1
+    )
+    variance = variance - (cross + cross.transpose(0, 2, 1))
+    weighted_square = precision @ (residual[:, :, None] * residual[:, None, :]) @ precision
+    determined = precision @ (drift.covariance - variance) @ precision
+    squares = scale * np.einsum("kij,skji->sk", weighted_square, model.unit_covariances)
+    dimensions = scale * np.einsum("kij,skji->sk", determined, model.unit_covariances)
     return {
         source: ExpectedSquares(
-            scale[number] * missing[number],
-            scale[number] * np.maximum(model.ranks[source] - numbers[number], 0),
+            scale[number] * squares[number],
+            scale[number] * np.maximum(model.ranks[source] - dimensions[number], 0),
         )
         for number, source in enumerate(DriftSource)
     }
@@ -109,123 +111,130 @@ def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
         own = priors.places.own_errors(len(priors.position))
         errors, covariance = own @ errors, own @ covariance @ own.T
     error = errors[column]
-    spread = covariance[column[:, :, None], column[:, None, :]]
-    worth = np.linalg.inv(priors.covariance[rows])
+    expected = error[:, :, None] * error[:, None, :] + covariance[column[:, :, None], column[:, None, :]]
     squares = np.zeros(len(priors.position))
-    squares[rows] = np.einsum("mij,mji->m", worth, error[:, :, None] * error[:, None, :] + spread)
+    squares[rows] = np.einsum("mij,mji->m", np.linalg.inv(priors.covariance[rows]), expected)
     return squares
 
 
-def reweighted(model: Model, weights: Weights, squares: NoiseSquares) -> Weights:
-    """Noise levels and weights that fit the squares best, pulled gently to the noise assumed before."""
-    better = _levels(model, weights, squares)
-    stretch = {
-        source: variance_factor(square.expected / better.level(source) ** 2, model.ranks[source], TAIL[source])
-        for source, square in squares.stretch.items()
-    }
-    return Weights(
+def reweighted(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> VarianceFactors:
+    """Noise levels and variance factors that fit the squares best, pulled gently to the noise assumed before."""
+    better = _levels(model, factors, squares)
+    stretch = {}
+    for source, square in squares.stretch.items():
+        normalised = square.expected / better.level(source) ** 2
+        stretch[source] = variance_factor(normalised, model.ranks[source], DEGREES_OF_FREEDOM[source])
+    return VarianceFactors(
         better,
         stretch,
-        variance_factor(squares.sighting.expected / sighting_variance(model, better), 2, SIGHTING_TAIL),
-        variance_factor(squares.sheet.expected / better.sheet_rad**2, 1, SHEET_TAIL),
-        variance_factor(squares.landmark, 2, LANDMARK_TAIL),
-        weights.told,
+        variance_factor(squares.sighting.expected / sighting_variance(model, better), 2, SIGHTING_DOF),
+        variance_factor(squares.sheet.expected / better.sheet_rad**2, 1, SHEET_DOF),
+        variance_factor(squares.landmark, 2, LANDMARK_DOF),
+        factors.prior_noise,
     )
 
 
-def _levels(model: Model, weights: Weights, squares: NoiseSquares) -> NoiseLevels:
-    noise, passes = weights.noise, model.observations.passes
-    usual, believed = assumed(weights.told)
-    # Of the squares of a pass, its own scatter explains a part.
+def _levels(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> NoiseLevels:
+    noise, passes = factors.noise, model.observations.passes
+    prior, prior_observations = assumed(factors.prior_noise)
+    # A pass's own scatter explains a part of its squares.
     growth = (1 + passes.distance_m**2) / 2
     share = noise.sighting_m**2 * growth / sighting_variance(model, noise)
-    worth = share**2 / (growth * weights.sighting)
-    sighting = _determined(noise.sighting_m, 2 * share, squares.sighting, worth)
-    sighting_m = sighting.level(usual.sighting_m, believed)
-    sheet = _determined(noise.sheet_rad, model.headed, squares.sheet, 1 / weights.sheet)
+    precision = share**2 / (growth * factors.sighting)
+    sighting = _LevelEstimate.of(noise.sighting_m, 2 * share, squares.sighting, precision)
+    sheet = _LevelEstimate.of(noise.sheet_rad, model.headed, squares.sheet, 1 / factors.sheet)
     drift = {
-        source: _determined(
-            noise.level(source), model.ranks[source], squares.stretch[source], 1 / weights.stretch[source]
+        source: _LevelEstimate.of(
+            noise.level(source), model.ranks[source], squares.stretch[source], 1 / factors.stretch[source]
         )
         for source in ESTIMATED
     }
-    # As far as nothing tells of one source, a tracker that does worse than usual in others does so there, too.
-    kinship = _times_usual(
-        {usual.sighting_m: sighting, **{usual.level(source): drift[source] for source in ESTIMATED}}, believed
-    )
-    levels = {source: found.level(usual.level(source) * kinship, believed) for source, found in drift.items()}
+    # A tracker that does worse than usual in some kinds of noise does so in a kind that the walk hardly shows, too.
+    estimates = {prior.sighting_m: sighting, **{prior.level(source): drift[source] for source in ESTIMATED}}
+    common_scale = _common_scale(estimates, prior_observations)
+    levels = {
+        source: found.level(prior.level(source) * common_scale, prior_observations) for source, found in drift.items()
+    }
     return NoiseLevels(
         position_m=levels[DriftSource.POSITION],
         heading_rad=levels[DriftSource.HEADING],
         scale=noise.scale if model.rough else levels[DriftSource.SCALE],
-        sighting_m=sighting_m,
+        sighting_m=sighting.level(prior.sighting_m, prior_observations),
         sheet_rad=sheet.level(USUAL.sheet_rad, PRIOR_WEIGHT),
-        sighting_numbers=sighting.numbers,
-        drift_numbers={source: found.numbers for source, found in drift.items()},
+        sighting_observations=sighting.effective_observations,
+        drift_observations={source: found.effective_observations for source, found in drift.items()},
     )
 
 
 @dataclass(frozen=True)
-class _Determined:
-    """What the observations tell of one level: how many numbers, and the sum of their squares."""
+class _LevelEstimate:
+    """What a walk shows of one noise level: the sum of ``squares``, and of how many observations it effectively is."""
 
-    numbers: float
+    effective_observations: float
     squares: float
 
-    def level(self, usual: float, believed: float) -> float:
-        """Mean square of these numbers and of what is assumed before, which counts as so many, as a level.
+    @classmethod
+    def of(
+        cls, present: float, dimensions: npt.NDArray[Any], square: ExpectedSquares, precision: FloatArray
+    ) -> _LevelEstimate:
+        """Add up squares (k,), each of ``dimensions`` (k,), by their ``precision`` (k,) in units of the level's.
+
+        Of the dimensions those count that the observations determine: a residual that could still be anything
+        shows nothing of the ``present`` level.
+        """
+        determined = float(np.sum(dimensions - precision * square.residual_variance / present**2))
+        return cls(max(determined, 0.0), float(np.sum(precision * square.squared_residual)))
+
+    def level(self, prior: float, prior_observations: float) -> float:
+        """Root mean square of these observations and of the ``prior`` level, which counts as so many.
 
         The same fixed point as the mean of the expected squares, reached in fewer rounds (MacKay 1992).
         """
-        return float(np.sqrt((believed * usual**2 + self.squares) / (believed + self.numbers)))
+        observations = prior_observations + self.effective_observations
+        return float(np.sqrt((prior_observations * prior**2 + self.squares) / observations))
 
 
-def _times_usual(determined: dict[float, _Determined], believed: float) -> float:
-    """By how much noises, by their usual levels, exceed these together; 1 as far as nothing is determined of any.
+def _common_scale(estimates: dict[float, _LevelEstimate], prior_observations: float) -> float:
+    """By how much noises exceed their prior levels, which are the keys, all together; near 1 if the walk shows little.
 
-    That they do not counts as so many numbers.
+    That they do not exceed them counts as so many observations.
     """
-    squares = sum(found.squares / usual**2 for usual, found in determined.items())
-    return _Determined(sum(found.numbers for found in determined.values()), squares).level(1.0, believed)
+    squares = sum(found.squares / prior**2 for prior, found in estimates.items())
+    observations = sum(found.effective_observations for found in estimates.values())
+    return _LevelEstimate(observations, squares).level(1.0, prior_observations)
 
 
-def _determined(present: float, numbers: npt.NDArray[Any], square: ExpectedSquares, worth: FloatArray) -> _Determined:
-    """What squares (k,) of this ``worth`` (k,) each say of a level, and how many of ``numbers`` (k,) they determine."""
-    determined = float(np.sum(numbers - worth * square.open / present**2))
-    return _Determined(max(determined, 0.0), float(np.sum(worth * square.missed)))
+def equivalent_variances(model: Model, factors: VarianceFactors) -> VarianceFactors:
+    """Factors for covariances: those of the normal distribution that stands for each Student's t.
 
-
-def equivalent_variances(model: Model, weights: Weights) -> Weights:
-    """Weights for covariances: those of the normal distribution that stands for each Student's t.
-
-    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread. Nor is a
-    level known better than from as many numbers as tell of it: what a normal variance of so many numbers' mean square
-    predicts is Student's t with as many degrees of freedom (Gelman et al. 2013, section 3.2). The heavier of both laws
-    of sightings stands for both.
+    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the variances. A level
+    is also known no better than from as many observations as show it. What a normal variance predicts that is the mean
+    square of so many numbers is Student's t with as many degrees of freedom (Gelman et al. 2013, section 3.2). The
+    heavier of both distributions of sightings stands for both.
     """
-    sighting_freedom = min(SIGHTING_TAIL + 2, assumed(weights.told)[1] + weights.noise.sighting_numbers)
+    known = assumed(factors.prior_noise)[1] + factors.noise.sighting_observations
     return replace(
-        weights,
+        factors,
         stretch={
-            source: np.asarray(factor * _widening(_freedom(source, weights, model.ranks[source])))
-            for source, factor in weights.stretch.items()
+            source: np.asarray(factor * _widening(_drift_dof(source, factors, model.ranks[source])))
+            for source, factor in factors.stretch.items()
         },
-        sighting=weights.sighting * _widening(sighting_freedom, FEWEST_NUMBERS),
-        sheet=weights.sheet * _widening(SHEET_TAIL + 1),
+        sighting=factors.sighting * _widening(min(SIGHTING_DOF + 2, known), FEWEST_OBSERVATIONS),
+        sheet=factors.sheet * _widening(SHEET_DOF + 1),
     )
 
 
-def _freedom(source: DriftSource, weights: Weights, rank: IntArray) -> npt.ArrayLike:
+def _drift_dof(source: DriftSource, factors: VarianceFactors, rank: IntArray) -> npt.ArrayLike:
     """Degrees of freedom (1 or p + 1) of the drift of stretches with these ranks (p + 1,).
 
-    Few numbers tell a walk's drift, of as few stretches: that these may be unusual is a part of not knowing its level.
-    Where others tell of the tracker, the heavier of both laws stands for both, as of sightings.
+    Few observations show a walk's drift, of as few stretches: that these may be unusual is a part of not knowing its
+    level. If other walks show the tracker's noise, the heavier of both distributions stands for both, as of sightings.
     """
-    own, numbers = TAIL[source] + rank, weights.noise.drift_numbers.get(source)
-    if numbers is None:
+    own, observations = DEGREES_OF_FREEDOM[source] + rank, factors.noise.drift_observations.get(source)
+    if observations is None:
         return own
-    known = assumed(weights.told)[1] + numbers
-    return known if weights.told is None else np.minimum(known, own)
+    known = assumed(factors.prior_noise)[1] + observations
+    return known if factors.prior_noise is None else np.minimum(known, own)
 
 
 def _widening(freedom: npt.ArrayLike, fewest: float = 2.0) -> FloatArray:

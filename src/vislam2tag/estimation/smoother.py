@@ -9,19 +9,22 @@ landmark, the last frame), and what the survey of each landmark ``l`` is wrong b
 
 Residuals, each with the covariance that it is expected to have:
 
-    start     x_0                                 free, or pinned to the walk's first pose
+    start     x_0                                 dx, dy, dt free and ds 0.02, or pinned to the walk's first pose
     drift     x_(k+1) - F_k x_k + d_k              sum over sources of level^2 Q_k, Q_k from sums along the path
-    sighting  (L_l + e_l) - (c_p + R_p o_p) - H_p x_p    sighting_m^2 (1 + distance^2) / 2 + scatter^2
+    sighting  (L_l + e_l) - (c_p + R_p o_p) - H_p x_p    sighting_m^2 (1 + distance^2) / 2 + scatter^2 + aside_p
     heading   (A_l + h_l) - arg(R_p u_p) - dt_p    sheet_rad^2
     survey    e_l, h_l                            covariance of the survey, and of places by other sessions
 
-``F_k`` carries an error from node to node, ``d_k`` is the drift that the reference already has; at pass ``p`` the
-tracker saw the landmark at ``o_p`` from the camera with its sheet turned to ``u_p``; ``L_l`` and ``A_l`` are its
-surveyed place and heading, and ``H_p x_p`` is what the errors make of a place at ``R_p o_p``. All residuals are linear,
-so the problem is one chain with a border (``chain``); its matrices are made by ``factors``.
+``F_k`` leads an error from node to node, ``d_k`` is the drift that the reference already has. At pass ``p`` the tracker
+saw the landmark at ``o_p`` from the camera, with its sheet turned to ``u_p``. ``L_l`` and ``A_l`` are the landmark's
+surveyed place and heading. ``H_p x_p`` is how far the errors move a place at ``R_p o_p``. ``aside_p`` (``aside_m2`` of
+the odometry) is the variance of the camera's place while the tracker had jumped away, 0 at other frames. All residuals
+are linear, so the problem is one chain with a border (``chain``); its matrices are made by ``factors``.
 
-Variances are multiplied by factors for Student's t, and levels are estimated, both from the last solution
-(``reweighting``), until nothing moves; then the path found becomes the reference, until that moves nothing either.
+Two loops solve it. The inner one (:func:`reweight_until_converged`) keeps the reference path: it multiplies variances
+by factors for Student's t and estimates the noise levels, both from the last solution (``reweighting``). The outer one
+(:func:`relinearise_until_converged`) takes the path found as the next reference. After both, covariances are computed
+once more, with the normal distribution that stands for each Student's t.
 """
 
 from __future__ import annotations
@@ -35,19 +38,19 @@ from vislam2tag.core.context import PlaceTies, TrackerNoise
 from vislam2tag.core.robust import Caution, iterate
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.estimation.chain import Solution, solve
-from vislam2tag.estimation.factors import LinearWalk, Model, Weights, heading_origin, landmark_origin
+from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, heading_origin, landmark_origin
 from vislam2tag.estimation.frame_states import beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels, assumed
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.reweighting import equivalent_variances, expected_squares, reweighted
 
-SETTLED_SIGMAS = 0.1
+CONVERGED_SIGMAS = 0.1
 """Re-weighting has converged when no node moves any more by this many of its own standard deviations, nor these by this
 share. To ask for less changes no mean error, and costs twice the rounds."""
-ROUGHLY_SETTLED_SIGMAS = 0.5
+ROUGHLY_CONVERGED_SIGMAS = 0.5
 """The first solution is but a start."""
-SETTLED_SIGMAS_IN_OWN_FRAME = 0.01
+CONVERGED_SIGMAS_IN_OWN_FRAME = 0.01
 """Seen from a walk's start sigmas grow with the way, though places near each other are known as well as ever."""
 MOST_ROUNDS = 100
 """About one reference path; usual are 3 to 10."""
@@ -61,143 +64,57 @@ AWAY_S = 0.5
 """A moment farther than this from every frame ties nothing."""
 
 
-@dataclass(frozen=True)
-class SolvedWalk:
-    """A walk's linear problem and its solution, from which everything about it follows."""
-
-    linear: LinearWalk
-    solution: Solution
-    converged: bool = True
-    """Whether re-weighting ended because another round would change nothing that matters."""
-
-    @classmethod
-    def of(cls, linear: LinearWalk) -> SolvedWalk:
-        """Solve a walk with its weights as they are."""
-        return cls(linear, solve(linear.normal_equations()))
-
-    @property
-    def model(self) -> Model:
-        """The reference path and what was observed along it."""
-        return self.linear.model
-
-    @property
-    def priors(self) -> LandmarkPriors:
-        """What the survey says of the landmarks."""
-        return self.linear.priors
-
-    @property
-    def weights(self) -> Weights:
-        """Noise levels and factors of the variances."""
-        return self.linear.weights
-
-    @property
-    def noise(self) -> NoiseLevels:
-        """Estimated noise levels of the session."""
-        return self.weights.noise
-
-    @property
-    def node_position(self) -> ComplexArray:
-        """(k,) of the nodes, complex metres."""
-        state = self.solution.state
-        return np.asarray(self.model.path[self.model.observations.nodes] + state[:, 0] + 1j * state[:, 1])
-
-    @property
-    def node_sigma_m(self) -> FloatArray:
-        """(k,) standard deviations per axis of the nodes' positions."""
-        return np.asarray(np.sqrt(np.trace(self.solution.covariance[:, :2, :2], axis1=1, axis2=2) / 2))
-
-    @property
-    def led_off(self) -> FloatArray:
-        """(p + 1, 4) how far off each stretch between nodes led: x, y, metres in the BCS, scale and heading."""
-        return self.linear.drift.residual(self.solution.state)
-
-    @property
-    def landmark_position(self) -> ComplexArray:
-        """(m,) most probable positions, complex metres; of a landmark that was never passed its surveyed one."""
-        error = self.solution.border[: 2 * len(self.priors.position)]
-        return np.asarray(landmark_origin(self.model, self.priors) + error[::2] + 1j * error[1::2])
-
-    @property
-    def landmark_heading_rad(self) -> FloatArray:
-        """(m,) most probable headings of the sheets."""
-        marks = len(self.priors.position)
-        return np.asarray(heading_origin(self.model, self.priors) + self.solution.border[2 * marks :])
-
-    def landmark_covariance(self) -> FloatArray:
-        """(m, 2, 2) of :attr:`landmark_position`, m^2."""
-        column = np.arange(2 * len(self.priors.position)).reshape(-1, 2)
-        return np.asarray(self.solution.border_covariance[column[:, :, None], column[:, None, :]])
-
-
 def solve_walk(
-    observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None = None
+    observations: WalkObservations, priors: LandmarkPriors, prior_noise: TrackerNoise | None = None
 ) -> SolvedWalk | None:
     """Map a walk into the BCS; None where nothing ties it there.
 
     The heading in the building must be known roughly before scale and heading errors can be small. Two surveyed
     landmarks apart give it by a first solution in which heading and scale are free; otherwise a sheet whose heading is
-    surveyed does. The tracker's noise is assumed usual, or as ``told`` by other walks of its device, to begin with.
+    surveyed does. To begin with, the tracker's noise is assumed usual, or as other walks of its device show it
+    (``prior_noise``).
     """
     passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark)
     apart = _extent_m(priors.position[passed]) > LEAST_BASE_M
-    start = _with_free_heading(observations, priors, told) if apart else _headed_by_a_sheet(observations, priors)
-    return None if start is None else settled(_evenly_weighted(start, priors, told))
+    start = _with_free_heading(observations, priors, prior_noise) if apart else _headed_by_a_sheet(observations, priors)
+    return None if start is None else relinearise_until_converged(initial_problem(start, priors, prior_noise))
 
 
-def solve_in_own_frame(observations: WalkObservations) -> SolvedWalk:
-    """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
-    path = observations.odometry.path
-    model = Model(observations, path, np.ones_like(path), rough=False)
-    nothing = LandmarkPriors.nothing(len(observations.ids))
-    return settled(replace(_evenly_weighted(model, nothing, None), pinned=True))
+def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
+    """Take the path found as the next reference until no node moves any more, then state the covariances."""
+    tolerance = CONVERGED_SIGMAS_IN_OWN_FRAME if walk.pinned else CONVERGED_SIGMAS
 
+    def about_path_found(before: SolvedWalk, _: int) -> SolvedWalk:
+        return reweight_until_converged(replace(before.linear, model=_relinearised(before)), tolerance)
 
-def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) -> SolvedWalk:
-    """Solve a walk again, about its path by landmarks alone, with the places where other sessions put it.
-
-    Each such moment is taken for a pass of a landmark that hangs at the camera. Like any surveyed place it may be wrong
-    (Student's t). ``time_ns`` (n,) are the times of the odometry's frames.
-    """
-    at, rows = _frames(time_ns, ties.time_ns)
-    if not len(rows):
-        return smoothed
-    column = (2 * rows[:, None] + (0, 1)).ravel()
-    priors = smoothed.priors.with_places(
-        as_complex(ties.position_bcs[rows]), ties.covariance_m2[np.ix_(column, column)]
-    )
-    model = replace(smoothed.model, observations=smoothed.model.observations.with_places(at))
-    return settled(_evenly_weighted(model, priors, smoothed.weights.told))
-
-
-def settled(walk: LinearWalk) -> SolvedWalk:
-    """Re-weight, and linearise about the path found, until both settle; then state the covariances."""
-    tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if walk.pinned else SETTLED_SIGMAS
     done = iterate(
         "the path that a walk is linearised about",
-        _weighted(walk, tolerance),
-        lambda before, _: _weighted(replace(before.linear, model=_linearised_again(before)), tolerance),
+        reweight_until_converged(walk, tolerance),
+        about_path_found,
         _sigmas_between,
         tolerance=tolerance,
         most_rounds=MOST_RELINEARISATIONS,
     )
     linear = done.state.linear
-    stated = SolvedWalk.of(replace(linear, weights=equivalent_variances(linear.model, linear.weights)))
-    return replace(stated, converged=done.converged and done.state.converged)
+    stated = equivalent_variances(linear.model, linear.variance_factors)
+    converged = done.converged and done.state.converged
+    return replace(SolvedWalk.of(replace(linear, variance_factors=stated)), converged=converged)
 
 
-def _weighted(walk: LinearWalk, tolerance: float, caution: Caution = NO_CAUTION) -> SolvedWalk:
-    """Solve about one reference path, levels and weights by the last solution, until no node moves any more."""
+def reweight_until_converged(walk: LinearWalk, tolerance: float, caution: Caution = NO_CAUTION) -> SolvedWalk:
+    """Solve about one reference path, levels and factors by the last solution, until no node moves any more."""
 
-    def solved(weights: Weights, number: int) -> SolvedWalk:
-        return SolvedWalk.of(replace(walk, weights=replace(weights, sighting=weights.sighting * caution.at(number))))
+    def solve_with(factors: VarianceFactors, number: int) -> SolvedWalk:
+        cautious = replace(factors, sighting=factors.sighting * caution.at(number))
+        return SolvedWalk.of(replace(walk, variance_factors=cautious))
 
     def step(before: SolvedWalk, number: int) -> SolvedWalk:
         squares = expected_squares(before.linear, before.solution)
-        return solved(reweighted(walk.model, before.weights, squares), number)
+        return solve_with(reweighted(walk.model, before.variance_factors, squares), number)
 
     done = iterate(
         "the weighting of a walk's observations",
-        solved(walk.weights, 0),
+        solve_with(walk.variance_factors, 0),
         step,
         _sigmas_between,
         tolerance=tolerance,
@@ -214,16 +131,32 @@ def _sigmas_between(before: SolvedWalk, after: SolvedWalk) -> float:
     return float((np.maximum(moved, changed) / after.node_sigma_m).max())
 
 
-def _evenly_weighted(model: Model, priors: LandmarkPriors, told: TrackerNoise | None) -> LinearWalk:
+def _relinearised(walk: SolvedWalk) -> Model:
+    """The model about the path that was found: solved headings become the reference's; scale stays with the states."""
+    model, count = walk.model, len(walk.model.path)
+    knots = states_between_nodes(walk.linear, walk.solution)
+    state = knots.at_frames(knots.state, count)
+    factor = (1 + state[:, 2] if model.rough else 1.0) + 1j * state[:, 3]
+    turn = factor / np.abs(factor) if model.rough else np.exp(1j * state[:, 3])
+    middle = turn[1:] + turn[:-1]
+    step = np.diff(model.path) * middle / np.abs(middle)
+    start = model.path[0] + complex(state[0, 0], state[0, 1])
+    return Model(model.observations, start + np.concatenate(([0], np.cumsum(step))), model.turn * turn, rough=False)
+
+
+def initial_problem(model: Model, priors: LandmarkPriors, prior_noise: TrackerNoise | None = None) -> LinearWalk:
+    """The linear problem about a first reference path: assumed noise levels, all observations trusted alike."""
     passes, marks = len(model.observations.passes.at), len(priors.position)
-    return LinearWalk(model, priors, Weights.even(assumed(told)[0], passes, marks, told))
+    return LinearWalk(model, priors, VarianceFactors.even(assumed(prior_noise)[0], passes, marks, prior_noise))
 
 
-def _with_free_heading(observations: WalkObservations, priors: LandmarkPriors, told: TrackerNoise | None) -> Model:
+def _with_free_heading(
+    observations: WalkObservations, priors: LandmarkPriors, prior_noise: TrackerNoise | None
+) -> Model:
     """Solve with heading and scale free: linear, so that nothing needs to be known before."""
     path = observations.odometry.path
-    start = _evenly_weighted(Model(observations, path, np.ones_like(path), rough=True), priors, told)
-    return _linearised_again(_weighted(start, ROUGHLY_SETTLED_SIGMAS, ROUGH_CAUTION))
+    start = initial_problem(Model(observations, path, np.ones_like(path), rough=True), priors, prior_noise)
+    return _relinearised(reweight_until_converged(start, ROUGHLY_CONVERGED_SIGMAS, ROUGH_CAUTION))
 
 
 def _headed_by_a_sheet(observations: WalkObservations, priors: LandmarkPriors) -> Model | None:
@@ -245,17 +178,97 @@ def _extent_m(place: ComplexArray) -> float:
     return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
 
 
-def _linearised_again(walk: SolvedWalk) -> Model:
-    """The model about the path that was found: solved headings become the reference's; scale stays with the states."""
-    model, count = walk.model, len(walk.model.path)
-    knots = states_between_nodes(walk.linear, walk.solution)
-    state = knots.at_frames(knots.state, count)
-    factor = (1 + state[:, 2] if model.rough else 1.0) + 1j * state[:, 3]
-    turn = factor / np.abs(factor) if model.rough else np.exp(1j * state[:, 3])
-    middle = turn[1:] + turn[:-1]
-    step = np.diff(model.path) * middle / np.abs(middle)
-    start = model.path[0] + complex(state[0, 0], state[0, 1])
-    return Model(model.observations, start + np.concatenate(([0], np.cumsum(step))), model.turn * turn, rough=False)
+@dataclass(frozen=True)
+class SolvedWalk:
+    """A walk's linear problem and its solution, from which everything about it follows."""
+
+    linear: LinearWalk
+    solution: Solution
+    converged: bool = True
+    """Whether re-weighting ended because another round would change nothing that matters."""
+
+    @classmethod
+    def of(cls, linear: LinearWalk) -> SolvedWalk:
+        """Solve a linear problem with its variances as they are."""
+        return cls(linear, solve(linear.normal_equations()))
+
+    @property
+    def model(self) -> Model:
+        """The reference path and what was observed along it."""
+        return self.linear.model
+
+    @property
+    def priors(self) -> LandmarkPriors:
+        """What the survey says of the landmarks."""
+        return self.linear.priors
+
+    @property
+    def variance_factors(self) -> VarianceFactors:
+        """Noise levels and factors of the observations' variances."""
+        return self.linear.variance_factors
+
+    @property
+    def noise(self) -> NoiseLevels:
+        """Estimated noise levels of the session."""
+        return self.variance_factors.noise
+
+    @property
+    def node_position(self) -> ComplexArray:
+        """(k,) of the nodes, complex metres."""
+        state = self.solution.state
+        return np.asarray(self.model.path[self.model.observations.nodes] + state[:, 0] + 1j * state[:, 1])
+
+    @property
+    def node_sigma_m(self) -> FloatArray:
+        """(k,) standard deviations per axis of the nodes' positions."""
+        return np.asarray(np.sqrt(np.trace(self.solution.covariance[:, :2, :2], axis1=1, axis2=2) / 2))
+
+    @property
+    def drift_residual(self) -> FloatArray:
+        """(p + 1, 4) the drift over each stretch between nodes: x, y, metres in the BCS, scale and heading."""
+        return self.linear.drift_factor.residual(self.solution.state)
+
+    @property
+    def landmark_position(self) -> ComplexArray:
+        """(m,) most probable positions, complex metres; of a landmark that was never passed its surveyed one."""
+        error = self.solution.border[: 2 * len(self.priors.position)]
+        return np.asarray(landmark_origin(self.model, self.priors) + error[::2] + 1j * error[1::2])
+
+    @property
+    def landmark_heading_rad(self) -> FloatArray:
+        """(m,) most probable headings of the sheets."""
+        marks = len(self.priors.position)
+        return np.asarray(heading_origin(self.model, self.priors) + self.solution.border[2 * marks :])
+
+    def landmark_covariance(self) -> FloatArray:
+        """(m, 2, 2) of :attr:`landmark_position`, m^2."""
+        column = np.arange(2 * len(self.priors.position)).reshape(-1, 2)
+        return np.asarray(self.solution.border_covariance[column[:, :, None], column[:, None, :]])
+
+
+def solve_in_own_frame(observations: WalkObservations) -> SolvedWalk:
+    """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
+    path = observations.odometry.path
+    model = Model(observations, path, np.ones_like(path), rough=False)
+    nothing = LandmarkPriors.nothing(len(observations.ids))
+    return relinearise_until_converged(replace(initial_problem(model, nothing), pinned=True))
+
+
+def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) -> SolvedWalk:
+    """Solve a walk again, about its path by landmarks alone, with the places where other sessions put it.
+
+    Each such moment is taken for a pass of a landmark that hangs at the camera. Like any surveyed place it may be wrong
+    (Student's t). ``time_ns`` (n,) are the times of the odometry's frames.
+    """
+    at, rows = _frames(time_ns, ties.time_ns)
+    if not len(rows):
+        return smoothed
+    column = (2 * rows[:, None] + (0, 1)).ravel()
+    priors = smoothed.priors.with_places(
+        as_complex(ties.position_bcs[rows]), ties.covariance_m2[np.ix_(column, column)]
+    )
+    model = replace(smoothed.model, observations=smoothed.model.observations.with_places(at))
+    return relinearise_until_converged(initial_problem(model, priors, smoothed.variance_factors.prior_noise))
 
 
 def _frames(time_ns: IntArray, moments_ns: IntArray) -> tuple[IntArray, IntArray]:

@@ -68,7 +68,7 @@ class Gains:
 
 def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> Gains:
     """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``positions``."""
-    usual = float(np.median(smoothed.weights.sighting)) * smoothed.noise.sighting_m**2
+    usual = float(np.median(smoothed.variance_factors.sighting)) * smoothed.noise.sighting_m**2
     noise = np.eye(2) * (usual + SURVEY_SIGMA_M**2)
     before = expected_error_m(positions.covariance[:, 0])
     gain_m: dict[tuple[int, ...], float] = {}
@@ -109,7 +109,7 @@ def positions_each_metre(smoothed: SolvedWalk) -> DensePositions:
 
 def _with_silent_passes(smoothed: SolvedWalk) -> LinearWalk:
     """Add a pass every metre at which nothing is sighted: the same walk, with more states."""
-    model, weights = smoothed.model, smoothed.weights
+    model, variance_factors = smoothed.model, smoothed.variance_factors
     observations = model.observations
     metre = np.floor(np.concatenate(([0.0], np.cumsum(observations.odometry.step_length_m))) / EVERY_M)
     at = np.setdiff1d(np.flatnonzero(np.diff(metre) > 0) + 1, observations.nodes)
@@ -121,10 +121,10 @@ def _with_silent_passes(smoothed: SolvedWalk) -> LinearWalk:
         np.searchsorted(observations.nodes, fine.nodes[:-1], side="right") - 1, 0, len(observations.nodes) - 2
     )
     finer = replace(
-        weights,
-        stretch={source: factor[stretch] for source, factor in weights.stretch.items()},
-        sighting=np.concatenate((weights.sighting, np.full(len(at), np.inf)))[order],
-        sheet=np.concatenate((weights.sheet, np.ones(len(at))))[order],
+        variance_factors,
+        stretch={source: factor[stretch] for source, factor in variance_factors.stretch.items()},
+        sighting=np.concatenate((variance_factors.sighting, np.full(len(at), np.inf)))[order],
+        sheet=np.concatenate((variance_factors.sheet, np.ones(len(at))))[order],
     )
     return LinearWalk(replace(model, observations=fine), smoothed.priors, finer)
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.estimation.dead_reckoning.walks import simulated, true_fixes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.estimation.dead_reckoning.factors import STATES, Nodes, PathModel, PathState, Ties
+from vislam2tag.estimation.dead_reckoning.factors import STATES, Nodes, PathModel, PathState, WalkFixes
 from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.smoothing import FACTORS, smooth_path
@@ -30,21 +30,21 @@ CORRIDORS[18:22], CORRIDORS[:, 10:13] = True, True
 WALLS = Walls(WalkableArea(CORRIDORS, (-10.0, -10.0), 0.5), 0.5)
 
 
-def made(seed: int, count: int = 12) -> tuple[PathModel, Ties, PathState]:
+def made(seed: int, count: int = 12) -> tuple[PathModel, WalkFixes, PathState]:
     rng = np.random.default_rng(seed)
     time_s = np.cumsum(rng.uniform(0.3, 0.7, count))
     motion = rng.uniform(0.3, 0.8, count - 1) * np.exp(1j * np.cumsum(rng.normal(0, 0.3, count - 1)))
     turn, known = rng.uniform(0, 0.2, count - 1), np.ones(count - 1, dtype=bool)
     still = np.zeros(count - 1)
     nodes = Nodes(time_s, motion, np.abs(motion), turn, known, rng.normal(0, 0.1, count), still)
-    ties = Ties(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
+    fixes = WalkFixes(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
     position = rng.normal(0, 2, count) + 1j * rng.normal(0, 2, count)
     scale, heading, offset = (rng.normal(0, sigma, count) for sigma in (0.1, 0.3, 0.1))
-    return PathModel(nodes, SETTINGS), ties, PathState(position, scale, heading, offset)
+    return PathModel(nodes, SETTINGS), fixes, PathState(position, scale, heading, offset)
 
 
-def dense(model: PathModel, state: PathState, ties: Ties) -> tuple[FloatArray, FloatArray]:
-    equations = model.equations(state, ties)
+def dense(model: PathModel, state: PathState, fixes: WalkFixes) -> tuple[FloatArray, FloatArray]:
+    equations = model.equations(state, fixes)
     count = len(state.scale)
     matrix = np.zeros((count, STATES, count, STATES))
     for k in range(count):
@@ -56,36 +56,36 @@ def dense(model: PathModel, state: PathState, ties: Ties) -> tuple[FloatArray, F
 
 @given(seed=st.integers(0, 50), unknown=st.integers(0, 12 * STATES - 1))
 def test_the_right_side_is_the_slope_of_the_cost(seed: int, unknown: int) -> None:
-    model, ties, state = made(seed)
+    model, fixes, state = made(seed)
     others = SharedLines(state.position + 1 - 2j, np.exp(1j * state.heading_rad), np.full(len(state.scale), 0.3))
     node, kind = divmod(unknown, STATES)
     for walls in (None, WALLS):
         kinks = 0.3 if walls and kind < 2 else 1e-2  # walls' slope is taken over two cells
-        assert_slope(replace(model, walls=walls, lines=others), ties, state, node, kind, kinks)
+        assert_slope(replace(model, walls=walls, lines=others), fixes, state, node, kind, kinks)
 
 
-def assert_slope(model: PathModel, ties: Ties, state: PathState, node: int, kind: int, within: float) -> None:
+def assert_slope(model: PathModel, fixes: WalkFixes, state: PathState, node: int, kind: int, within: float) -> None:
 
     def cost(by: float) -> float:
         steps = [np.zeros(len(state.scale)) for _ in range(STATES)]
         steps[kind][node] = by
-        return model.cost(PathState.of_columns(state.columns + np.column_stack(steps)), ties)
+        return model.cost(PathState.of_columns(state.columns + np.column_stack(steps)), fixes)
 
     slope = (cost(1e-5) - cost(-1e-5)) / 2e-5
     known = 1 + 1 / 3 if kind == 3 else 1.0
-    right = float(model.equations(state, ties).right[node, kind])
+    right = float(model.equations(state, fixes).right[node, kind])
     assert slope == pytest.approx(-2 * right, rel=1e-3 * known, abs=within)
 
 
 @given(seed=st.integers(0, 50))
 def test_covariances_are_those_of_the_dense_inverse_where_the_scatter_is_known(seed: int) -> None:
-    model, ties, _ = made(seed)
+    model, fixes, _ = made(seed)
     known = SETTINGS.model_copy(update={"fix_sigma_spread": 0.01})
     model = replace(model, settings=known)
-    found = smooth_path(model, ties)
+    found = smooth_path(model, fixes)
     assume(found.converged)
-    ties = Ties(ties.node, ties.position, found.fix_sigma_m)
-    matrix, right = dense(model, found.state, ties)
+    fixes = WalkFixes(fixes.node, fixes.position, found.fix_sigma_m)
+    matrix, right = dense(model, found.state, fixes)
     assert np.linalg.eigvalsh(matrix).min() > 0
     blocks = np.linalg.inv(matrix).reshape(len(found.state.scale), STATES, -1, STATES)
     inverse = np.array([blocks[k, :, k] for k in range(len(blocks))])
@@ -94,12 +94,12 @@ def test_covariances_are_those_of_the_dense_inverse_where_the_scatter_is_known(s
 
 
 def test_what_the_scatter_of_fixes_may_be_is_averaged_over() -> None:
-    model, ties, _ = made(3)
+    model, fixes, _ = made(3)
     sure = replace(model, settings=SETTINGS.model_copy(update={"fix_sigma_spread": 0.01}))
-    small, large = (smooth_path(sure, replace(ties, sigma_m=ties.sigma_m * factor)) for factor in (0.45, 3.0))
-    vague = smooth_path(model, ties)
+    small, large = (smooth_path(sure, replace(fixes, sigma_m=fixes.sigma_m * factor)) for factor in (0.45, 3.0))
+    vague = smooth_path(model, fixes)
     assert small.fix_sigma_m < vague.fix_sigma_m < large.fix_sigma_m
-    assert np.abs(vague.fix_sigma_m / (ties.sigma_m * FACTORS) - 1).min() > 0.01, "one of those tried, not their mean"
+    assert np.abs(vague.fix_sigma_m / (fixes.sigma_m * FACTORS) - 1).min() > 0.01, "one of those tried, not their mean"
     assert np.trace(small.covariance[3, :2, :2]) < np.trace(vague.covariance[3, :2, :2])
 
 
@@ -137,15 +137,15 @@ def test_a_walker_unlike_those_of_whom_the_speed_was_learned_is_followed() -> No
     model = PathModel(nodes, DeadReckoningSettings())
     true = np.concatenate(([0.0], np.cumsum(1.35 * motion)))
     at = np.array((0, 40, 80, 120))
-    found = smooth_path(model, Ties(at, true[at], 0.45)).state
+    found = smooth_path(model, WalkFixes(at, true[at], 0.45)).state
     assert found.scale == pytest.approx(np.log(1.35), abs=0.1)
     assert np.abs(found.position - true).max() < 0.5
 
 
 def test_a_fix_that_is_told_to_be_rough_weighs_less() -> None:
-    model, ties, _ = made(7)
-    rough = replace(ties, share=np.array((1.0, 4.0, 1.0)))
-    off = [np.abs(smooth_path(model, each).state.position[ties.node] - ties.position) for each in (ties, rough)]
+    model, fixes, _ = made(7)
+    rough = replace(fixes, share=np.array((1.0, 4.0, 1.0)))
+    off = [np.abs(smooth_path(model, each).state.position[fixes.node] - fixes.position) for each in (fixes, rough)]
     assert off[1][1] > off[0][1] + 0.2
     assert off[1][2] < off[0][2]
 

@@ -95,7 +95,7 @@ def test_a_building_turned_and_moved_gives_the_same_walk_turned_and_moved(turn: 
 def test_sigma_grows_away_from_fixes_and_in_gaps() -> None:
     log, fixes = walked(WAY)
     walk = path(log, fixes, 0, 2, 6)
-    at_fix, between = walk.at(np.array((walk.nodes.time_s[walk.ties.node[1]], 50.0)))[1]
+    at_fix, between = walk.at(np.array((walk.nodes.time_s[walk.fixes.node[1]], 50.0)))[1]
     assert np.trace(between) > 2 * np.trace(at_fix)
     at_s = (log.force_ns - log.force_ns[0]) * 1e-9
     heard = (at_s < 48) | (at_s > 52)

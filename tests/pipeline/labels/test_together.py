@@ -15,7 +15,7 @@ from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import joint_columns
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
-from vislam2tag.estimation.noise import told_by_others
+from vislam2tag.estimation.noise import noise_of_other_walks
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduce_session
@@ -157,5 +157,5 @@ def test_a_session_is_told_how_noisy_others_of_its_device_are(survey: Path) -> N
         own, other = noise[key], next(noise[each] for each in noise if each.device == key.device and each != key)
         assert own is not None
         assert other is not None
-        assert task.tracker == told_by_others([own, other])[0]
+        assert task.tracker == noise_of_other_walks([own, other])[0]
     assert any(task.tracker is not None for task in with_told)

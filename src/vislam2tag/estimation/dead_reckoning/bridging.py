@@ -22,10 +22,10 @@ from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 
 WINDOW_S, HOP_S = 1.0, 0.25
 """Ways are compared over windows so long, begun so often."""
-BESIDE = 5
-"""So many windows on each side tell heading and scale of the inertial path."""
+NEIGHBOURS = 5
+"""So many windows on each side show heading and scale of the inertial path."""
 LEAST_WAY_M2 = 2.0
-"""Of them, lengths squared and summed: who walked less told no heading."""
+"""Of them, lengths squared and summed: a shorter way shows no heading."""
 UNUSUAL = 6.0
 """A slip leads farther off than this many times what such windows of the same walk usually do, per axis ..."""
 LEAST_SLIP_M = 0.3
@@ -37,12 +37,11 @@ MEDIAN_SIGMAS = 1.18
 
 
 def tracker_slips(
-    time_s: FloatArray, told: ComplexArray, felt: ComplexArray, sound: BoolArray
+    time_s: FloatArray, tracker_path: ComplexArray, inertial_path: ComplexArray, sound: BoolArray
 ) -> list[tuple[slice, complex]]:
-    """Steps at which a tracker's path ``told`` (n,) slipped against the inertial one ``felt`` (n,), and by how much.
+    """Steps at which a tracker's path (n,) slipped against the inertial one (n,), and by how much, complex metres.
 
-    Both are complex metres.
-    ``sound`` (n - 1,) are the steps of which both tell. Slips that last longer than a window are not found.
+    ``sound`` (n - 1,) are the steps that both show. Slips that last longer than a window are not found.
     """
     start_s = np.arange(time_s[0], time_s[-1] - WINDOW_S, HOP_S)
     end_s = start_s + WINDOW_S
@@ -50,11 +49,12 @@ def tracker_slips(
         return []
     unsound = np.concatenate(([0.0], np.cumsum(~sound)))
     moved, walked, broken = (
-        np.interp(end_s, time_s, path) - np.interp(start_s, time_s, path) for path in (told, felt, unsound)
+        np.interp(end_s, time_s, path) - np.interp(start_s, time_s, path)
+        for path in (tracker_path, inertial_path, unsound)
     )
     whole = broken == 0
-    alike = _beside(np.where(whole, walked.conj() * moved, 0))
-    way_m2 = _beside(np.where(whole, np.abs(walked) ** 2, 0)).real
+    alike = _sum_of_neighbours(np.where(whole, walked.conj() * moved, 0))
+    way_m2 = _sum_of_neighbours(np.where(whole, np.abs(walked) ** 2, 0)).real
     known = whole & (way_m2 > LEAST_WAY_M2)
     off = np.where(known, moved - walked * alike / np.where(known, way_m2, 1), 0)
     usual_m = float(np.median(np.abs(off[known]))) / MEDIAN_SIGMAS if known.any() else 0.0
@@ -67,22 +67,22 @@ def tracker_slips(
     return found
 
 
-def _beside(values: ComplexArray) -> ComplexArray:
-    """Sums (m,) of values (m,) of the windows beside each that do not overlap it nor one another."""
+def _sum_of_neighbours(values: ComplexArray) -> ComplexArray:
+    """Sums (m,) of values (m,) of the neighbours of each window that do not overlap it nor one another."""
     hops = round(WINDOW_S / HOP_S)
-    padded = np.pad(values, BESIDE * hops)
-    shifts = [BESIDE * hops + side * hops * number for number in range(1, BESIDE + 1) for side in (-1, 1)]
+    padded = np.pad(values, NEIGHBOURS * hops)
+    shifts = [NEIGHBOURS * hops + side * hops * number for number in range(1, NEIGHBOURS + 1) for side in (-1, 1)]
     return np.asarray(sum(padded[shift : shift + len(values)] for shift in shifts), dtype=np.complex128)
 
 
 CHUNK_S, CHUNKS = 1.0, 5
 """So long, and so many times so long, a tracker's path is compared with the inertial one on each side of a bridge."""
 LEAST_WAY_M = 1.5
-"""Who walked less there told no heading."""
+"""A shorter way there shows no heading."""
 FEWEST_TRIALS = 8
 """A bridge is not believed before it was tried so often on the same walk."""
 MOST_TRIALS, LEAST_APART_S = 200, 0.5
-FOUND_M, FOUND_TAIL = 0.5, 2.0
+FOUND_M, FOUND_DOF = 0.5, 2.0
 """How far per axis a tracker is usually off that finds itself again after a loss; with the degrees of freedom of
 Student's t, since it may be in another map."""
 
@@ -98,7 +98,7 @@ class WalkerMotion:
 
     @classmethod
     def of(cls, log: InertialLog, time_ns: IntArray) -> WalkerMotion | None:
-        """Take it out of a walk's readings, at times (n,) that increase; None where they tell nothing."""
+        """Take it out of a walk's readings, at times (n,) that increase; None if they show nothing."""
         signals = WalkSignals.of(log)
         if signals is None:
             return None
@@ -116,14 +116,14 @@ class WalkerMotion:
 def bridged_observations(
     camera: CameraTrack, log: LandmarkLog, range_m: float, *, slips: bool = False, surveyed: Collection[str] = ()
 ) -> WalkObservations:
-    """Reduce a session with two or more usable frames, as the smoother wants it, its untold stretches bridged.
+    """Reduce a session with two or more usable frames, as the smoother wants it, its losses bridged.
 
-    With ``slips`` the inertial sensors also tell where the tracker may have slipped; ``surveyed`` landmarks count most
+    With ``slips`` the inertial sensors also show where the tracker may have slipped; ``surveyed`` landmarks count most
     where there are more than can be solved for.
     """
     odometry = continuous_odometry(camera, log)
-    untold = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
-    if camera.inertial is not None and untold:
+    asked = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
+    if camera.inertial is not None and asked:
         exposed_ns = camera.time_ns[odometry.frame] - round((camera.pose_lag_s or 0.0) * 1e9)
         motion = WalkerMotion.of(camera.inertial, exposed_ns)
         if motion is not None:
@@ -142,33 +142,31 @@ def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:
 
 
 def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
-    """Lay the inertial path into the stretches of n frames' odometry that the tracker does not tell.
+    """Lay the inertial path into the stretches of n frames' odometry that the tracker does not show.
 
     Tracker and bridge are combined by their variances; odometry without such stretches stays as it is.
     """
-    walk = _Walk(odometry, motion)
-    step, turn = np.diff(odometry.path), np.ones(len(odometry.path) - 1, dtype=np.complex128)
+    walk = _TwoPaths(odometry, motion)
+    step, inertial_step, dt = np.diff(odometry.path), np.diff(motion.path), np.diff(odometry.time_s)
+    turn = np.ones(len(step), dtype=np.complex128)
     jump_m2, jump_rad2 = odometry.jump_m2.copy(), odometry.jump_rad2.copy()
-    for start, stop in runs_of(walk.untold):
+    for start, stop in runs_of(walk.unseen):
+        stretch = slice(start, stop)
         before, after = (complex(side[0]) for side in walk.factors(np.array([start]), np.array([stop])))
         errors = walk.errors(float(odometry.time_s[stop] - odometry.time_s[start]))
         if np.isnan(before) or errors is None:
             continue
         place_m2, turn_rad2 = errors
-        free = float(jump_rad2[start:stop].sum())
-        gain = _gain(free, turn_rad2)
-        turned = gain * float(np.angle(after * before.conjugate()))
-        turn[stop:] *= np.exp(-1j * turned)
-        jump_rad2[start:stop] *= 1 - gain
-        walked = walk.walked(start, stop) * (before + after * np.exp(-1j * turned)) / 2
-        told, freedom = complex(step[start:stop].sum()), float(jump_m2[start:stop].sum())
-        if odometry.blind[start:stop].any():
-            apart_m2 = abs(told - walked.sum()) ** 2
-            freedom = min(freedom, (apart_m2 + FOUND_TAIL * FOUND_M**2) / (FOUND_TAIL + 2))
-        gain = _gain(freedom, place_m2)
-        share = walk.share(start, stop)
-        step[start:stop] = walked + (told - walked.sum()) * (1 - gain) * share
-        jump_m2[start:stop] = gain * place_m2 * share
+        inertial_turn_rad = float(np.angle(after * before.conjugate()))
+        turned_rad, jump_rad2[stretch] = _bridge_turn(inertial_turn_rad, turn_rad2, jump_rad2[stretch])
+        turn[stop:] *= np.exp(-1j * turned_rad)
+        inertial = inertial_step[stretch] * (before + after * np.exp(-1j * turned_rad)) / 2
+        step_variance = float(jump_m2[stretch].sum())
+        if odometry.blind[stretch].any():
+            step_variance = min(step_variance, _found_again_m2(step[stretch], inertial))
+        share = dt[stretch] / dt[stretch].sum()
+        step[stretch], variance = _bridge_steps(step[stretch], step_variance, inertial, place_m2, share)
+        jump_m2[stretch] = variance * share
     return replace(
         odometry,
         path=odometry.path[0] + np.concatenate(([0.0], np.cumsum(step * turn))),
@@ -180,30 +178,49 @@ def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
     )
 
 
-def _gain(unknown: float, error: float) -> float:
-    """How much of what is unknown (variance) something with an error (variance) tells."""
-    return unknown / (unknown + error) if unknown > 0 else 0.0
+def _bridge_turn(inertial_rad: float, inertial_variance: float, jump_rad2: FloatArray) -> tuple[float, FloatArray]:
+    """How far the tracker's map turned over a stretch, rad, and the variances (k,) that are left of ``jump_rad2`` (k,).
+
+    The inertial sensors show a turn, with a variance; the tracker allows any, within its own variance.
+    """
+    turn_variance = float(jump_rad2.sum())
+    gain = _gain(turn_variance, inertial_variance)
+    return gain * inertial_rad, jump_rad2 * (1 - gain)
 
 
-class _Walk:
+def _found_again_m2(tracker: ComplexArray, inertial: ComplexArray) -> float:
+    """Variance of a tracker's way, steps (k,), over a loss after which it finds itself again; inertial steps (k,)."""
+    apart_m2 = abs(complex(tracker.sum()) - inertial.sum()) ** 2
+    return float((apart_m2 + FOUND_DOF * FOUND_M**2) / (FOUND_DOF + 2))
+
+
+def _bridge_steps(
+    tracker: ComplexArray, step_variance: float, inertial: ComplexArray, inertial_variance: float, share: FloatArray
+) -> tuple[ComplexArray, float]:
+    """Steps (k,) over a stretch by those of tracker and inertial sensors (k,), and the variance of their sum.
+
+    Both sums are combined by their variances; what the inertial one misses is spread over the steps by their ``share``.
+    """
+    gain = _gain(step_variance, inertial_variance)
+    missing = (complex(tracker.sum()) - inertial.sum()) * (1 - gain)
+    return inertial + missing * share, gain * inertial_variance
+
+
+def _gain(variance: float, bridge_variance: float) -> float:
+    """The share of a bridge in the mean, by their variances, of tracker and bridge; 0 if the tracker is certain."""
+    return variance / (variance + bridge_variance) if variance > 0 else 0.0
+
+
+class _TwoPaths:
     """A tracker's path and the inertial one, both of n frames."""
 
     def __init__(self, odometry: Odometry, motion: WalkerMotion) -> None:
-        self._time_s, self._told, self._felt = odometry.time_s, odometry.path, motion.path
-        self.untold: BoolArray = (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0)
-        """(n - 1,) steps that the tracker does not tell."""
-        self._told_until = np.concatenate(([0], np.cumsum(self.untold)))
-        self._felt_until = np.concatenate(([0], np.cumsum(~motion.known)))
+        self._time_s, self._tracker_path, self._inertial_path = odometry.time_s, odometry.path, motion.path
+        self.unseen: BoolArray = (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0)
+        """(n - 1,) steps that the tracker does not show."""
+        self._unseen_until = np.concatenate(([0], np.cumsum(self.unseen)))
+        self._unknown_until = np.concatenate(([0], np.cumsum(~motion.known)))
         self._errors: dict[int, tuple[float, float] | None] = {}
-
-    def share(self, start: int, stop: int) -> FloatArray:
-        """Parts (k,) of the time that the steps of a stretch take."""
-        dt = np.diff(self._time_s[start : stop + 1])
-        return np.asarray(dt / dt.sum())
-
-    def walked(self, start: int, stop: int) -> ComplexArray:
-        """Steps (k,) of a stretch by the inertial sensors, complex metres of their path."""
-        return np.diff(self._felt[start : stop + 1])
 
     def errors(self, duration_s: float) -> tuple[float, float] | None:
         """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn, if the tracker
@@ -228,11 +245,11 @@ class _Walk:
         stops = np.searchsorted(self._time_s, self._time_s[starts] + duration_s)
         within = stops < len(self._time_s)
         starts, stops = starts[within], stops[within]
-        told = self._told_until[stops] == self._told_until[starts]
-        starts, stops = starts[told], stops[told]
+        seen = self._unseen_until[stops] == self._unseen_until[starts]
+        starts, stops = starts[seen], stops[seen]
         before, after = self.factors(starts, stops)
-        walked = (self._felt[stops] - self._felt[starts]) * (before + after) / 2
-        place_m2 = np.abs(walked - (self._told[stops] - self._told[starts])) ** 2 / 2
+        walked = (self._inertial_path[stops] - self._inertial_path[starts]) * (before + after) / 2
+        place_m2 = np.abs(walked - (self._tracker_path[stops] - self._tracker_path[starts])) ** 2 / 2
         turn_rad2 = np.angle(after * before.conj()) ** 2
         tried = ~np.isnan(before)
         if tried.sum() < FEWEST_TRIALS:
@@ -240,22 +257,24 @@ class _Walk:
         return float(place_m2[tried].mean()), float(turn_rad2[tried].mean())
 
     def factors(self, starts: IntArray, stops: IntArray) -> tuple[ComplexArray, ComplexArray]:
-        """Factors (k,) from the inertial path to the tracker's before and after stretches (k,); NaN: nothing tells.
+        """Factors (k,) from the inertial path to the tracker's before and after stretches (k,); NaN: not known.
 
-        A side that tells nothing takes the other's.
+        A side on which the factor is not known takes the other's.
         """
-        known = self._felt_until[stops] == self._felt_until[starts]
+        known = self._unknown_until[stops] == self._unknown_until[starts]
         before, after = (np.where(known, self._side(*at), np.nan) for at in ((starts, -1), (stops, 1)))
         return np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
 
     def _side(self, frames: IntArray, side: int) -> ComplexArray:
-        """Factors (k,) from the inertial path to the tracker's on a side (-1, 1) of frames (k,); NaN: nothing tells."""
+        """Factors (k,) from the inertial path to the tracker's on a side (-1, 1) of frames (k,); NaN: not known."""
         edges_s = self._time_s[frames, None] + side * CHUNK_S * np.arange(CHUNKS + 1)
         edges = np.searchsorted(self._time_s, edges_s).clip(0, len(self._time_s) - 1)
         kept = (edges_s >= 0) & (edges_s <= self._time_s[-1])
-        for until in (self._told_until, self._felt_until):
+        for until in (self._unseen_until, self._unknown_until):
             kept &= until[edges] == until[frames, None]
-        felt, told = (np.where(kept[:, 1:], np.diff(path[edges]), 0) for path in (self._felt, self._told))
-        enough = np.minimum(np.abs(felt).sum(axis=1), np.abs(told).sum(axis=1)) >= LEAST_WAY_M
-        power = (felt.conj() * felt).real.sum(axis=1)
-        return np.where(enough, (felt.conj() * told).sum(axis=1) / np.where(enough, power, 1), np.nan)
+        inertial, tracker = (
+            np.where(kept[:, 1:], np.diff(path[edges]), 0) for path in (self._inertial_path, self._tracker_path)
+        )
+        enough = np.minimum(np.abs(inertial).sum(axis=1), np.abs(tracker).sum(axis=1)) >= LEAST_WAY_M
+        power = (inertial.conj() * inertial).real.sum(axis=1)
+        return np.where(enough, (inertial.conj() * tracker).sum(axis=1) / np.where(enough, power, 1), np.nan)

@@ -37,11 +37,11 @@ STATES = 5
 SCALE, HEADING, OFFSET = 2, 3, 4
 """x, y, scale, heading and offset: how many, and which are which."""
 UNIT = np.eye(STATES)
-FIX_TAIL = 5.0
-NORTH_TAIL = 3.0
-WALL_TAIL = 3.0
-SCALE_TAIL = 3.0
-LINE_TAIL = 3.0
+FIX_DOF = 5.0
+NORTH_DOF = 3.0
+WALL_DOF = 3.0
+SCALE_DOF = 3.0
+LINE_DOF = 3.0
 """Degrees of freedom of the Student-t distributions."""
 STANDING_NOISE_M = 0.01
 """Random part of the motion of somebody who stands, metres per square root of a second."""
@@ -143,7 +143,7 @@ class PathState:
 
 
 @dataclass(frozen=True)
-class Ties:
+class WalkFixes:
     """Fixes of a walk: ``node`` (f,) index, ``position`` (f,) complex metres in the BCS, ``sigma_m`` usual,
     ``share`` (f,) or 1: each fix's in parts of the usual.
     """
@@ -178,7 +178,7 @@ class MotionFactor:
 
 @dataclass(frozen=True)
 class NodeFactor:
-    """Ties single nodes by numbers ``error`` (r,) that are expected 0, with ``weight`` (r,), their robust precisions.
+    """Ties single nodes by errors ``error`` (r,) that are expected 0, with ``weight`` (r,), their robust precisions.
 
     ``slope`` (r, 5) is that of the error by the node's state; ``node`` (r,) index, or None: one error for each node.
     ``cost`` is minus twice the logarithm of their likelihood, but for what no state changes.
@@ -192,15 +192,15 @@ class NodeFactor:
 
 
 def student_t(
-    squared: FloatArray, tail: float, share: FloatArray | float = 1.0, numbers: int = 1
+    squared: FloatArray, dof: float, share: FloatArray | float = 1.0, dimensions: int = 1
 ) -> tuple[FloatArray, float]:
-    """Factors (r,) of the precisions of errors by Student's t with ``tail`` degrees of freedom, and their cost.
+    """Factors (r,) of the precisions of errors by Student's t with ``dof`` degrees of freedom, and their cost.
 
-    ``squared`` (r,) are the errors' squares in units of their usual variances, each of so many ``numbers``, which count
-    for ``share`` (r,) of an observation.
+    ``squared`` (r,) are the errors' squares in units of their usual variances, each of so many ``dimensions``; each
+    counts for ``share`` (r,) of an observation.
     """
-    counts = share * (tail + numbers)
-    return np.asarray(counts / (tail + squared)), float((counts * np.log1p(squared / tail)).sum())
+    counts = share * (dof + dimensions)
+    return np.asarray(counts / (dof + squared)), float((counts * np.log1p(squared / dof)).sum())
 
 
 @dataclass(frozen=True)
@@ -258,7 +258,7 @@ class PathModel:
         """How a walk begins: a walker of usual speed who goes about where the phone points."""
         error = np.array((state.scale[0], state.offset_rad[0]))
         squared = (error / (self.settings.scale_sigma, OFFSET_RAD)) ** 2
-        factor, cost = student_t(squared[:1], SCALE_TAIL)
+        factor, cost = student_t(squared[:1], SCALE_DOF)
         weight = np.array((factor[0] / self.settings.scale_sigma**2, OFFSET_RAD**-2))
         return NodeFactor(error, UNIT[[SCALE, OFFSET]], weight, cost + float(squared[1]), np.zeros(2, dtype=np.int64))
 
@@ -267,42 +267,42 @@ class PathModel:
         drift_rad, sigma_rad = self.nodes.drift_rad, self.settings.north_sigma_rad
         off = wrapped(state.heading_rad - np.nan_to_num(drift_rad))
         share = np.where(np.isfinite(drift_rad), self._share(2 * self.settings.north_memory_s), 0.0)
-        factor, cost = student_t((off / sigma_rad) ** 2, NORTH_TAIL, share, numbers=0)
+        factor, cost = student_t((off / sigma_rad) ** 2, NORTH_DOF, share, dimensions=0)
         return NodeFactor(off, np.tile(UNIT[HEADING], (len(off), 1)), factor / sigma_rad**2, cost)
 
     def keeping_off(self, walls: Walls, state: PathState) -> NodeFactor:
         """How far the path is beyond where people walk between ``walls``."""
         beyond, away = walls.beyond(state.position)
         sigma_m = self.settings.wall_sigma_m
-        factor, cost = student_t((beyond / sigma_m) ** 2, WALL_TAIL, self._share(self.settings.wall_memory_s))
+        factor, cost = student_t((beyond / sigma_m) ** 2, WALL_DOF, self._share(self.settings.wall_memory_s))
         return NodeFactor(beyond, _in_plane(away), np.where(beyond > 0, factor, 0.0) / sigma_m**2, cost)
 
     def along(self, lines: SharedLines, state: PathState) -> NodeFactor:
         """How far the path leads aside of the ways of other walks."""
         aside = lines.distance_m(state.position)
-        factor, cost = student_t(aside**2 * lines.precision, LINE_TAIL, self._share(MEMORY_S))
+        factor, cost = student_t(aside**2 * lines.precision, LINE_DOF, self._share(MEMORY_S))
         return NodeFactor(aside, _in_plane(as_points(lines.normal)), factor * lines.precision, cost)
 
-    def node_factors(self, state: PathState, ties: Ties) -> list[NodeFactor]:
+    def node_factors(self, state: PathState, fixes: WalkFixes) -> list[NodeFactor]:
         """All that ties single nodes."""
         factors = [self.start(state), self.north(state)]
         if self.walls is not None:
             factors.append(self.keeping_off(self.walls, state))
         if self.lines is not None:
             factors.append(self.along(self.lines, state))
-        return [*factors, fixed(state, ties)]
+        return [*factors, fixed(state, fixes)]
 
-    def equations(self, state: PathState, ties: Ties) -> NormalEquations:
+    def equations(self, state: PathState, fixes: WalkFixes) -> NormalEquations:
         """Linearise about a state: the solution is by how much it must change."""
         count, motion = len(state.scale), self.motion(state)
         diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
         upper = (motion.precision[:, :, None] * motion.before).transpose(0, 2, 1)
-        pull = motion.precision * motion.residual
+        weighted_residual = motion.precision * motion.residual
         diagonal[:-1] += upper @ motion.before
         diagonal[1:, range(STATES), range(STATES)] += motion.precision
-        right[:-1] -= np.einsum("kij,ki->kj", motion.before, pull)
-        right[1:] -= pull
-        for factor in self.node_factors(state, ties):
+        right[:-1] -= np.einsum("kij,ki->kj", motion.before, weighted_residual)
+        right[1:] -= weighted_residual
+        for factor in self.node_factors(state, fixes):
             information = factor.weight[:, None, None] * factor.slope[:, :, None] * factor.slope[:, None, :]
             wanted = -(factor.weight * factor.error)[:, None] * factor.slope
             if factor.node is None:
@@ -313,17 +313,17 @@ class PathModel:
                 np.add.at(right, factor.node, wanted)
         return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
 
-    def cost(self, state: PathState, ties: Ties) -> float:
+    def cost(self, state: PathState, fixes: WalkFixes) -> float:
         """Minus twice the logarithm of the likelihood, but for what no state changes."""
-        return self.motion(state).cost + sum(factor.cost for factor in self.node_factors(state, ties))
+        return self.motion(state).cost + sum(factor.cost for factor in self.node_factors(state, fixes))
 
 
-def fixed(state: PathState, ties: Ties) -> NodeFactor:
+def fixed(state: PathState, fixes: WalkFixes) -> NodeFactor:
     """How far the path is from its fixes, east of all and then north of all."""
-    error = state.position[ties.node] - ties.position
-    factor, cost = student_t(np.abs(error / ties.each_sigma_m) ** 2, FIX_TAIL, numbers=2)
-    weight, slope = np.tile(factor / ties.each_sigma_m**2, 2), np.repeat(UNIT[:2], len(error), axis=0)
-    return NodeFactor(np.concatenate((error.real, error.imag)), slope, weight, cost, np.tile(ties.node, 2))
+    error = state.position[fixes.node] - fixes.position
+    factor, cost = student_t(np.abs(error / fixes.each_sigma_m) ** 2, FIX_DOF, dimensions=2)
+    weight, slope = np.tile(factor / fixes.each_sigma_m**2, 2), np.repeat(UNIT[:2], len(error), axis=0)
+    return NodeFactor(np.concatenate((error.real, error.imag)), slope, weight, cost, np.tile(fixes.node, 2))
 
 
 def _in_plane(slope: FloatArray) -> FloatArray:

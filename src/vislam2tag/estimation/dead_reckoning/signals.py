@@ -1,4 +1,4 @@
-"""Inertial readings brought to one clock of 50 Hz, the heading from them, and the nodes of the path between them."""
+"""Inertial readings brought to one clock of 50 Hz, and the heading from them."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class WalkSignals:
 
 
 def low_pass(values: FloatArray, cutoff_hz: float, order: int = 2) -> FloatArray:
-    """Take what is slower than the cutoff out of values (n, ...) at 50 Hz, without delay.
+    """Keep only what is slower than the cutoff in values (n, ...) at 50 Hz, without delay.
 
     A Butterworth filter run forwards and backwards over values that go on beyond both ends, turned about them: as
     SciPy's ``sosfiltfilt``, which takes half a second to import. Each run solves a banded triangular system.

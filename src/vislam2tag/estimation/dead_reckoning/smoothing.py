@@ -17,7 +17,7 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.robust import iterate
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.chain import most_probable, solve
-from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, Ties
+from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, WalkFixes
 
 ROUNDS = 12
 CLOSE_M = 0.01
@@ -66,29 +66,31 @@ class _Fitted:
     converged: bool
 
 
-def smooth_path(model: PathModel, ties: Ties) -> SmoothedPath:
+def smooth_path(model: PathModel, fixes: WalkFixes) -> SmoothedPath:
     """Find the path that fits sensors and fixes; how far fixes scatter is not known, but each scatter has its evidence.
 
     There must be a fix. Raises numpy.linalg.LinAlgError where the numbers are beyond all bounds.
     """
-    tries = [(_fitted(carried, ties, state), carried, doubt) for carried, state, doubt in _starts(model, ties)]
+    tries = [(_fitted(carried, fixes, state), carried, doubt) for carried, state, doubt in _starts(model, fixes)]
     start, model, _ = min(tries, key=lambda each: each[0].cost + each[2])
-    fitted = [_fitted(model, replace(ties, sigma_m=ties.sigma_m * factor), start.state) for factor in FACTORS.tolist()]
+    fitted = [
+        _fitted(model, replace(fixes, sigma_m=fixes.sigma_m * factor), start.state) for factor in FACTORS.tolist()
+    ]
     against = np.array([each.evidence for each in fitted])
     against += (np.log(FACTORS) / model.settings.fix_sigma_spread) ** 2
     share = np.exp((against.min() - against) / 2)
     share = np.where(share < LEAST_SHARE * share.sum(), 0, share)
     likely = np.flatnonzero(share).tolist()
-    return _mean_path(model, ties, [fitted[index] for index in likely], share[likely] / share.sum())
+    return _mean_path(model, fixes, [fitted[index] for index in likely], share[likely] / share.sum())
 
 
-def _mean_path(model: PathModel, ties: Ties, fitted: list[_Fitted], share: FloatArray) -> SmoothedPath:
+def _mean_path(model: PathModel, fixes: WalkFixes, fitted: list[_Fitted], share: FloatArray) -> SmoothedPath:
     """The mean of paths with shares (p,) that sum to 1, and its covariance: theirs, and how far they are apart."""
     states = np.stack([each.state.columns for each in fitted])
     mean = np.tensordot(share, states, axes=1)
     covariance = np.zeros((len(mean), STATES, STATES))
     for part, each, state in zip(share.tolist(), fitted, states, strict=True):
-        own = solve(model.equations(each.state, replace(ties, sigma_m=each.sigma_m))).covariance
+        own = solve(model.equations(each.state, replace(fixes, sigma_m=each.sigma_m))).covariance
         covariance += part * (own + (state - mean)[:, :, None] * (state - mean)[:, None, :])
     sigma_m = float(np.sqrt(share @ np.square([each.sigma_m for each in fitted])))
     path = PathState.of_columns(mean)
@@ -96,30 +98,30 @@ def _mean_path(model: PathModel, ties: Ties, fitted: list[_Fitted], share: Float
     return SmoothedPath(path, covariance, sigma_m, scatter_m, all(each.converged for each in fitted))
 
 
-def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, float]]:
+def _starts(model: PathModel, fixes: WalkFixes) -> list[tuple[PathModel, PathState, float]]:
     """Models and states to start from, and what is against each: turned as the phone's own heading says, and as the
     fixes lie; where these differ much, the phone may be carried turned, as in a pocket.
     """
     raw, drift = model.nodes.raw, model.nodes.drift_rad
     known = drift[np.isfinite(drift)]
     own = float(np.angle(np.exp(1j * known).mean())) if len(known) else 0.0
-    seen, there = _centred(raw[ties.node]), _centred(ties.position)
+    seen, there = _centred(raw[fixes.node]), _centred(fixes.position)
     alike = complex((seen.conj() * there).sum())
-    starts = [(model, _turned(raw, ties, own), 0.0)]
+    starts = [(model, _turned(raw, fixes, own), 0.0)]
     if abs(alike) > LONG_M2:
         lie = float(np.angle(alike))
         turn = remainder(lie - own, 2 * pi) if len(known) else 0.0
-        starts.append((model, _turned(raw, ties, lie), 0.0))
+        starts.append((model, _turned(raw, fixes, lie), 0.0))
         if abs(turn) > CARRIED_TURNED_RAD and abs(alike) > FAR_M2:
             carried = replace(model, nodes=replace(model.nodes, drift_rad=drift + turn))
-            starts.append((carried, _turned(raw, ties, lie), AGAINST_TURNED))
+            starts.append((carried, _turned(raw, fixes, lie), AGAINST_TURNED))
     return starts
 
 
-def _turned(raw: ComplexArray, ties: Ties, heading_rad: float) -> PathState:
+def _turned(raw: ComplexArray, fixes: WalkFixes, heading_rad: float) -> PathState:
     """The sensors' path (k,), metres, turned and laid over the fixes."""
     path = raw * np.exp(1j * heading_rad)
-    path += ties.position.mean() - path[ties.node].mean()
+    path += fixes.position.mean() - path[fixes.node].mean()
     return PathState(path, np.zeros(len(raw)), np.full(len(raw), heading_rad), np.zeros(len(raw)))
 
 
@@ -127,11 +129,11 @@ def _centred(values: ComplexArray) -> ComplexArray:
     return np.asarray(values - values.mean())
 
 
-def _fitted(model: PathModel, ties: Ties, start: PathState) -> _Fitted:
+def _fitted(model: PathModel, fixes: WalkFixes, start: PathState) -> _Fitted:
     """Gauss-Newton steps from a start, none of which turns the path further than the equations hold."""
 
     def step(before: tuple[PathState, float, float], _: int) -> tuple[PathState, float, float]:
-        change, log_determinant = most_probable(model.equations(before[0], ties))
+        change, log_determinant = most_probable(model.equations(before[0], fixes))
         share = min(1.0, LONGEST_TURN_RAD / max(float(np.abs(change[:, HEADING]).max()), 1e-12))
         moved_m = float(np.abs(change[:, :2]).max()) if share == 1 else inf
         return PathState.of_columns(before[0].columns + share * change), moved_m, log_determinant
@@ -146,12 +148,12 @@ def _fitted(model: PathModel, ties: Ties, start: PathState) -> _Fitted:
         logged=False,
     )
     state, _, log_determinant = done.state
-    cost = model.cost(state, ties)
-    volume = log_determinant + 4 * len(ties.node) * float(np.log(ties.sigma_m))
-    return _Fitted(state, cost, cost + volume, ties.sigma_m, done.converged)
+    cost = model.cost(state, fixes)
+    volume = log_determinant + 4 * len(fixes.node) * float(np.log(fixes.sigma_m))
+    return _Fitted(state, cost, cost + volume, fixes.sigma_m, done.converged)
 
 
-def covering_covariance(path: SmoothedPath, model: PathModel, ties: Ties) -> FloatArray:
+def covering_covariance(path: SmoothedPath, model: PathModel, fixes: WalkFixes) -> FloatArray:
     """(k, 2, 2) covariance of each node's position: the path's own, or, if greater, the second fit's spread about it.
 
     Raises numpy.linalg.LinAlgError as :func:`~vislam2tag.estimation.dead_reckoning.smoothing.smooth_path` does.
@@ -161,7 +163,7 @@ def covering_covariance(path: SmoothedPath, model: PathModel, ties: Ties) -> Flo
         "scale_sigma": max(WIDE_SCALE_SIGMA, model.settings.scale_sigma),
         "north_memory_s": max(WIDE_NORTH_MEMORY_S, model.settings.north_memory_s),
     }
-    other = smooth_path(replace(model, settings=model.settings.model_copy(update=wide)), ties)
+    other = smooth_path(replace(model, settings=model.settings.model_copy(update=wide)), fixes)
     apart_m = as_points(other.state.position - path.state.position)
     spread = other.covariance[:, :2, :2] + apart_m[:, :, None] * apart_m[:, None, :]
     greater = np.trace(spread, axis1=1, axis2=2) > np.trace(own, axis1=1, axis2=2)

@@ -16,7 +16,7 @@ from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, Ties, fixed
+from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, WalkFixes, fixed
 from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, WindowFeatures, turned_by_gait
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.signals import Headings, WalkSignals
@@ -55,7 +55,7 @@ class SensedWalk:
 
     def path(
         self,
-        fixes: FixLog,
+        log: FixLog,
         speed: SpeedModel,
         settings: DeadReckoningSettings,
         area: WalkableArea | None = None,
@@ -65,22 +65,23 @@ class SensedWalk:
 
         It keeps between an area's walls; without them it is drawn sideways onto the lines of others (``ways``).
         """
-        at_s = self._moments(fixes).clip(0, self.signals.time_s[-1]).round(2)
+        at_s = self._moments(log).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
         nodes = Nodes.of(self.signals, self.headings, self.features, speed_m_s, at_s)
-        told = np.nan if fixes.sigma_m is None else fixes.sigma_m / settings.fix_sigma_m
-        share = np.where(np.isnan(told), 1.0, told)
-        ties = Ties(nodes.index_of(at_s), as_complex(fixes.position_bcs), settings.fix_sigma_m, share)
+        usual_sigma_m = settings.fix_sigma_m
+        fix_sigma_m = np.full(len(at_s), np.nan) if log.sigma_m is None else log.sigma_m
+        share = np.where(np.isnan(fix_sigma_m), 1.0, fix_sigma_m / usual_sigma_m)
+        fixes = WalkFixes(nodes.index_of(at_s), as_complex(log.position_bcs), usual_sigma_m, share)
         walls = None if area is None or not settings.plan_prior else Walls(area, settings.wall_distance_m)
-        if walls is not None and not walls.fit(ties.position):
+        if walls is not None and not walls.fit(fixes.position):
             walls = None
         model = PathModel(nodes, settings, walls)
-        alone = ReckonedWalk(self, model, ties, smooth_path(model, ties), fixes.name)
+        alone = ReckonedWalk(self, model, fixes, smooth_path(model, fixes), log.name)
         if ways is None or not len(ways.walk) or walls is not None:
-            return alone  # beside walls others tell nothing (benchmarks/NOTES.md)
+            return alone  # between walls other walks add nothing (benchmarks/NOTES.md)
         lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
         helped = replace(model, lines=lines)
-        return replace(alone, model=helped, path=smooth_path(helped, ties))
+        return replace(alone, model=helped, path=smooth_path(helped, fixes))
 
     def _moments(self, fixes: FixLog) -> FloatArray:
         """When (k,) the walker was at the fixes, seconds since the start."""
@@ -93,7 +94,7 @@ class ReckonedWalk:
 
     sensed: SensedWalk
     model: PathModel
-    ties: Ties
+    fixes: WalkFixes
     path: SmoothedPath
     names: tuple[str, ...]
 
@@ -114,12 +115,12 @@ class ReckonedWalk:
     @cached_property
     def _covering(self) -> FloatArray:
         """(k, 2, 2) covariance of each node that also covers unusual walkers, without the scatter of fixes."""
-        return covering_covariance(self.path, self.model, self.ties)
+        return covering_covariance(self.path, self.model, self.fixes)
 
     @property
     def fix_scatter_m(self) -> FloatArray:
         """(f,) how far each fix is expected to be, per axis, from where the walker was, metres."""
-        return np.asarray(self.path.scatter_m[self.ties.node] * self.ties.share)
+        return np.asarray(self.path.scatter_m[self.fixes.node] * self.fixes.share)
 
     @property
     def positions(self) -> FloatArray:
@@ -219,9 +220,9 @@ class LeftOut:
     @classmethod
     def of(cls, walk: ReckonedWalk) -> LeftOut:
         """Leave out each fix of a walk in turn, without solving again."""
-        sigma, node = walk.path.fix_sigma_m, walk.ties.node
-        fixes = fixed(walk.path.state, replace(walk.ties, sigma_m=sigma))
-        error, weight = fixes.error.reshape(2, -1).T, fixes.weight[: len(node)]
+        sigma, node = walk.path.fix_sigma_m, walk.fixes.node
+        factor = fixed(walk.path.state, replace(walk.fixes, sigma_m=sigma))
+        error, weight = factor.error.reshape(2, -1).T, factor.weight[: len(node)]
         variance = np.trace(walk.path.covariance[node, :2, :2], axis1=1, axis2=2) / 2
         own = variance * weight
         freedom = np.where(own < 1 - LEAST_FREEDOM, 1 - own, np.nan)
@@ -261,11 +262,11 @@ def contradictions_m(walk: ReckonedWalk) -> FloatArray:
 
 def _too_far_m(walk: ReckonedWalk) -> FloatArray:
     """How much farther each fix (f,) is from its neighbours than the steps or the time allow, metres."""
-    nodes, at = walk.nodes, walk.ties.node
+    nodes, at = walk.nodes, walk.fixes.node
     duration_s = np.diff(nodes.time_s)
     in_time_m = MAX_M_S * duration_s
     walked_m = np.where(nodes.known, MAX_SCALE * nodes.length_m, in_time_m)
     so_far_m = np.vstack((np.zeros(2), np.cumsum(np.column_stack((walked_m, in_time_m)), axis=0)))
     possible_m = np.diff(so_far_m[at], axis=0).min(axis=1)
-    excess_m = (np.abs(np.diff(walk.ties.position)) - possible_m - MARGIN_M).clip(0)
+    excess_m = (np.abs(np.diff(walk.fixes.position)) - possible_m - MARGIN_M).clip(0)
     return np.asarray(np.maximum(np.append(excess_m, 0.0), np.append(0.0, excess_m)))

@@ -22,7 +22,7 @@ from vislam2tag.estimation.landmark_survey.local_map import Chart, LinearMap, Lo
 SHIFT_M, SHIFT_NUMBERS = 0.06, 1.0
 """A walk sees a landmark off its place by this, per axis (assumed, as if so many numbers told it, before anything is
 seen) ..."""
-SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
+SHIFT_DOF, WALK_DOF, SURVEY_DOF = 3.0, 4.0, 2.0
 """... or by far more: degrees of freedom of Student's t. Walks as a whole and the survey have such tails, too."""
 SETTLED_M = 1e-6
 """Re-weighting has converged when no landmark moves any more by this: rounds are few, and then neither the order of the
@@ -47,11 +47,11 @@ class Doubts:
     @property
     def seen_off_m2(self) -> float:
         """Mean variance per axis of how far a walk sees a landmark off its place."""
-        return self.shift_m**2 * (SHIFT_TAIL + 2) / SHIFT_TAIL
+        return self.shift_m**2 * (SHIFT_DOF + 2) / SHIFT_DOF
 
     def expected(self) -> Doubts:
         """For covariances: the mean variance of each shift where re-weighting gives the inverse mean precision."""
-        return replace(self, shift=tuple(one * (SHIFT_TAIL + 2) / SHIFT_TAIL for one in self.shift))
+        return replace(self, shift=tuple(one * (SHIFT_DOF + 2) / SHIFT_DOF for one in self.shift))
 
     def cautious(self, factor: float) -> Doubts:
         """Be more doubtful about what walks see, by a factor."""
@@ -242,8 +242,8 @@ def _reweighted(joined: LandmarkMap, linear: Mapping[int, LinearMap]) -> Doubts:
     shift_m = float(np.sqrt((SHIFT_NUMBERS * SHIFT_M**2 + square_m2) / (SHIFT_NUMBERS + numbers)))
     shift, walk = list(old.shift), old.walk.copy()
     for number, (square, determined, of_walk, walk_numbers) in misses.items():
-        shift[number] = variance_factor(square / shift_m**2, determined, SHIFT_TAIL)
-        walk[number] = max(float(variance_factor(of_walk, walk_numbers, WALK_TAIL)), 1.0)
+        shift[number] = variance_factor(square / shift_m**2, determined, SHIFT_DOF)
+        walk[number] = max(float(variance_factor(of_walk, walk_numbers, WALK_DOF)), 1.0)
     return Doubts(shift_m, tuple(shift), walk, _survey_doubts(joined))
 
 
@@ -275,7 +275,7 @@ def _survey_doubts(joined: LandmarkMap) -> FloatArray:
     square = np.einsum("mi,mij,mj->m", miss, worth, miss)
     left = np.einsum("mij,mji->m", worth, joined.position_covariance[rows]) / joined.doubts.survey[rows]
     survey = np.ones(len(rows))
-    survey[rows] = variance_factor(square, (2 - left).clip(0), SURVEY_TAIL)
+    survey[rows] = variance_factor(square, (2 - left).clip(0), SURVEY_DOF)
     return survey
 
 

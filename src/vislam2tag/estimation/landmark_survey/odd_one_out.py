@@ -24,7 +24,7 @@ from vislam2tag.estimation.landmark_survey.comparison import (
     survey_left_out,
 )
 from vislam2tag.estimation.landmark_survey.device_metre import DeviceMetre, device_metres, in_true_metres
-from vislam2tag.estimation.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, join, linear_map
+from vislam2tag.estimation.landmark_survey.landmark_map import SHIFT_DOF, LandmarkMap, join, linear_map
 
 SUSPECT_SIGMAS, SUSPECT_FACTOR = 1.5, 1.5
 """A survey is looked at more closely that is so many standard deviations off, or whose landmark a walk is taken to have
@@ -169,7 +169,7 @@ def _survey(joined: LandmarkMap, landmark: int) -> Comparison:
 def _sights_trusted(joined: LandmarkMap, landmark: int) -> bool:
     """Whether no walk is taken to have seen the landmark much farther off than usual."""
     factors = [shift[one.landmark == landmark] for one, shift in zip(joined.maps, joined.doubts.shift, strict=True)]
-    return bool(np.concatenate(factors).max(initial=0.0) < SUSPECT_FACTOR * (SHIFT_TAIL + 2) / SHIFT_TAIL)
+    return bool(np.concatenate(factors).max(initial=0.0) < SUSPECT_FACTOR * (SHIFT_DOF + 2) / SHIFT_DOF)
 
 
 def _sights(joined: LandmarkMap) -> list[Comparison]:

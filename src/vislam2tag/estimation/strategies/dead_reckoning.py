@@ -43,7 +43,7 @@ class DeadReckoning:
         time_s = _seconds(camera.time_ns[frame], walk)
         position, spread = walk.at(time_s)
         contradiction_m = contradictions_m(walk)
-        doubt_m = np.interp(time_s, walk.nodes.time_s[walk.ties.node], contradiction_m)
+        doubt_m = np.interp(time_s, walk.nodes.time_s[walk.fixes.node], contradiction_m)
         spread = spread + doubt_m[:, None, None] ** 2 / 2 * np.eye(2)
         builder.position_bcs[frame] = np.column_stack((position, height.z_m[frame]))
         builder.status[frame] = Status.OK
@@ -108,7 +108,7 @@ def _events(
     left_out = LeftOut.of(walk)
     for fix in np.flatnonzero(left_out.doubtful).tolist():
         size_m = float(np.linalg.norm(left_out.error_m[fix]))
-        at = frame_at(float(walk.nodes.time_s[walk.ties.node[fix]]))
+        at = frame_at(float(walk.nodes.time_s[walk.fixes.node[fix]]))
         events.append(TrackerEvent(EventKind.DOUBTFUL_FIX, at, size_m, reason=walk.names[fix]))
     return tuple(sorted(events, key=lambda event: event.frame))
 

@@ -70,7 +70,7 @@ def doubtful_fixes(walk: ReckonedWalk, left_out: LeftOutFixes) -> list[DoubtfulF
     return [
         DoubtfulFix(
             name=walk.names[fix],
-            fix_m=_rounded(walk.ties.position[fix]),
+            fix_m=_rounded(walk.fixes.position[fix]),
             offset_m=_rounded(as_complex(left_out.error_m[fix]).item()),
             size_m=round(float(np.linalg.norm(left_out.error_m[fix])), 4),
             sigma_m=round(float(left_out.sigma_m[fix]), 4),
@@ -92,7 +92,7 @@ def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[Le
             floor=floor,
             landmark=walk.names[fix],
             passes=1,
-            surveyed_m=_rounded(walk.ties.position[fix]),
+            surveyed_m=_rounded(walk.fixes.position[fix]),
             offset_m=_rounded(as_complex(left_out.error_m[fix]).item()),
             covariance_m2=(float(left_out.sigma_m[fix] ** 2), 0.0, float(left_out.sigma_m[fix] ** 2)),
             survey_covariance_m2=(float(scatter_m2[fix]), 0.0, float(scatter_m2[fix])),

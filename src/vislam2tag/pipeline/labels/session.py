@@ -299,4 +299,4 @@ def _told_arrays(task: SessionTask) -> Iterator[AnyArray]:
     if (ties := task.ties) is not None:
         yield from (ties.time_ns, ties.position_bcs, ties.covariance_m2)
     if (tracker := task.tracker) is not None:
-        yield np.array((tracker.times_usual, tracker.numbers))
+        yield np.array((tracker.times_usual, tracker.effective_observations))

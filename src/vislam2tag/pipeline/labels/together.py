@@ -27,7 +27,7 @@ from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.similarity import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
-from vislam2tag.estimation.noise import told_by_others
+from vislam2tag.estimation.noise import noise_of_other_walks
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
@@ -211,7 +211,7 @@ def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, Tracker
     told: dict[SessionKey, TrackerNoise | None] = {}
     for device in {key.device for key, _ in known}:
         own = [(key, noise) for key, noise in known if key.device == device]
-        told |= zip([key for key, _ in own], told_by_others([noise for _, noise in own]), strict=True)
+        told |= zip([key for key, _ in own], noise_of_other_walks([noise for _, noise in own]), strict=True)
     return told
 
 

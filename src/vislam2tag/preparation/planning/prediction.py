@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.estimation.factors import LinearWalk, Model, Weights
+from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import USUAL, NoiseLevels
 from vislam2tag.estimation.observations import Passes, WalkObservations
@@ -102,8 +102,9 @@ def smoothed_walk(
     plane = as_complex(path)
     model = Model(observations, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
-    weights = Weights.even(replace(noise, sighting_numbers=float(len(at))), len(at), len(sheets.position))
-    return SolvedWalk.of(LinearWalk(model, priors, equivalent_variances(model, weights)))
+    noise = replace(noise, sighting_observations=float(len(at)))
+    even = VarianceFactors.even(noise, len(at), len(sheets.position))
+    return SolvedWalk.of(LinearWalk(model, priors, equivalent_variances(model, even)))
 
 
 def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:

@@ -20,7 +20,7 @@ from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_AT_ONCE, MAX_DIAGNOSED_PASSES, MAX_PAIRS
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.estimation.drift import STATES, transitions
-from vislam2tag.estimation.factors import LinearWalk, Model, Weights, sighting_variance
+from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import SCALE_SIGMA, USUAL
 from vislam2tag.estimation.observations import WalkObservations
@@ -53,8 +53,8 @@ class WalkPasses:
         observations = observations.first(MAX_DIAGNOSED_PASSES)
         odometry, passes = observations.odometry, observations.passes
         model = Model(observations, odometry.path, np.ones_like(odometry.path), rough=False)
-        even = Weights.even(USUAL, len(passes.at), len(observations.ids))
-        drift = LinearWalk(model, LandmarkPriors.nothing(len(observations.ids)), even).drift
+        even = VarianceFactors.even(USUAL, len(passes.at), len(observations.ids))
+        drift = LinearWalk(model, LandmarkPriors.nothing(len(observations.ids)), even).drift_factor
         return cls(
             key=key,
             landmark=tuple(observations.ids[i] for i in passes.landmark),
