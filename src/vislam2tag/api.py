@@ -109,6 +109,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
     from vislam2tag.pipeline.labels.evaluate import evaluate as evaluate
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
+    from vislam2tag.pipeline.labels.label_table import TableTimesRead as TableTimesRead
     from vislam2tag.pipeline.labels.label_table import label as label
     from vislam2tag.pipeline.labels.landmark_survey import JointSurvey as JointSurvey
     from vislam2tag.pipeline.labels.landmark_survey import ReducedSession as ReducedSession
@@ -129,6 +130,8 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.positioning.train import TrainedModel as TrainedModel
     from vislam2tag.pipeline.positioning.train import TrainPlan as TrainPlan
     from vislam2tag.pipeline.positioning.train import train as train
+    from vislam2tag.pipeline.run.selection import ProcessChoices as ProcessChoices
+    from vislam2tag.pipeline.run.selection import RunChoices as RunChoices
     from vislam2tag.pipeline.run.selection import Selection as Selection
     from vislam2tag.pipeline.run.workers import Executor as Executor
     from vislam2tag.pipeline.site.init import NewFloor as NewFloor

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from enum import Enum
-from typing import Any
+from typing import Any, is_typeddict
 
 from typer.testing import CliRunner
 
@@ -78,6 +78,9 @@ def _signature(name: str, thing: Any) -> str:
         }
         fields = "".join(f"    {field}: {types[field]},\n" for field in thing.model_fields)
         return f"{name}(\n{fields})"
+    if is_typeddict(thing):
+        keys = "".join(f"    {key}: {hint.__forward_arg__},\n" for key, hint in thing.__annotations__.items())
+        return f"{name}(\n{keys})"
     try:
         signature = inspect.signature(thing)
     except ValueError:

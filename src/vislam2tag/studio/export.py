@@ -213,8 +213,7 @@ def write_rows(
     group_rows: int = GROUP_ROWS,
 ) -> None:
     """Write a table as the page reads it, in groups of so many rows; with ``notes`` in the file's own words."""
-    options = {"compression": "snappy", "row_group_size": group_rows, "statistics": True, "metadata": notes}
-    write_parquet(table, folder, name, **options)
+    write_parquet(table, folder, name, compression="snappy", row_group_size=group_rows, metadata=notes)
 
 
 DATASET, SHARED_PAGE = "dataset", "page"

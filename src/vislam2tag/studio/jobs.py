@@ -25,6 +25,7 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.label_run import jobs_of, label_run
 from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.selection import OpenedSurvey
 from vislam2tag.pipeline.run.workers import done_in, run_job, worker_pool
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.model import Survey
@@ -176,7 +177,7 @@ class JobQueue:
         wanted = list(requested) if requested is not None else sorted({*workspace.stale(), *failed})
         self._keep_before(wanted)
         id_of = {ref.folder: id for id, ref in now.refs.items()}
-        with label_run(now.survey, now.corrections, workspace.out, workspace.settings) as run:
+        with label_run(OpenedSurvey(now.survey, now.corrections, workspace.settings), workspace.out) as run:
             self._unfinished = True
             tasks = [task for task in run.tasks if id_of[task.ref.folder] in wanted]
             todo = {job.slug: job for job in jobs_of(tasks, run.settings, run.folder)}
@@ -269,7 +270,7 @@ def _made_ready(settings: ProcessSettings) -> None:
 
 def _reduced(survey: Survey, corrections: Corrections, out: Path, settings: ProcessSettings) -> None:
     """Make summary and report; runs in a worker."""
-    with label_run(survey, corrections, out, settings) as run:
+    with label_run(OpenedSurvey(survey, corrections, settings), out) as run:
         run.reduced()
 
 

@@ -16,6 +16,7 @@ from vislam2tag.pipeline.fleet.catalogue import Fleet
 from vislam2tag.pipeline.fleet.process import FleetOutcome, SessionOutcome, process_fleet
 from vislam2tag.pipeline.fleet.reduction import SurveyJob, SurveyOutcome
 from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.run.selection import OpenedSurvey
 from vislam2tag.pipeline.run.workers import Report, process_all
 from vislam2tag.settings import Settings
 
@@ -59,10 +60,9 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int, int],
         counting, held = Counting(sessions), {"now": 0, "most": 0}
         monkeypatch.setattr(module, "label_run", counting.label_run)
         monkeypatch.setattr(module, "jobs_of", counting.jobs_of)
-        for name in ("read_corrections", "inputs_of"):
-            monkeypatch.setattr(module, name, lambda *_: "inputs")
+        monkeypatch.setattr(module, "inputs_of", lambda *_: "inputs")
         survey = SimpleNamespace(sessions=(), findings=())
-        monkeypatch.setattr(module, "open_survey", lambda *_, **__: survey)
+        monkeypatch.setattr(OpenedSurvey, "at", lambda *_: SimpleNamespace(survey=survey))
         monkeypatch.setattr(module, "shared_survey", lambda found, **_: found)
         monkeypatch.setattr(module, "described", lambda _: {})
 

@@ -14,6 +14,7 @@ from vislam2tag.pipeline.labels.label_run import jobs_of, opened_run
 from vislam2tag.pipeline.labels.process import dry_run, process
 from vislam2tag.pipeline.labels.session import Reason
 from vislam2tag.pipeline.run.output import OutputFolder
+from vislam2tag.pipeline.run.selection import OpenedSurvey
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")
@@ -58,7 +59,7 @@ def test_each_session_that_would_run_is_told_with_why(
 def test_what_failed_before_and_what_lost_its_tables_is_told(tmp_path: Path) -> None:
     survey, out = make_survey(tmp_path / "survey", devices=("LG",), sessions=2, seconds=20.0), tmp_path / "labels"
     process(survey, out, SETTINGS)
-    run = opened_run(survey, SETTINGS, OutputFolder(out))
+    run = opened_run(OpenedSurvey.at(survey, SETTINGS), OutputFolder(out))
     jobs_of(run.tasks, SETTINGS, run.folder)[0].given_up("3 workers died of it")
     max((out / "wifi").iterdir()).unlink()
     assert [one.reasons for one in dry_run(survey, out, SETTINGS)] == [(Reason.FAILED,), (Reason.LOST,)]

@@ -12,12 +12,14 @@ import os
 import stat
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Literal, TypeAlias, TypedDict, Unpack
 
 import polars as pl
 
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.parquet_layout import check_parquet
+
+DataType: TypeAlias = pl.DataType | type[pl.DataType]
 
 
 def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
@@ -59,22 +61,51 @@ def parquet_metadata(path: Path) -> dict[str, str]:
     return pl.read_parquet_metadata(_parquet_to_read(path))
 
 
-def read_csv(source: Path | bytes, **options: Any) -> pl.DataFrame:
-    """Read a CSV file, or its content, with :func:`polars.read_csv`'s options; raises as :func:`read_parquet`."""
+class CsvOptions(TypedDict, total=False):
+    """How a CSV file is read: the options of :func:`polars.read_csv` that files of ours and of others need."""
+
+    has_header: bool
+    separator: str
+    quote_char: str | None
+    columns: list[str]
+    schema: Mapping[str, DataType]
+    schema_overrides: Mapping[str, DataType]
+    infer_schema: bool
+    null_values: list[str]
+    truncate_ragged_lines: bool
+    ignore_errors: bool
+    decimal_comma: bool
+    encoding: Literal["utf8", "utf8-lossy"]
+    n_rows: int
+
+
+def read_csv(source: Path | bytes, **options: Unpack[CsvOptions]) -> pl.DataFrame:
+    """Read a CSV file, or its content; raises as :func:`read_parquet`."""
+    quote, separator = options.get("quote_char", '"'), options.get("separator", ",")
     if isinstance(source, bytes):
-        _refuse_lone_quote(source[-2:], options)
+        _refuse_lone_quote(source[-2:], quote, separator)
         return pl.read_csv(source, **options)
-    _refuse_lone_quote(_end_of(source), options)
+    _refuse_lone_quote(_end_of(source), quote, separator)
     return pl.read_csv(_to_read(source), glob=False, **options)
 
 
-def scan_csv(path: Path, **options: Any) -> pl.LazyFrame:
-    """Scan a CSV file with :func:`polars.scan_csv`'s options; raises OSError as :func:`scan_parquet`."""
-    _refuse_lone_quote(_end_of(path), options)
-    return pl.scan_csv(_to_read(path), glob=False, **options)
+def scan_csv(path: Path, *, schema: Mapping[str, DataType] | None = None, has_header: bool = True) -> pl.LazyFrame:
+    """Scan a CSV file; raises OSError as :func:`scan_parquet`."""
+    _refuse_lone_quote(_end_of(path))
+    return pl.scan_csv(_to_read(path), glob=False, schema=schema, has_header=has_header)
 
 
-def write_parquet(table: pl.DataFrame | pl.LazyFrame, folder: Folder, name: str, **options: Any) -> None:
+class ParquetOptions(TypedDict, total=False):
+    """How a Parquet file is written: options of :meth:`polars.DataFrame.write_parquet`."""
+
+    compression: Literal["lz4", "snappy", "zstd"]
+    row_group_size: int
+    metadata: dict[str, str] | None
+
+
+def write_parquet(
+    table: pl.DataFrame | pl.LazyFrame, folder: Folder, name: str, **options: Unpack[ParquetOptions]
+) -> None:
     """Write a Parquet file whole; a lazy table is streamed. Raises OSError or PolarsError if it cannot be written."""
     with folder.filling(name) as path:
         _absolute(path)  # refuses a path that Polars cannot take
@@ -84,10 +115,10 @@ def write_parquet(table: pl.DataFrame | pl.LazyFrame, folder: Folder, name: str,
             table.write_parquet(path, **options)
 
 
-def write_csv(table: pl.DataFrame, folder: Folder, name: str, **options: Any) -> None:
-    """Write a CSV file whole with :meth:`polars.DataFrame.write_csv`'s options; raises as :func:`write_parquet`."""
+def write_csv(table: pl.DataFrame, folder: Folder, name: str, *, float_precision: int | None = None) -> None:
+    """Write a CSV file whole; raises as :func:`write_parquet`."""
     with folder.writing(name) as file:
-        table.write_csv(file, **options)
+        table.write_csv(file, float_precision=float_precision)
 
 
 def _end_of(path: Path) -> bytes:
@@ -97,11 +128,10 @@ def _end_of(path: Path) -> bytes:
         return file.read()
 
 
-def _refuse_lone_quote(end: bytes, options: Mapping[str, Any]) -> None:
+def _refuse_lone_quote(end: bytes, quote_char: str | None = '"', separator: str = ",") -> None:
     """Raise ComputeError where a table's last field is a quote and nothing more: Polars' parser panics over that."""
-    quote = (options.get("quote_char", '"') or "").encode()
-    separators = (b"", b"\n", b"\r", options.get("separator", ",").encode())
-    if quote and end.endswith(quote) and end.removesuffix(quote) in separators:
+    quote = (quote_char or "").encode()
+    if quote and end.endswith(quote) and end.removesuffix(quote) in (b"", b"\n", b"\r", separator.encode()):
         raise pl.exceptions.ComputeError("its last field is an open quote")
 
 

@@ -35,8 +35,8 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     """Write one file a table, ``splits.parquet`` (split, id, group) and ``columns.csv``."""
     for name, table in dataset.tables.items():
         metadata = _metadata(dataset) if name == FINGERPRINTS else {}
-        options = {"compression": "snappy", "row_group_size": _ROWS_A_GROUP, "metadata": metadata}
-        write_parquet(table, folder, f"{name}.parquet", **options)
+        file = f"{name}.parquet"
+        write_parquet(table, folder, file, compression="snappy", row_group_size=_ROWS_A_GROUP, metadata=metadata)
         context.progress(name, len(dataset.tables))
     if dataset.splits:
         write_parquet(_splits_table(dataset.splits), folder, SPLITS_FILE, compression="snappy")

@@ -46,9 +46,8 @@ from vislam2tag.pipeline.labels.label_run import LabelRun, jobs_of, label_run
 from vislam2tag.pipeline.labels.process import dry_run
 from vislam2tag.pipeline.labels.session import Outcome, SessionJob, code_of
 from vislam2tag.pipeline.run.keys import key_of
+from vislam2tag.pipeline.run.selection import OpenedSurvey
 from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run_job
-from vislam2tag.sessions.registry import open_survey
-from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.site.model import Survey
 from vislam2tag.site.stored_survey import survey_at_hand
@@ -227,14 +226,13 @@ class FleetRun:
             settings = self.settings_for(root)
             if settings.together:
                 raise UsageError("together: a fleet maps each walk alone; run process on the survey, or leave it out")
-            survey = open_survey(root, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
-            row = described(survey) | {"inputs": inputs, "labels": self._labels_key(survey, settings, inputs)}
-            reduced = self._is_reduced(name, str(row["labels"]))
+            opened = OpenedSurvey.at(root, settings)
+            labels = self._labels_key(opened.survey, settings, inputs)
+            row = described(opened.survey) | {"inputs": inputs, "labels": labels}
+            reduced = self._is_reduced(name, labels)
             out = self.fleet.root / LABELS / name
-            corrections, follow_links = read_corrections(root), self.follow_links
-            run = stack.enter_context(
-                label_run(survey, corrections, out, settings, keep_summary=reduced, follow_links=follow_links)
-            )
+            made = label_run(opened, out, keep_summary=reduced, follow_links=self.follow_links)
+            run = stack.enter_context(made)
             self.open[name] = _Open(stack.pop_all(), run, row, len(run.tasks), reduced and run.is_reduced)
         return self.open[name]
 

@@ -37,6 +37,7 @@ from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED, LABELS, REDUCED, R
 from vislam2tag.pipeline.labels.label_run import opened_run
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.output import OutputFolder
+from vislam2tag.pipeline.run.selection import OpenedSurvey
 from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.site.stored_survey import survey_at_hand
 from vislam2tag.views.fleet_pages import fleet_pages, session_page, survey_pages
@@ -207,7 +208,7 @@ def reduce_survey(job: SurveyJob) -> SurveyOutcome:
         written.add(name)
 
     with survey_at_hand(job.fleet / SURVEYS / job.survey) as root:
-        run = opened_run(root, job.settings, job.out, follow_links=job.follow_links)
+        run = opened_run(OpenedSurvey.at(root, job.settings), job.out, follow_links=job.follow_links)
         shown = run.shown
 
         def take(result: SessionResult) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Unpack
 
 from pydantic import ValidationError
 
@@ -24,13 +25,10 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.check_session import CheckedSession, check_session
 from vislam2tag.pipeline.labels.walked_floors import FloorWalked, WalkPlaces, walked_floors
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, refuse_left_out, selected, session_task
-from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.pipeline.run.selection import OpenedSurvey, RunChoices
 from vislam2tag.quality.landmark_gain import GainMap
 from vislam2tag.quality.self_check import bad_landmarks, judgement_of
 from vislam2tag.quality.self_check_record import FloorCheck, SessionCheck, SurveyCheck
-from vislam2tag.sessions.registry import open_survey
-from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.views.check_page import write_check_page
@@ -65,13 +63,11 @@ def check(
     settings: ProcessSettings | None = None,
     *,
     out: AnyPath | None = None,
-    landmarks: AnyPath | None = None,
-    selection: Selection | None = None,
-    jobs: int = 1,
     walkable: WalkableSettings | None = None,
     follow_links: bool = False,
     progress: Progress[SessionCheck] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+    **choices: Unpack[RunChoices],
 ) -> SurveyCheck:
     """Check a survey against itself: leave out each landmark or fix in turn, session by session.
 
@@ -79,23 +75,15 @@ def check(
 
     What was walked of the space that can be walked on the plans is found by ``walkable``. Plans and other site files
     that links lead to outside the survey are not shown, unless ``follow_links`` is given; ``tell`` is called with their
-    names. With ``out`` all is written
-    there as ``check.json`` and ``check.html``. ``landmarks`` is a file with the
-    landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
-    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey or
-    ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
-    cannot be written; a bad session is only counted in ``SurveyCheck.failed``.
+    names. With ``out`` all is written there as ``check.json`` and ``check.html``. ``landmarks``, ``selection`` and
+    ``jobs`` are as :class:`RunChoices` says. Raises SurveyError where ``survey_root`` is no survey or ``landmarks`` no
+    landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out`` cannot be written;
+    a bad session is only counted in ``SurveyCheck.failed``.
     """
-    survey_root, out, landmarks = Path(survey_root), path_or_none(out), path_or_none(landmarks)
-    settings = settings or ProcessSettings()
-    survey = open_survey(
-        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
-    )
-    corrections = read_corrections(survey_root)
-    refs = selected(survey, corrections, selection or Selection())
+    opened, out = OpenedSurvey.at(survey_root, settings, **choices), path_or_none(out)
+    survey, settings, refs = opened.survey, opened.settings, opened.refs
     if out is not None:
-        refuse_among_sessions(survey, out)
-        refuse_left_out(out, _checked_before(out), refs, selection or Selection())
+        opened.refuse_output(out, _checked_before(out))
         _make_folder(out)
     collected = _Collected([ref.slug for ref in refs])
 
@@ -103,8 +91,7 @@ def check(
         collected.take(checked)
         progress(checked.record, len(refs))
 
-    todo = [session_task(ref, survey, corrections, settings) for ref in refs]
-    process_all(partial(check_session, settings), todo, jobs, report)
+    opened.run_all(partial(check_session, settings), opened.tasks(refs), report=report)
     shown = shared_survey(survey, follow_links=follow_links)
     tell(left_out_of(shown.findings))
     walked = walked_floors(shown.root, shown.site, collected.places, walkable)

@@ -27,7 +27,7 @@ from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.estimation.strategies.smoother import Smoother
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
-from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.failures import done_or_failed
 from vislam2tag.quality.landmark_gain import SessionGains, gains, positions_each_metre, session_gains
 from vislam2tag.quality.self_check import LeftOut, error_factor, estimate_accuracy, expected_error_m, leave_out
 from vislam2tag.quality.self_check_record import DoubtfulFix, LeftOutMark, SessionCheck
@@ -112,12 +112,8 @@ class CheckedSession:
 
 def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     """Read, map and check one session; one that cannot be read or mapped becomes a record with an error."""
-    try:
-        return _check(settings, task)
-    except SessionError as error:
-        return CheckedSession(_record(task, error=str(error)))
-    except Exception as error:  # one bad session must not end the batch; its record names the fault
-        return CheckedSession(_record(task, error=unexpected(task.ref.key, error)))
+    failed = lambda error: CheckedSession(_record(task, error=error))
+    return done_or_failed(task.ref.key, lambda: _check(settings, task), failed)
 
 
 def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:

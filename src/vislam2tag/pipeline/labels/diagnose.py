@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import polars as pl
@@ -19,7 +19,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.tracks import longest_section
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.dead_reckoning.walk import LeftOut
@@ -33,9 +33,9 @@ from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sess
 from vislam2tag.pipeline.labels.odd_references import odd_faults, references
 from vislam2tag.pipeline.labels.survey_evidence import Places, places_of, survey_evidence, thinned
 from vislam2tag.pipeline.labels.wifi_clocks import wifi_clocks
-from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.selection import Selection, selected, session_task
-from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.pipeline.run.failures import done_or_failed
+from vislam2tag.pipeline.run.selection import OpenedSurvey, RunChoices, session_task
+from vislam2tag.pipeline.run.workers import outcomes_of
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.id_faults import floors_of_passes, id_faults
 from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind, Gain, References
@@ -48,10 +48,10 @@ from vislam2tag.quality.self_check_record import DoubtfulFix
 from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
-from vislam2tag.sessions.registry import open_survey, true_keys
+from vislam2tag.sessions.registry import true_keys
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes, floors_told
 from vislam2tag.site.corrections.edits import with_entries
-from vislam2tag.site.corrections.file import Corrections, read_corrections
+from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.discover import session_folders
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.model import SessionKey, SessionRef, Survey
@@ -95,12 +95,8 @@ class DiagnosedSession:
 
 def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     """Read a session, reduce it and map it; one that cannot be read becomes an error."""
-    try:
-        return _observed_or_told(settings, task)
-    except SessionError as error:
-        return DiagnosedSession(task.ref.key, error=str(error))
-    except Exception as error:  # one bad session must not end the batch; its record names the fault
-        return DiagnosedSession(task.ref.key, error=unexpected(task.ref.key, error))
+    key = task.ref.key
+    return done_or_failed(key, lambda: _observed_or_told(settings, task), partial(DiagnosedSession, key))
 
 
 def _observed_or_told(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
@@ -210,33 +206,19 @@ def diagnose(
     survey_root: AnyPath,
     settings: ProcessSettings | None = None,
     *,
-    landmarks: AnyPath | None = None,
-    selection: Selection | None = None,
-    jobs: int = 1,
     progress: Progress[DiagnosedSession] = silent,
+    **choices: Unpack[RunChoices],
 ) -> Diagnosis:
     """Name what is wrong with a survey, how that is known, what its correction brings, and the lines to correct it.
 
-    ``landmarks`` is a file that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
-    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey, UsageError for
-    a selection that matches nothing; a session that cannot be read is named in ``Diagnosis.failed``.
+    ``landmarks``, ``selection`` and ``jobs`` are as :class:`~vislam2tag.pipeline.run.selection.RunChoices` says. Raises
+    SurveyError where ``survey_root`` is no survey, UsageError for a selection that matches nothing; a session that
+    cannot be read is named in ``Diagnosis.failed``.
     """
-    survey_root, landmarks = Path(survey_root), path_or_none(landmarks)
-    settings = settings or ProcessSettings()
-    survey = open_survey(
-        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
-    )
-    corrections = read_corrections(survey_root)
-    chosen = selected(survey, corrections, selection or Selection())
+    opened = OpenedSurvey.at(survey_root, settings, **choices)
+    survey, settings, chosen = opened.survey, opened.settings, opened.refs
     refs = thinned(chosen)
-    sessions: list[DiagnosedSession] = []
-
-    def keep(session: DiagnosedSession) -> None:
-        sessions.append(session)
-        progress(session, len(refs))
-
-    todo = [session_task(ref, survey, corrections, settings) for ref in refs]
-    process_all(partial(observe_session, settings), todo, jobs, keep)
+    sessions = outcomes_of(opened.run_all, partial(observe_session, settings), opened.tasks(refs), progress)
     sessions.sort(key=lambda session: session.key)
     walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
     of_ids, walks = id_faults(survey.site.landmarks, walks)

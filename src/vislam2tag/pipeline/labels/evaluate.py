@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Unpack
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
@@ -19,16 +21,14 @@ from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate
 from vislam2tag.pipeline.labels.label_run import removed_findings, run_record
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.output import OutputFolder, without_sessions
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, refuse_left_out, selected, session_task
-from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.pipeline.run.selection import OpenedSurvey, RunChoices
+from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.quality.evaluation.dense import dense_rows, survey_drift
 from vislam2tag.quality.evaluation.metrics import table_rows
 from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_points
 from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.quality.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.quality.evaluation.trajectory_files import READERS
-from vislam2tag.sessions.registry import open_survey
-from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.views.evaluation_page import write_evaluation_page
 
 PROGRAM = "vislam2tag evaluate"
@@ -43,48 +43,36 @@ def evaluate(
     settings: ProcessSettings | None = None,
     *,
     strategies: Sequence[str] = (),
-    landmarks: AnyPath | None = None,
     truth: AnyPath | None = None,
     clock_drift: bool = False,
-    selection: Selection | None = None,
-    jobs: int = 1,
     progress: Progress[SessionEvaluation] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+    **choices: Unpack[RunChoices],
 ) -> SurveyEvaluation:
     """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/how-to/evaluate.md).
 
     ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
-    folders; ``landmarks`` is a file that replaces the floors' own. With ``clock_drift`` a total station's clock may run
-    at another rate than the phone's. With ``jobs`` > 1 sessions run in that many processes (call it from under
-    ``if __name__ == "__main__":``). ``progress`` hears of a total station's sessions twice. ``tell`` is called
-    with the sessions whose results went because the survey no longer contains them. Raises SurveyError where
-    ``survey_root`` is no survey or has no truth at all, UsageError for an unknown strategy or a selection that matches
-    nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
-    ``SurveyEvaluation.failed``.
+    folders. With ``clock_drift`` a total station's clock may run at another rate than the phone's. ``landmarks``,
+    ``selection`` and ``jobs`` are as :class:`~vislam2tag.pipeline.run.selection.RunChoices` says. ``progress`` hears of
+    a total station's sessions twice. ``tell`` is called with the sessions whose results went because the survey no
+    longer contains them. Raises SurveyError where ``survey_root`` is no survey or has no truth at all, UsageError for
+    an unknown strategy or a selection that matches nothing, OutputError where ``out`` cannot be written or is not ours;
+    a bad session is only counted in ``SurveyEvaluation.failed``.
     """
-    survey_root, out, landmarks, truth = Path(survey_root), Path(out), path_or_none(landmarks), path_or_none(truth)
-    settings, selection = settings or ProcessSettings(), selection or Selection()
+    out, truth, settings = Path(out), path_or_none(truth), settings or ProcessSettings()
     names = tuple(dict.fromkeys(strategies)) or strategies_for_poses()
     for name in names:
         strategy_named(name, settings.mapping)
     if truth is not None and not truth.is_dir():
         raise UsageError(f"--truth {truth}: is no folder; it holds a file for each session, such as SLUG.tum")
-    survey = open_survey(
-        survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
-    )
-    corrections = read_corrections(survey_root)
-    refs = selected(survey, corrections, selection)
-    refuse_among_sessions(survey, out)
-    todo = [
-        EvaluationJob(
-            session_task(ref, survey, corrections, settings), settings, names, truth, OutputFolder(out), clock_drift
-        )
-        for ref in refs
-    ]
-    _refuse_without_truth(survey_root, todo)
-    refuse_left_out(out, OutputFolder(out).own().stems, refs, selection)
-    run = run_record(survey.root, landmarks, settings) | {
-        "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
+    opened = OpenedSurvey.at(survey_root, settings, **choices)
+    survey, refs, output = opened.survey, opened.refs, OutputFolder(out)
+    tasks = opened.tasks(refs)
+    todo = [EvaluationJob(task, settings, names, truth, output, clock_drift) for task in tasks]
+    _refuse_without_truth(survey.root, todo)
+    opened.refuse_output(out, output.own().stems)
+    run = run_record(survey.root, opened.landmark_file, settings) | {
+        "selection": dataclasses.asdict(opened.selection),
         "strategies": list(names),
         "clock_drift": clock_drift,
     }
@@ -94,14 +82,14 @@ def evaluate(
         gone = sorted({*folder.own().stems} - {*own.stems})
         folder.change_own(lambda before: without_sessions(before, set(gone)))
         tell(removed_findings(gone))
-        found = _evaluated(todo, jobs, progress)
+        found = _evaluated(todo, opened.run_all, progress)
         evaluation = _summed(settings, names, [found[ref.slug] for ref in refs])
         _write(folder, evaluation, survey.root.resolve().name)
     return evaluation
 
 
 def _evaluated(
-    todo: list[EvaluationJob], jobs: int, progress: Progress[SessionEvaluation]
+    todo: list[EvaluationJob], run_all: Executor, progress: Progress[SessionEvaluation]
 ) -> dict[str, SessionEvaluation]:
     """Evaluate each session by itself, then those before a total station by device, which share a clock."""
     found: dict[str, SessionEvaluation] = {}
@@ -118,8 +106,8 @@ def _evaluated(
             found[slug] = with_station(found[slug], tracked)
             progress(news, total)
 
-    process_all(evaluate_session, todo, jobs, report)
-    process_all(evaluate_station, devices, jobs, add)
+    run_all(evaluate_session, todo, report=report)
+    run_all(evaluate_station, devices, report=add)
     return found
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vislam2tag.common.errors import OutputError, SessionError, SurveyError
+from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.tracks import Landmarks, Trajectory
@@ -17,7 +17,7 @@ from vislam2tag.core.visits import find_visits
 from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.failures import done_or_failed
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.quality.evaluation.dense import TruePath, dense_errors, dense_figures
 from vislam2tag.quality.evaluation.metrics import frames_within_sigma, points_within_sigma, retention, strategy_errors
@@ -98,14 +98,7 @@ def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
 
     Its trajectories are written. Raises OutputError where they cannot be.
     """
-    try:
-        return _evaluate(job)
-    except OutputError:
-        raise
-    except SessionError as error:
-        return _record(job.ref, error=str(error))
-    except Exception as error:  # one bad session must not end the batch; its record names the fault
-        return _record(job.ref, error=unexpected(job.ref.key, error))
+    return done_or_failed(job.ref.key, lambda: _evaluate(job), lambda error: _record(job.ref, error=error))
 
 
 def map_with(

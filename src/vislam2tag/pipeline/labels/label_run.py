@@ -34,13 +34,12 @@ from vislam2tag.pipeline.labels.session import SessionJob, code_of, still_holds
 from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, survey_evidence, thinned
 from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
+from vislam2tag.pipeline.run.selection import OpenedSurvey, refuse_among_sessions
 from vislam2tag.quality.diagnosis.id_faults import id_faults
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, References
 from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
 from vislam2tag.sessions.prepared import SessionTask
-from vislam2tag.sessions.registry import open_survey
-from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.site.discover import site_files
 from vislam2tag.site.frame_change import CHANGE_FILE
 from vislam2tag.site.links import is_described_from_outside, shared_survey
@@ -111,47 +110,16 @@ class LabelRun:
         return _reduce(self, refs, each)
 
 
-def opened_run(
-    root: Path,
-    settings: ProcessSettings,
-    folder: OutputFolder,
-    landmarks: Path | None = None,
-    selection: Selection | None = None,
-    *,
-    follow_links: bool = False,
-) -> LabelRun:
-    """The run that processes a survey at hand into an output that nobody claims here; raises as :func:`process`."""
-    survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned)
-    return _label_run(survey, read_corrections(root), selection or Selection(), settings, folder, follow_links)
-
-
-def _label_run(
-    survey: Survey,
-    corrections: Corrections,
-    selection: Selection,
-    settings: ProcessSettings,
-    folder: OutputFolder,
-    follow_links: bool,
-) -> LabelRun:
-    refs = selected(survey, corrections, selection)
-    others = [ref for ref in selected(survey, corrections, Selection()) if not selection.contains(ref)]
-    tasks, left_out = ([session_task(ref, survey, corrections, settings) for ref in part] for part in (refs, others))
-    survey = _with_exclusions(survey, corrections)
-    return LabelRun(survey, settings, folder, tasks, left_out, follow_links=follow_links)
+def opened_run(opened: OpenedSurvey, folder: OutputFolder, *, follow_links: bool = False) -> LabelRun:
+    """The run that processes a survey at hand into an output that is not claimed here; raises as :func:`process`."""
+    tasks, others = opened.tasks(opened.refs), opened.tasks(opened.others)
+    survey = _with_exclusions(opened.survey, opened.corrections)
+    return LabelRun(survey, opened.settings, folder, tasks, others, follow_links=follow_links)
 
 
 @contextmanager
 def label_run(
-    survey: Survey,
-    corrections: Corrections,
-    out: Path,
-    settings: ProcessSettings,
-    *,
-    landmarks: Path | None = None,
-    selection: Selection | None = None,
-    replace: bool = False,
-    follow_links: bool = False,
-    keep_summary: bool = False,
+    opened: OpenedSurvey, out: Path, *, replace: bool = False, follow_links: bool = False, keep_summary: bool = False
 ) -> Iterator[LabelRun]:
     """Claim ``out`` for labels of a survey.
 
@@ -161,20 +129,19 @@ def label_run(
     Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if results that would stay are of
     other settings.
     """
-    selection = selection or Selection()
-    refs = selected(survey, corrections, selection)
+    survey, settings, selection = opened.survey, opened.settings, opened.selection
+    slugs = {ref.slug for ref in opened.refs}
     refuse_among_sessions(survey, out)
     if not replace:
         refuse_other_labels(out, settings.strategy)
     refuse_mixed_settings(out, settings, [ref.slug for ref in survey.sessions if not selection.contains(ref)])
-    record = run_record(survey.root, landmarks, settings) | site_record(survey)
-    slugs = {ref.slug for ref in refs}
+    record = run_record(survey.root, opened.landmark_file, settings) | site_record(survey)
     excluded = {ref.slug for ref in survey.sessions if selection.contains(ref)} - slugs
     own = OwnFiles.of((*OF_RUN, CHANGE_FILE), (*SESSION_FOLDERS, LOGS), slugs)
     with claim(out, record, own=own, replace=replace, keep_summary=keep_summary) as folder:
         folder.discard(CHANGE_FILE)  # it says that the labels were rebased
         gone = folder.drop(lambda slug: slug in slugs if selection.everything else slug not in excluded)
-        run = _label_run(survey, corrections, selection, settings, folder, follow_links)
+        run = opened_run(opened, folder, follow_links=follow_links)
         yield dataclasses.replace(run, removed=removed_findings(gone))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import numpy as np
 import polars as pl
@@ -146,29 +147,38 @@ class _Walk:
     """The table's clock against the walk's."""
 
 
+class TableTimesRead(TypedDict, total=False):
+    """How the times of a table are to be read: their column, clock (``boot``, ``unix``) and unit.
+
+    ``zone`` is that of ISO 8601 times without one.
+    """
+
+    time_name: str | None
+    clock: Clock | str | None
+    unit: str | None
+    zone: str | None
+
+
 def label(
     table: AnyPath | pl.DataFrame,
     labels: AnyPath,
     *,
-    time_name: str | None = None,
-    clock: Clock | str | None = None,
-    unit: str | None = None,
-    zone: str | None = None,
     offset_s: float | None = None,
     align: str | None = None,
     session: str | None = None,
     survey: AnyPath | None = None,
+    **read: Unpack[TableTimesRead],
 ) -> TableLabels:
     """Give each row of a time-stamped table the position of the walk that it was taken on.
 
-    ``table`` is CSV, Parquet or a data frame; ``labels`` an output folder of ``process``. Column, clock (``boot``,
-    ``unix``) and unit of its times are found unless given; ``zone`` is that of ISO 8601 times without one. The table's
-    clock is ahead of the phone's boot clock by ``offset_s``, or, of Unix times, as the phone app's ``session.json`` in
-    the raw ``survey`` says. Otherwise, of Unix times and where no row lies in a walk, it is aligned by the turn rate or
-    the acceleration that both felt (columns such as ``gyro_x``, ``acc_x``), or by access points that both heard
-    (``bssid`` and a level); ``align`` (``motion``, ``levels``) has it so whatever the times are. ``session``, a part of
-    its slug, chooses walks where phones walked at the same time. Raises UsageError, with the figure, where anything of
-    that is not clear, DatasetError where the folder holds no labels.
+    ``table`` is CSV, Parquet or a data frame; ``labels`` an output folder of ``process``. Column, clock and unit of its
+    times are found unless given (:class:`TableTimesRead`). The table's clock is ahead of the phone's boot clock by
+    ``offset_s``, or, of Unix times, as the phone app's ``session.json`` in the raw ``survey`` says. Otherwise, of Unix
+    times and where no row lies in a walk, it is aligned by the turn rate or the acceleration that both felt (columns
+    such as ``gyro_x``, ``acc_x``), or by access points that both heard (``bssid`` and a level); ``align`` (``motion``,
+    ``levels``) has it so whatever the times are. ``session``, a part of its slug, chooses walks where phones walked at
+    the same time. Raises UsageError, with the figure, where anything of that is not clear, DatasetError where the
+    folder holds no labels.
     """
     rows = table if isinstance(table, pl.DataFrame) else read_table(Path(table))
     if taken := [name for name in ADDED if name in rows.columns]:
@@ -178,20 +188,28 @@ def label(
     if offset_s is not None and not abs(offset_s) * 1e9 < MOST_NS:
         raise UsageError(f"--offset-s {offset_s:g}: no clock is so far ahead of another; give seconds")
     ahead_ns = 0 if offset_s is None else round(offset_s * 1e9)
-    times = table_times(
-        rows[time_column(rows.columns, time_name)],
-        spans_ns + (0 if ahead_ns > _YEARS_NS else ahead_ns),
-        clock=None if clock is None else Clock(clock),
-        unit=unit,
-        zone=zone,
-        aligned=align is not None,
-    )
+    spans_ns += 0 if ahead_ns > _YEARS_NS else ahead_ns
+    times = _times(rows, spans_ns, align is not None, **read)
     known = _KnownClock(offset_s, align, path_or_none(survey))
     walks, why = _with_clocks(walks, times, rows, known)
     why += level_notes(rows)
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
     return TableLabels(made, (times.interpretation, *why), counts)
+
+
+def _times(
+    rows: pl.DataFrame,
+    spans_ns: IntArray,
+    aligned: bool,
+    time_name: str | None = None,
+    clock: Clock | str | None = None,
+    unit: str | None = None,
+    zone: str | None = None,
+) -> TableTimes:
+    column = rows[time_column(rows.columns, time_name)]
+    known = None if clock is None else Clock(clock)
+    return table_times(column, spans_ns, clock=known, unit=unit, zone=zone, aligned=aligned)
 
 
 def _walks(folder: Path, wanted: str | None) -> list[_Walk]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from vislam2tag.common.errors import SessionError, SurveyError, UsageError
+from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
@@ -26,13 +25,11 @@ from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.smoother import solve_in_own_frame
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.selection import session_task
-from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.pipeline.run.failures import done_or_failed
+from vislam2tag.pipeline.run.selection import OpenedSurvey, Selection
+from vislam2tag.pipeline.run.workers import outcomes_of
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_track
-from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import CLIMB_M
-from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.model import SessionKey, Site, Survey
 
 
@@ -100,12 +97,11 @@ class JointSurvey:
 def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     """Read a session and map its landmarks in its own frame; what ends it stands in its error."""
     key = task.ref.key
-    try:
-        return reduced(settings, prepared_track(task).longest_section())
-    except SessionError as error:
-        return ReducedSession(key, error=str(error))
-    except Exception as error:  # one bad session must not end the batch; its result names the fault
-        return ReducedSession(key, error=unexpected(key, error))
+    return done_or_failed(
+        key,
+        lambda: reduced(settings, prepared_track(task).longest_section()),
+        lambda error: ReducedSession(key, error=error),
+    )
 
 
 def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSession:
@@ -220,29 +216,10 @@ def survey_landmarks(
     that many processes. Raises SurveyError where ``root`` is no survey, UsageError for a floor without sessions,
     OutputError where a worker is ended from outside; a session that cannot be read has an ``error``.
     """
-    root = Path(root)
-    settings = settings or ProcessSettings()
-    survey = open_survey(root, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
-    corrections = read_corrections(root)
-    there = {ref.key.floor for ref in survey.sessions}
-    for floor in floors:
-        if floor not in there:
-            raise UsageError(
-                f"--floor {floor}: the survey has no session of it; there are: {', '.join(map(str, sorted(there)))}"
-            )
-    todo = [
-        session_task(ref, survey, corrections, settings)
-        for ref in survey.sessions
-        if (not floors or ref.key.floor in floors) and not corrections.excludes(ref.key)
-    ]
-    sessions: list[ReducedSession] = []
-
-    def keep(session: ReducedSession) -> None:
-        sessions.append(session)
-        progress(session, len(todo))
-
-    process_all(partial(reduce_session, settings.mapping), todo, jobs, keep)
-    return join_sessions(survey, sessions, settings.survey.landmark_sigma_m)
+    opened = OpenedSurvey.at(root, settings, selection=Selection(floors=floors), jobs=jobs)
+    work = partial(reduce_session, opened.settings.mapping)
+    sessions = outcomes_of(opened.run_all, work, opened.tasks(opened.refs), progress)
+    return join_sessions(opened.survey, sessions, opened.settings.survey.landmark_sigma_m)
 
 
 def join_sessions(

@@ -20,7 +20,7 @@ import numpy as np
 import polars as pl
 from threadpoolctl import threadpool_limits
 
-from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
@@ -34,8 +34,8 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.odd_references import references
 from vislam2tag.pipeline.labels.session import code_in_this_process, code_of
-from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.workers import Executor, Job, run_job
+from vislam2tag.pipeline.run.failures import done_or_failed
+from vislam2tag.pipeline.run.workers import Executor, Job, outcomes_of, run_job
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.positioning.walk_traces import WalkTrace, rounded_covariance
@@ -64,18 +64,17 @@ class HeardWalk:
 def heard_walk(settings: MappingSettings, task: SessionTask) -> HeardWalk:
     """Read and map a session for what it tells others; what ends it stands in its error."""
     key = task.ref.key
-    try:
-        prepared = mappable_session(task)
-        camera, log, wifi = prepared.session.camera, prepared.session.landmarks, prepared.session.tables.get("wifi")
-        if wifi is None or camera.without_poses:
-            return HeardWalk(key)
-        mapped = strategy_named(STRATEGY, settings).map(camera, log, prepared.landmarks)
-        trace = WalkTrace.of(mapped, key.floor, LandmarkPriors.of(log.ids, prepared.landmarks))
-        return HeardWalk(key, trace, scans_of(key.device, wifi))
-    except SessionError as error:
-        return HeardWalk(key, error=str(error))
-    except Exception as error:  # one bad session must not end the batch; its result names the fault
-        return HeardWalk(key, error=unexpected(key, error))
+    return done_or_failed(key, lambda: _heard(settings, task), lambda error: HeardWalk(key, error=error))
+
+
+def _heard(settings: MappingSettings, task: SessionTask) -> HeardWalk:
+    key, prepared = task.ref.key, mappable_session(task)
+    camera, log, wifi = prepared.session.camera, prepared.session.landmarks, prepared.session.tables.get("wifi")
+    if wifi is None or camera.without_poses:
+        return HeardWalk(key)
+    mapped = strategy_named(STRATEGY, settings).map(camera, log, prepared.landmarks)
+    trace = WalkTrace.of(mapped, key.floor, LandmarkPriors.of(log.ids, prepared.landmarks))
+    return HeardWalk(key, trace, scans_of(key.device, wifi))
 
 
 def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
@@ -174,13 +173,7 @@ def told_tasks(
     """
     code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
     todo = [JoiningJob(task, settings, code[task.ref.format], reduce_session, ReducedSession) for task in tasks]
-    sessions: list[ReducedSession] = []
-
-    def keep(session: ReducedSession) -> None:
-        sessions.append(session)
-        progress(session.key, len(todo))
-
-    run_all(run_job, todo, report=keep)
+    sessions = outcomes_of(run_all, run_job, todo, lambda session, total: progress(session.key, total))
     with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
         joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
         told, found = _told(joint), references(joint)
@@ -226,13 +219,7 @@ def _heard_ties(
     ask: list[JoiningJob[HeardWalk]], run_all: Executor, progress: Progress[SessionKey]
 ) -> dict[SessionKey, PlaceTies]:
     """Where the scans of others say that sessions were."""
-    walks: list[HeardWalk] = []
-
-    def keep(walk: HeardWalk) -> None:
-        walks.append(walk)
-        progress(walk.key, len(ask))
-
-    run_all(run_job, ask, report=keep)
+    walks = outcomes_of(run_all, run_job, ask, lambda walk, total: progress(walk.key, total))
     with threadpool_limits(limits=1):
         by_floor = [ties_of([one for one in walks if one.key.floor == floor]) for floor in {w.key.floor for w in walks}]
     return {key: ties for floor in by_floor for key, ties in floor.items()}

@@ -15,7 +15,7 @@ from logging.handlers import QueueHandler
 from queue import SimpleQueue
 from typing import TypeVar
 
-from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.errors import OutputError, SessionError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.visible_text import VisibleFormatter
 
@@ -32,6 +32,21 @@ def unexpected(what: object, error: Exception) -> str:
     LOG.error("%s: unexpected %s", what, name, exc_info=error)
     where = f"OUT/{LOG_FILE}; where there is none, `vislam2tag -v COMMAND` shows it"
     return f"{what}: unexpected {name}: {error}; please report this with its traceback ({where})"
+
+
+def done_or_failed(what: object, work: Callable[[], _Outcome], failed: Callable[[str], _Outcome]) -> _Outcome:
+    """Do the work on one session; if it cannot be done, return what ``failed`` makes of the reason.
+
+    So one bad session does not end the batch. An output that cannot be written does: OutputError is raised.
+    """
+    try:
+        return work()
+    except OutputError:
+        raise
+    except SessionError as error:
+        return failed(str(error))
+    except Exception as error:  # a fault of ours, or of a library; what comes of the session names it
+        return failed(unexpected(what, error))
 
 
 class _FolderLog(logging.FileHandler):

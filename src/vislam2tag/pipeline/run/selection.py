@@ -1,16 +1,24 @@
-"""Which sessions of a survey a command is for, and where it must not write."""
+"""A survey that is opened for a command: its settings, the sessions chosen, what works at them, refused outputs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Self, TypedDict, TypeVar
 
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.prepared import SessionTask
-from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.site.corrections.file import Corrections, read_corrections
 from vislam2tag.site.model import SessionRef, Survey
+
+_Value = TypeVar("_Value", int, str)
+_HERE = partial(process_all, workers=1)
 
 
 @dataclass(frozen=True)
@@ -32,34 +40,100 @@ class Selection:
         )
 
 
+class RunChoices(TypedDict, total=False):
+    """What can be chosen wherever sessions of a survey are worked at.
+
+    ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
+    run in that many processes (call it from under ``if __name__ == "__main__":``).
+    """
+
+    landmarks: AnyPath | None
+    selection: Selection | None
+    jobs: int
+
+
+class ProcessChoices(RunChoices, total=False):
+    """What can be chosen of ``process``: as for any run, and an ``executor`` that runs sessions elsewhere."""
+
+    executor: Executor | None
+
+
+@dataclass(frozen=True)
+class OpenedSurvey:
+    """A survey at hand with its corrections, the settings and the selection that a command has for it."""
+
+    survey: Survey
+    corrections: Corrections
+    settings: ProcessSettings
+    selection: Selection = Selection()
+    landmark_file: Path | None = None
+    """What replaces the floors' own landmark files."""
+    run_all: Executor = _HERE
+
+    @classmethod
+    def at(
+        cls,
+        root: AnyPath,
+        settings: ProcessSettings | None = None,
+        *,
+        landmarks: AnyPath | None = None,
+        selection: Selection | None = None,
+        jobs: int = 1,
+        executor: Executor | None = None,
+    ) -> Self:
+        """Open a survey for a command; raises SurveyError as :func:`~vislam2tag.sessions.registry.open_survey`."""
+        settings = settings or ProcessSettings()
+        survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned)
+        run_all = executor or partial(process_all, workers=jobs)
+        corrections = read_corrections(survey.root)
+        return cls(survey, corrections, settings, selection or Selection(), path_or_none(landmarks), run_all)
+
+    @property
+    def refs(self) -> list[SessionRef]:
+        """The chosen sessions; raises UsageError as :func:`selected`."""
+        return selected(self.survey, self.corrections, self.selection)
+
+    @property
+    def others(self) -> list[SessionRef]:
+        """The sessions that the selection leaves out, without those that corrections exclude."""
+        every = selected(self.survey, self.corrections, Selection())
+        return [ref for ref in every if not self.selection.contains(ref)]
+
+    def tasks(self, refs: Iterable[SessionRef]) -> list[SessionTask]:
+        """How sessions are to be read."""
+        return [session_task(ref, self.survey, self.corrections, self.settings) for ref in refs]
+
+    def refuse_output(self, out: Path, before: Iterable[str]) -> None:
+        """Raise OutputError for an output among the raw data, or if ``out`` has a record of sessions left out now.
+
+        ``before`` are the slugs of the sessions that the record there is about, which this run would replace as a
+        whole.
+        """
+        refuse_among_sessions(self.survey, out)
+        left_out = [] if self.selection.everything else sorted(set(before) - {ref.slug for ref in self.refs})
+        if left_out:
+            more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+            raise OutputError(
+                f"{out}: contains results of {left_out[0]}{more}, which --floor or --device leave out and this run "
+                "would remove; run without --floor and --device, or choose another --out"
+            )
+
+
 def selected(survey: Survey, corrections: Corrections, selection: Selection) -> list[SessionRef]:
     """Return the chosen sessions, without those that corrections exclude.
 
     Raises UsageError for a floor or device of which the survey has no session.
     """
-    for wanted, have, option in (
-        (selection.floors, {ref.key.floor for ref in survey.sessions}, "--floor"),
-        (selection.devices, {ref.key.device for ref in survey.sessions}, "--device"),
-    ):
-        unknown = [value for value in wanted if value not in have]
-        if unknown:
-            there = ", ".join(str(value) for value in sorted(have, key=str))
-            raise UsageError(f"{option} {unknown[0]}: the survey has no session of it; there are: {there}")
+    _refuse_unknown("--floor", selection.floors, {ref.key.floor for ref in survey.sessions})
+    _refuse_unknown("--device", selection.devices, {ref.key.device for ref in survey.sessions})
     return [ref for ref in survey.sessions if selection.contains(ref) and not corrections.excludes(ref.key)]
 
 
-def refuse_left_out(out: Path, before: Iterable[str], refs: Iterable[SessionRef], selection: Selection) -> None:
-    """Raise OutputError if a selection would replace, in ``out``, a whole record of sessions that it leaves out.
-
-    ``before`` are the slugs of the sessions that ``out`` is about, ``refs`` those of the present run.
-    """
-    left_out = [] if selection.everything else sorted(set(before) - {ref.slug for ref in refs})
-    if left_out:
-        more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
-        raise OutputError(
-            f"{out}: contains results of {left_out[0]}{more}, which --floor or --device leave out and this run would "
-            "remove; run without --floor and --device, or choose another --out"
-        )
+def _refuse_unknown(option: str, wanted: Sequence[_Value], there: Collection[_Value]) -> None:
+    for value in wanted:
+        if value not in there:
+            names = ", ".join(map(str, sorted(there)))
+            raise UsageError(f"{option} {value}: the survey has no session of it; there are: {names}")
 
 
 def session_task(ref: SessionRef, survey: Survey, corrections: Corrections, settings: ProcessSettings) -> SessionTask:

@@ -8,7 +8,7 @@ import signal
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -24,6 +24,7 @@ from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.garbage import keep_freed_memory, search_seldom
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.pipeline.run.failures import LOG, LogInOrder, recorded
 
 _Job = TypeVar("_Job")
@@ -96,6 +97,20 @@ class Executor(Protocol):
     def __call__(self, work: Callable[[Any], Any], todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
         """Work all of ``todo``, of which no more is asked for than can be handed out; raises what the work raises."""
         ...
+
+
+def outcomes_of(
+    run_all: Executor, work: Callable[[Any], _Outcome], todo: Sequence[Any], progress: Progress[_Outcome] = silent
+) -> list[_Outcome]:
+    """Do a module's function on all of ``todo``; return what came of each, in the order in which they ended."""
+    found: list[_Outcome] = []
+
+    def keep(outcome: _Outcome) -> None:
+        found.append(outcome)
+        progress(outcome, len(todo))
+
+    run_all(work, todo, report=keep)
+    return found
 
 
 class Supply(Generic[_Job]):
