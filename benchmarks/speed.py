@@ -174,7 +174,7 @@ def measure_import(options: argparse.Namespace, folder: Path) -> None:
 def measure_memory(options: argparse.Namespace, folder: Path) -> None:
     """Print the peaks of ``process`` for few and for many sessions, and their ratio."""
     few, many = (
-        simulated(folder / f"survey{sessions}", sessions=sessions, minutes=options.minutes, locale="en")
+        simulated(folder / f"survey{sessions}", sessions=sessions, minutes=options.minutes, locale="mixed")
         for sessions in (FEW, MOST)
     )
     labels = folder / "labels"

@@ -11,11 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from carrying import swung
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from training import train
+from training import swung, train
 
 from tests.estimation.dead_reckoning.walks import START_NS, G, corners, simulated, true_fixes, walked
 from vislam2tag.core.arrays import FloatArray
