@@ -146,7 +146,7 @@ def found(
     walk = SensedWalk.of(InertialLog(time_ns, force, time_ns, rate, none, np.empty((0, 4))))
     assert walk is not None
     altitude = None if rise_m is None else np.interp(walk.features.time_s, TIME_S, rise_m)
-    return happenings(walk, altitude, DeadReckoningSettings())
+    return happenings(walk, altitude)
 
 
 def between(start_s: float, end_s: float) -> FloatArray:
