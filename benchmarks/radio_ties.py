@@ -67,7 +67,8 @@ def main() -> None:
     options = parser.parse_args()
     walk_ties.DOUBTED = options.doubted
     if options.real:
-        print_real(*options.real, options.walks)
+        wifine, ilc20 = options.real
+        print_real(wifine, ilc20, options.walks)
     else:
         print_generated(options)
 
