@@ -45,7 +45,7 @@ examples: $(VENV)/.torch
 	set -e; for example in examples/*.py; do echo "== $$example"; $(BIN)/python $$example; done
 
 benchmark: $(VENV)/.installed
-	$(BIN)/python benchmarks/process_speed.py
+	$(BIN)/python benchmarks/speed.py process
 
 # The page of `vislam2tag studio`, from studio/ into src/vislam2tag/studio/page (needs Node.js 18 or newer), of the lock
 # file's versions: `npm ci` would also ask for the builds of Rollup for other systems, which not every registry has.

@@ -1,12 +1,24 @@
-"""How well a later survey finds what changed: two surveys of one generated building, with and without changes.
+"""A building that changes: what a later survey finds of it, and what updating a positioning model gains.
 
-python benchmarks/changed_building.py
+Two surveys of one generated building are compared, with and without changes. With ``--update`` a model's errors in the
+changed building are printed without an update, by five minutes, by all: a base of 12 walks of four minutes; then three
+access points are removed, three moved, three added, and eight walks made, of which half update and half are asked.
+With ``--library`` the same in later months of UJI's long-term library set: learned are the first month's ``trn`` walks;
+asked are ``tst`` scans of each later month. Both by ``local-kriging``, with its own settings; ``updated`` is what
+``train --update`` does, ``both learned`` the same without leaving anything out.
+
+    python benchmarks/changed_building.py                            20 buildings
+    python benchmarks/changed_building.py --update --buildings 5     9 of 28 access points changed
+    python benchmarks/changed_building.py --library uji-library      the set as imported
 """
 
 from __future__ import annotations
 
+import argparse
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -14,8 +26,15 @@ import polars as pl
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.changes import APPEARED, CHANGED, CHANGED_POINTS, MOVED, VANISHED, survey_changes
+from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
+from vislam2tag.positioning.learning_data import LearningData, learning_data
+from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.model_update import updated
+from vislam2tag.positioning.places import LabelledScans, joined_places
+from vislam2tag.positioning.radio_scans import joined_scans
+from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk, position_at
@@ -39,6 +58,30 @@ HAND_M = 1.37
 FAINTEST_DBM = -90.0
 LITTLE_DB, MUCH_DB = 2.0, 5.0
 """True root mean square changes of a place that should not be told, and that should."""
+
+MODEL = "local-kriging"
+MOST_ASKED = 800
+FIVE_MINUTES = 86
+"""Scans of the library's phone; of the generated ones about as many."""
+
+
+def main() -> None:
+    """Print what a later survey finds, or what updating a model gains."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--buildings", type=int, default=20, help="how many are generated")
+    parser.add_argument("--update", action="store_true", help="what updating a model gains in them")
+    parser.add_argument("--library", type=Path, help="what updating gains in later months of this data set")
+    options = parser.parse_args()
+    if not options.update and options.library is None:
+        print_changes(options.buildings)
+        return
+    print("| | not updated | updated by five minutes | updated by all | both learned | gone, moved, new: found |")
+    print("| --- |" + " ---: |" * 5)
+    if options.library is not None:
+        library(options.library)
+    if options.update:
+        rows = [building(seed) for seed in range(options.buildings)]
+        tell(f"mean of {len(rows)} buildings", np.mean([row for row, _ in rows], axis=0).tolist(), "")
 
 
 @dataclass(frozen=True)
@@ -204,27 +247,6 @@ def _dataset(name: str, fingerprints: pl.DataFrame, readings: pl.DataFrame) -> D
     return Dataset(info, {key: table.lazy() for key, table in tables.items()})
 
 
-def main(buildings: int = 20) -> None:
-    """Print what is flagged, over generated buildings, where nothing changed and where 3 of 28 access points did."""
-    same, changed = Counter[str](), Counter[str]()
-    for seed in range(buildings):
-        same.update(_counted(two_surveys(seed, Changes())))
-        changed.update(_counted(two_surveys(seed, _three_changes(seed))))
-    print(
-        "| building | access points changed | found | of the right kind | others told | places told "
-        "| of them changed by < 2 dB | changed by > 5 dB: told |"
-    )
-    print("|" + " --- |" * 8)
-    for name, counts in (("unchanged", same), ("3 of 28 changed", changed)):
-        shares = f"{counts['false']} of {counts['others']} ({_percent(counts['false'], counts['others'])})"
-        places = f"{counts['places']} of {counts['common']} ({_percent(counts['places'], counts['common'])})"
-        much = f"{counts['much found']} of {counts['much']}"
-        print(
-            f"| {name} | {counts['true']} | {counts['found']} | {counts['kind']} | {shares} | {places} "
-            f"| {counts['little']} | {much} |"
-        )
-
-
 def _three_changes(seed: int) -> Changes:
     removed, moved, added = stream(seed, "changes").choice(2 * BuildingSettings().access_points, 3, replace=False)
     return Changes(removed=(int(removed),), moved=(int(moved),), added=(int(added),))
@@ -280,6 +302,82 @@ def _loudness_db(environment: RadioEnvironment, floor: int, point: FloatArray) -
 
 def _percent(part: int, whole: int) -> str:
     return f"{100 * part / max(whole, 1):.1f} %"
+
+
+def print_changes(buildings: int) -> None:
+    """Print what is flagged, over generated buildings, where nothing changed and where 3 of 28 access points did."""
+    same, changed = Counter[str](), Counter[str]()
+    for seed in range(buildings):
+        same.update(_counted(two_surveys(seed, Changes())))
+        changed.update(_counted(two_surveys(seed, _three_changes(seed))))
+    print(
+        "| building | access points changed | found | of the right kind | others told | places told "
+        "| of them changed by < 2 dB | changed by > 5 dB: told |"
+    )
+    print("|" + " --- |" * 8)
+    for name, counts in (("unchanged", same), ("3 of 28 changed", changed)):
+        shares = f"{counts['false']} of {counts['others']} ({_percent(counts['false'], counts['others'])})"
+        places = f"{counts['places']} of {counts['common']} ({_percent(counts['places'], counts['common'])})"
+        much = f"{counts['much found']} of {counts['much']}"
+        print(
+            f"| {name} | {counts['true']} | {counts['found']} | {counts['kind']} | {shares} | {places} "
+            f"| {counts['little']} | {much} |"
+        )
+
+
+def library(folder: Path) -> None:
+    """Ask about each month after the first."""
+    data = learning_data(open_dataset(folder))
+    month = np.strings.partition(data.scans.session, ".")[0]  # as the set names them; a calendar month may hold two
+    walked = np.char.find(data.scans.session, "trn") >= 0
+    first = data[(month == np.unique(month)[0]) & walked]
+    before = model_named(MODEL).fit(first.scans, first.places)
+    for one in np.unique(month)[1:]:
+        later = data[(month == one) & walked]
+        asked = data[np.flatnonzero((month == one) & ~walked)]
+        if len(later) and len(asked):
+            tell(str(one), *errors(before, later, asked))
+
+
+def building(seed: int) -> tuple[list[float], str]:
+    """Change a building and ask about half of the later walks."""
+    drawn = stream(seed, "changes").choice(2 * BuildingSettings().access_points, 9, replace=False).tolist()
+    surveys = two_surveys(seed, Changes(tuple(drawn[:3]), tuple(drawn[3:6]), tuple(drawn[6:])))
+    base, later = (learning_data(survey) for survey in (surveys.base, surveys.later))
+    half = np.char.endswith(later.scans.session, "-0")
+    row = errors(model_named(MODEL).fit(base.scans, base.places), later[half], later[~half])
+    tell(f"building {seed}", *row)
+    return row
+
+
+def errors(before: Positioner, later: LearningData, asked: LearningData) -> tuple[list[float], str]:
+    """Return mean errors in the plane, metres, of all four ways, and what was found to have changed."""
+    asked = asked[slice(None, None, max(1, len(asked) // MOST_ASKED))]
+    known = before.learned()
+    assert known is not None
+    all_of_it = updated(known, (later.scans, later.places))
+    parts = [(later.scans[rows], later.places[rows]) for rows in (slice(0, FIVE_MINUTES), slice(None))]
+    learned = [updated(known, parts[0]).learned, all_of_it.learned, joined(known, parts[1])]
+    models = [before, *(model_named(MODEL).fit(*one) for one in learned)]
+    changes = ", ".join(str(len(names)) for names in (all_of_it.gone, all_of_it.moved, all_of_it.new))
+    return [mean_m(model, asked) for model in models], changes
+
+
+def joined(known: LabelledScans, later: LabelledScans) -> LabelledScans:
+    """Put both together as they are."""
+    return joined_scans([known[0], later[0]]), joined_places([known[1], later[1]])
+
+
+def mean_m(model: Positioner, asked: LearningData) -> float:
+    """Mean error in the plane, metres; NaN where nothing is answered."""
+    found = model.predict(asked.scans)
+    mean = score(found, asked.places.over(found.storeys)).plane.mean_m
+    return float("nan") if mean is None else mean
+
+
+def tell(name: str, means_m: Sequence[float], changes: str) -> None:
+    """Print a line."""
+    print(f"| {name} | " + " | ".join(f"{mean:.2f} m" for mean in means_m) + f" | {changes} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -19,10 +19,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from carrying import IN_POCKET_DEG, held, on_thigh, sampled, swung
 from scipy.signal import butter, lfilter
 from scipy.spatial.transform import Rotation
-from training import carried_walks, train
+from training import IN_POCKET_DEG, carried_walks, held, on_thigh, sampled, swung, train
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea

@@ -4,7 +4,7 @@ The S3 server (moto), scheduler and workers are processes of this machine, all o
 processor time of server and scheduler is told apart, as on a cluster they have machines of their own. Each way of
 processing runs ``--repeats`` times in turn after one run that warms up; medians are printed.
 
-    python benchmarks/fleet_speed.py                       the survey of process_speed.py: 80 sessions of 3 minutes
+    python benchmarks/fleet_speed.py                       the survey of speed.py: 80 sessions of 3 minutes
     python benchmarks/fleet_speed.py --sessions 1 --repeats 1
 """
 
@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import psutil
-from measure import vislam2tag
+from speed import DEVICES, simulated
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 os.environ["POLARS_MAX_THREADS"] = "1"  # a worker has one core, wherever it stands; the server has the other one
@@ -36,7 +36,6 @@ from vislam2tag.pipeline.run.dask import DaskExecutor, connected
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")
-FLOORS, DEVICES = 5, 4
 
 
 class Took(NamedTuple):
@@ -51,9 +50,7 @@ def main() -> None:
     """Measure, and print ratios."""
     options = _options()
     with tempfile.TemporaryDirectory() as folder, bucket() as s3:
-        survey = Path(folder) / "survey"
-        shape = ["--floors", str(FLOORS), "--devices", str(DEVICES), "--sessions", str(options.sessions)]
-        vislam2tag("simulate", str(survey), *shape, "--minutes", "3", "--locale", "de", "--seed", "1")
+        survey = simulated(Path(folder) / "survey", sessions=options.sessions)
         stored = s3.upload(survey, "survey")
         sessions = sum(1 for _ in survey.glob("floor_*/*/*/poses.csv"))
         with dask_processes(workers=1) as one, dask_processes(workers=2) as two:

@@ -4,16 +4,21 @@ Generated walks are compared at every camera frame, real ones at their true poin
 walk counts once: a figure is the average of the walks' figures. Coverage is pooled over all points. The smoother is
 also compared with each other strategy on the points that both label.
 
+With ``--thinned`` fewer landmarks hang on a floor: generated floors have 24; of these, and of those given with the real
+walks, every k-th is kept, starting with another one for each walk; the others are taken out of the logs too. With
+"+ unsurveyed" the smoother gets them back, logged but not surveyed.
+
     python benchmarks/strategy_errors.py                               96 generated, 3 real
     python benchmarks/strategy_errors.py --seeds 21 22 --severity none mild default severe
     python benchmarks/strategy_errors.py --walks --csv errors.csv      also every walk; the same figures as CSV
+    python benchmarks/strategy_errors.py --thinned                     seeds 1 to 4: 32 generated walks
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from pathlib import Path
 
@@ -28,6 +33,7 @@ from vislam2tag.estimation.strategy import MappingStrategy, strategies_for_poses
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.quality.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.quality.evaluation.reliability import added, reduce_errors
+from vislam2tag.simulation.settings import BuildingSettings
 
 FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
 HEADS = ("mean", "median", "p75", "p95", "max", "labelled")
@@ -35,6 +41,10 @@ STATED = (0.68, 0.95)
 DATA = ("generated", "real")
 SEVERITIES = ("none", "mild", "default", "severe")
 OURS = "smoother"
+LANDMARKS = 24
+UNSURVEYED = "smoother + unsurveyed"
+Curves = dict[str, dict[int, ErrorSummary]]
+"""By strategy, then by k."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +77,17 @@ def main() -> None:
     """Map every walk with every strategy and print the tables of each data set."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", nargs="+", choices=DATA, default=DATA, help="default: both")
-    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(1, 9)), help="default: 1 to 8")
+    parser.add_argument("--seeds", type=int, nargs="+", help="default: 1 to 8; thinned: 1 to 4")
     parser.add_argument("--severity", nargs="+", choices=SEVERITIES, default=["default"])
     parser.add_argument("--walks", action="store_true", help="also a table of every walk's mean error and share")
     parser.add_argument("--csv", type=Path, help="write every walk's figures there")
+    parser.add_argument("--thinned", action="store_true", help="errors when fewer landmarks hang on a floor")
     options = parser.parse_args()
-    asked_for = chosen(options.data, options.severity, options.seeds)
+    seeds = options.seeds or list(range(1, 5 if options.thinned else 9))
+    if options.thinned:
+        print_thinned(options.data, options.severity, seeds)
+        return
+    asked_for = chosen(options.data, options.severity, seeds)
     data_sets = {name: evaluate(walks) for name, walks in asked_for.items()}
     for name, results in data_sets.items():
         if any(results.values()):
@@ -194,6 +209,55 @@ def write_csv(data_sets: dict[str, Results], path: Path) -> None:
         for walk, mapped in walks.items()
     ]
     pl.DataFrame(rows).write_csv(path, float_precision=4)
+
+
+def print_thinned(data: Sequence[str], severities: Sequence[str], seeds: list[int]) -> None:
+    """Map every walk with every thinning and strategy, and print the tables."""
+    floors = BuildingSettings(landmarks=LANDMARKS)
+    found: dict[str, Curves] = {}
+    if "generated" in data:
+        for level in severities:
+            found[f"generated, {level}"] = curves(generated(seeds, level, floors, sessions=2), 6)
+    if "real" in data:
+        found["real"] = curves(real_walks(), 3)
+    for name, errors in found.items():
+        if errors:
+            print_table(name, errors)
+
+
+def curves(walks: Iterable[Walk], sparsest: int) -> Curves:
+    """Map each walk with every 1st to ``sparsest``-th landmark, and average."""
+    found: dict[tuple[str, int], list[ErrorSummary]] = {}
+    for number, walk in enumerate(walks):
+        for k in range(1, sparsest + 1):
+            for strategy, one in variants(walk, number, k):
+                mapping = strategy_named(strategy.split(" ")[0], MappingSettings())
+                trajectory = mapping.map(one.camera, one.log, one.landmarks)
+                found.setdefault((strategy, k), []).append(summarise(one.errors(trajectory)))
+    result: Curves = {}
+    for (strategy, k), errors in found.items():
+        result.setdefault(strategy, {})[k] = average(errors)
+    return result
+
+
+def variants(walk: Walk, number: int, k: int) -> list[tuple[str, Walk]]:
+    """Each strategy with the walk that it gets: every k-th landmark, the others gone or not surveyed."""
+    kept = walk.landmarks.select(list(range(number % k, len(walk.landmarks.ids), k)))
+    unsurveyed = replace(walk, landmarks=kept)
+    logged = [i for i, name in enumerate(walk.log.ids) if name in kept.index]
+    gone = replace(unsurveyed, log=walk.log.select(logged))
+    return [(name, gone) for name in strategies_for_poses()] + [(UNSURVEYED, unsurveyed)]
+
+
+def print_table(name: str, found: Curves) -> None:
+    """Print mean, 95th percentile and share labelled as Markdown."""
+    columns = sorted(next(iter(found.values())))
+    print(f"\n{name}: mean / 95th percentile in metres (share labelled) with every k-th landmark\n")
+    print(f"| strategy | {' | '.join(f'k = {k}' for k in columns)} |")
+    print("| --- " * (len(columns) + 1) + "|")
+    for strategy, errors in found.items():
+        cells = [f"{e.mean_m:.2f} / {e.p95_m:.2f} ({e.labelled_share:.0%})" for e in map(errors.get, columns) if e]
+        print(f"| {strategy} | {' | '.join(cells)} |")
 
 
 if __name__ == "__main__":

@@ -9,9 +9,10 @@ import pytest
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.records import SettingsRecord
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.settings import Settings, read_settings
+from vislam2tag.settings import Settings, part_of, read_settings, setting_fields
 
 
 @pytest.mark.parametrize("name", sorted(FindingSettings.model_fields))
@@ -73,3 +74,33 @@ def test_labels_do_not_follow_from_the_settings_of_other_commands() -> None:
     tree = Settings().of_labels()
     assert set(tree) == {"strategy", "survey", "findings", "mapping", "labels", "truth", "together"}
     assert Settings.model_validate(tree) == Settings()
+
+
+REMOVED = """
+[mapping.dead_reckoning]
+step_noise = 0.2
+plan_prior = false
+[walkable]
+cell_m = 0.2
+[walkable.graph]
+door_m = 2.0
+"""
+
+
+def test_a_setting_that_is_a_constant_now_is_accepted_and_named(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(REMOVED)
+    notes = list[str]()
+    settings = read_settings(tmp_path / "own.toml", notes.append)
+    assert not settings.mapping.dead_reckoning.plan_prior
+    assert settings.walkable.cell_m == 0.2
+    (note,) = notes
+    assert note.startswith(f"{tmp_path / 'own.toml'}: mapping.dead_reckoning.step_noise, walkable.graph: ")
+
+
+def test_what_was_removed_is_no_field_and_part_of_no_result() -> None:
+    parts = [part for _, field in setting_fields() if (part := part_of(field)) is not None]
+    removed = [(part, name) for part in parts if issubclass(part, SettingsRecord) for name in part.removed]
+    assert removed
+    assert not [name for part, name in removed if name in part.model_fields]
+    for part, name in removed:
+        assert part.model_validate({name: 0.0}) == part()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
 from functools import reduce
 from pathlib import Path
@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_toml_values
-from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.records import FiniteRecord, SettingsRecord
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import ProcessSettings
@@ -55,8 +55,23 @@ def part_of(field: FieldInfo) -> type[FiniteRecord] | None:
     return kind if isinstance(kind, type) and issubclass(kind, FiniteRecord) else None
 
 
-def read_settings(path: AnyPath) -> Settings:
+def removed_settings(
+    given: Mapping[str, object], record: type[FiniteRecord] = Settings, prefix: str = ""
+) -> Iterator[str]:
+    """Full names of what a file gives that was a setting once, or a part of the tree."""
+    for name, value in given.items():
+        if issubclass(record, SettingsRecord) and name in record.removed:
+            yield prefix + name
+        elif name in record.model_fields and isinstance(value, Mapping):
+            part = part_of(record.model_fields[name])
+            if part is not None:
+                yield from removed_settings(value, part, f"{prefix}{name}.")
+
+
+def read_settings(path: AnyPath, tell: Callable[[str], object] | None = None) -> Settings:
     """Read a TOML file with some settings; the others keep their defaults.
+
+    What the file has of settings that are constants now is not used; that goes to ``tell``, in one sentence.
 
     Raises UsageError, naming file and setting, for what cannot be read or used; of an unknown one the nearest known.
     """
@@ -67,6 +82,8 @@ def read_settings(path: AnyPath) -> Settings:
         raise UsageError(f"--config {path}: cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise UsageError(f"--config {path}: not a TOML file: {error}; correct it") from error
+    if tell is not None and (names := list(removed_settings(given))):
+        tell(f"{path}: {', '.join(names)}: no longer a setting but a constant; the value is not used")
     try:
         return Settings.model_validate(given)
     except ValidationError as error:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from carrying import IN_POCKET_DEG, held, on_thigh, sampled, swung
 from scipy.spatial.transform import Rotation
-from training import carried_walks
+from training import IN_POCKET_DEG, carried_walks, held, on_thigh, sampled, swung
 
 from tests.estimation.dead_reckoning.walks import corners, walked
 from vislam2tag.estimation.dead_reckoning.gait import speed_model

@@ -50,7 +50,8 @@ max_sigma_m = 0.3
 and of the file what concerns it. Without it, `vislam2tag.toml` in the survey's folder is taken, and told, by `process`,
 `run`, `check`, `diagnose`, `evaluate`, `dataset`, `survey-landmarks` and `plan`. Options win over the file; the
 resolved settings are kept with each result. An option is named like its setting and ends, as that does, with the unit
-of its number.
+of its number. What was a setting once and is a constant now, beside the code that it is for, is still accepted in
+files, but not used; one sentence says so.
 
 A positioning model's parameters are no settings of this tree but arguments of its `__init__`, as in scikit-learn, and
 described there with their defaults (`vislam2tag.positioning.models`). `train --model weighted-knn --set k=3` and

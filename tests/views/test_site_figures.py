@@ -13,7 +13,6 @@ from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.preparation.registration.register import FloorMeasurements, register_floor
 from vislam2tag.site.model import ControlPoints, Floor, Site
 from vislam2tag.views.panels import rendered
@@ -82,7 +81,7 @@ FLOOR = Floor(1, "", 60.0, 30.0, None, None, ControlPoints((), np.empty((0, 2)))
 
 def test_points_regions_and_residuals_are_drawn() -> None:
     drawn = survey(1)
-    found = register_floor(1, FloorMeasurements(shots=drawn.shots, known=drawn.known), RegistrationSettings())
+    found = register_floor(1, FloorMeasurements(shots=drawn.shots, known=drawn.known))
     figure = residual_figure(FLOOR, found)
     plan, residuals = figure.axes
     assert plan.get_xlim() == (0, 60)
@@ -93,5 +92,5 @@ def test_points_regions_and_residuals_are_drawn() -> None:
 
 
 def test_nothing_registered_is_still_a_figure() -> None:
-    empty = register_floor(1, FloorMeasurements(), RegistrationSettings())
+    empty = register_floor(1, FloorMeasurements())
     assert rendered(residual_figure(FLOOR, empty), "png").startswith(b"\x89PNG")

@@ -6,7 +6,7 @@ import ast
 import inspect
 import textwrap
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -66,7 +66,7 @@ def settings_of(config: Path | None, given: Mapping[str, object], survey: Path |
     if config is None and survey is not None and (survey / SETTINGS_FILE).is_file():
         config = survey / SETTINGS_FILE
         say(f"settings of {config}", err=True)
-    settings = Settings() if config is None else read_settings(config)
+    settings = Settings() if config is None else read_settings(config, partial(say, err=True))
     given = {name: value for name, value in given.items() if value is not None}
     try:
         settings = with_values(settings, given)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from typing import ClassVar
+
+from pydantic import BaseModel, ConfigDict, model_validator
 
 
 class Record(BaseModel):
@@ -13,3 +15,17 @@ class Record(BaseModel):
 
 class FiniteRecord(Record, allow_inf_nan=False):
     """A record whose numbers are finite, but for fields that say otherwise."""
+
+
+class SettingsRecord(FiniteRecord):
+    """A part of the settings. What was a setting once is still accepted, in files and in records of results."""
+
+    removed: ClassVar[frozenset[str]] = frozenset()
+    """Names of fields and parts that are constants now; their values are not used."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_removed(cls, given: object) -> object:
+        if not isinstance(given, dict):
+            return given
+        return {name: value for name, value in given.items() if name not in cls.removed}

@@ -40,6 +40,10 @@ from vislam2tag.datasets.map_process import (
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.settings import RadioMapSettings
 
+LEAST_READINGS = 10
+"""Readings on a floor that an access point needs for a map."""
+MOST_POINTS = 1000
+"""Readings of an access point beyond which they are averaged in squares: a map costs their cube."""
 WIDTHS_M = (1.0, 1.5, 2.0, 3.0, 4.0)
 """Widths of the kernel (one standard deviation) that are tried, metres."""
 _REACH = 3.0
@@ -223,7 +227,7 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
         raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {_instead(known, unknown[0])}")
     open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
     named = pl.col("bssid").is_in(list(access_points))
-    enough = heard_at(dataset).filter(pl.col("readings") >= settings.least_readings)
+    enough = heard_at(dataset).filter(pl.col("readings") >= LEAST_READINGS)
     rank = pl.int_range(pl.len()).over(*MapPlace._fields, open_to_all)
     mapped = open_to_all & (rank < settings.most)
     every = (mapped.sum().over(MapPlace._fields) / _SAMPLE).ceil().clip(1).cast(pl.Int64)
@@ -231,7 +235,7 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
     if not enough["wanted"].any():
         heard = heard_at(dataset).filter(named if access_points else open_to_all)
         raise DatasetError(
-            f"{dataset.info.name}: no access point has {settings.least_readings} readings in labelled fingerprints of "
+            f"{dataset.info.name}: no access point has {LEAST_READINGS} readings in labelled fingerprints of "
             f"a floor (the most is {max(heard['readings'].to_list(), default=0)}), so there is nothing to map; label "
             "more scans or name another --ap"
         )
@@ -282,7 +286,7 @@ class _FloorMapper:
     def _fit(self, index: int, kernel: MapKernel, centres: FloatArray) -> tuple[MapProcess, float | None, BoolArray]:
         """Fit an access point's process; also the side of its squares, and which centres (n, 2) have a mean (n,)."""
         position, rssi, fold = self.readings.of(index)
-        points = map_points(position, rssi, fold, self.settings.most_points)
+        points = map_points(position, rssi, fold, MOST_POINTS)
         process = fit_process(points, rssi, kernel, self.settings.reach_m)
         return process, points.square_m, _near(centres, position, self.settings.reach_m)
 

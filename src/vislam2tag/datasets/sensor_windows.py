@@ -37,6 +37,8 @@ from vislam2tag.datasets.sensor_series import (
 from vislam2tag.datasets.settings import ImuWindowSettings
 
 USUAL_RATES_HZ = (25.0, 50.0, 100.0, 200.0, 400.0)
+MAX_SENSOR_GAP_S = 0.1
+"""A window in which a sensor is silent for longer is dropped, seconds."""
 MIN_AGREEMENT = 0.97
 """Below this the phone's heading and tilt stray from the tracker's by about 14 degrees: one of them is wrong."""
 NO_ACCELEROMETER, NO_GYROSCOPE, OTHER_CLOCK, NO_HEADING, ORIENTATIONS_DISAGREE, NO_TRACKER = range(103, 109)
@@ -123,7 +125,7 @@ def _starts(trajectory: pl.DataFrame, settings: ImuWindowSettings) -> IntArray:
     time_ns = trajectory.filter(~pl.col("status").is_in(unusable))["time_ns"].to_numpy()
     if len(time_ns) == 0:
         return np.empty(0, dtype=np.int64)
-    margin_ns, step_ns = round(settings.max_sensor_gap_s * 1e9), round(settings.step_s * 1e9)
+    margin_ns, step_ns = round(MAX_SENSOR_GAP_S * 1e9), round(settings.step_s * 1e9)
     start_ns = time_ns[0] + margin_ns + np.unique((time_ns - time_ns[0] - margin_ns) // step_ns) * step_ns
     first_ns, last_ns = time_ns[0] + margin_ns, time_ns[-1] - margin_ns - _length_ns(settings)
     starts: IntArray = start_ns[(start_ns >= first_ns) & (start_ns <= last_ns)]
@@ -171,7 +173,7 @@ def _causes(motion: _LevelSensors, frames: MappedFrames, start_ns: IntArray, set
     end_ns = start_ns + _length_ns(settings)
     cause = np.full(len(start_ns), FINE, dtype=np.int64)
     for series in (motion.accelerometer, motion.gyroscope, motion.rotation):
-        fault = first_fault(series.time_ns, series.faults(settings.max_sensor_gap_s), start_ns, end_ns)
+        fault = first_fault(series.time_ns, series.faults(MAX_SENSOR_GAP_S), start_ns, end_ns)
         cause = np.where(cause == FINE, fault, cause)
     return np.where(cause == FINE, frames.first_fault(start_ns, end_ns), cause)
 

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from pydantic import Field
 
-from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.records import FiniteRecord, SettingsRecord
 
 CHANGE_CELL_M = 4.0
 """Side of a place, metres: about what is walked between two scans, so that a walk through it leaves one or two."""
@@ -38,17 +38,16 @@ class SplitSettings(FiniteRecord):
     """Fingerprints nearer than this to a block that tests do not train, metres."""
 
 
-class ImuWindowSettings(FiniteRecord):
+class ImuWindowSettings(SettingsRecord):
     """How inertial readings are cut into windows for learned odometry (docs/reference/imu-windows.md)."""
 
+    removed = frozenset(("max_sensor_gap_s",))
     length_s: float = Field(default=1.0, gt=0)
     """As in RoNIN and TLIO."""
     step_s: float = Field(default=1.0, gt=0)
     """From one window's start to the next, seconds; shorter than the length: they overlap."""
     rate_hz: float | None = Field(default=None, gt=0)
     """Samples a second; None: the one of Android's usual rates that is nearest to the session's own."""
-    max_sensor_gap_s: float = Field(default=0.1, gt=0)
-    """A window in which a sensor is silent for longer is dropped, seconds."""
 
 
 class DatasetSettings(FiniteRecord):
@@ -78,16 +77,13 @@ class CoverageSettings(FiniteRecord):
     """A cell is covered when a fingerprint lies within this distance of its centre, metres."""
 
 
-class RadioMapSettings(FiniteRecord):
+class RadioMapSettings(SettingsRecord):
     """How radio maps are made."""
 
+    removed = frozenset(("least_readings", "most_points"))
     cell_m: float = Field(default=1.0, gt=0)
     """Side of a cell, metres."""
     reach_m: float = Field(default=3.0, gt=0)
     """A cell has a share where a scan lies within this distance of its centre, a mean where a reading does, metres."""
     most: int = Field(default=100, ge=1)
     """Access points a floor and technology, the most heard; more only where they are named."""
-    least_readings: int = Field(default=10, ge=3)
-    """Readings on a floor that an access point needs for a map."""
-    most_points: int = Field(default=1000, ge=50)
-    """Readings of an access point beyond which they are averaged in squares: a map costs their cube."""

@@ -6,51 +6,38 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.records import FiniteRecord, SettingsRecord
 
 MIN_JUDGED = 3
 """Two fixes agree with any speed and heading. Only steps and time can contradict so few."""
 
 
-class DeadReckoningSettings(FiniteRecord):
-    """How paths are found from inertial sensors; docs/results/dead_reckoning.md calibrates the defaults."""
+class DeadReckoningSettings(SettingsRecord):
+    """How paths are found from inertial sensors."""
 
-    fix_sigma_m: float = Field(default=0.4, gt=0)
-    """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
-    fix_sigma_spread: float = Field(default=0.6, gt=0)
-    """How much that differs between sessions: standard deviation of its logarithm."""
-    step_noise: float = Field(default=0.1, gt=0)
-    """Random part of the motion, phone held still: metres per square root of a second for each m/s of speed."""
-    start_s: float = Field(default=2.0, gt=0)
-    """How long the first steps of a recording tell less than others, seconds ..."""
-    start_noise: float = Field(default=4.0, ge=0)
-    """... and how much random motion they add (squares add up), in parts of the usual."""
-    swing_noise: float = Field(default=3.0, ge=0)
-    """How much random motion and drift a phone adds that swings, in a hand or on a thigh, in parts of the usual."""
-    scale_sigma: float = Field(default=0.05, gt=0)
-    """Relative error of a walker's speed, one standard deviation; some differ by much more (Student-t)."""
-    scale_noise: float = Field(default=0.01, gt=0)
-    """How much it changes: relative, per square root of a second."""
-    heading_noise_rad: float = Field(default=0.03, gt=0)
-    """Drift of the heading, phone held still, rad per square root of a second."""
-    offset_noise: float = Field(default=0.35, ge=0)
-    """How far walkers go beside where the phone points after a turn: rad for one of one rad, growing as its root."""
-    offset_memory_s: float = Field(default=1.5, gt=0)
-    """How long that lasts, seconds."""
-    north_sigma_rad: float = Field(default=0.26, gt=0)
-    """Error of the phone's own heading against the plan's north, one standard deviation, rad."""
-    north_memory_s: float = Field(default=6.0, gt=0)
-    """How long such an error lasts, seconds."""
+    removed = frozenset(
+        (
+            "fix_sigma_m",
+            "fix_sigma_spread",
+            "heading_noise_rad",
+            "north_memory_s",
+            "north_sigma_rad",
+            "offset_memory_s",
+            "offset_noise",
+            "scale_noise",
+            "scale_sigma",
+            "standing_s",
+            "start_noise",
+            "start_s",
+            "step_noise",
+            "swing_noise",
+            "wall_distance_m",
+            "wall_memory_s",
+            "wall_sigma_m",
+        )
+    )
     plan_prior: bool = True
     """Walls of a plan drawn in polygons keep walks between them."""
-    wall_distance_m: float = Field(default=0.6, ge=0)
-    """Walkers keep so far from walls where there is room, metres."""
-    wall_sigma_m: float = Field(default=1.0, gt=0)
-    """How far they go beyond that, or a plan is off, one standard deviation, metres."""
-    wall_memory_s: float = Field(default=2.0, gt=0)
-    """How long that lasts, seconds."""
-    standing_s: float = Field(default=2.0, gt=0)
-    """Shortest time without steps that counts as standing, seconds."""
 
 
 class HeightSettings(FiniteRecord):

@@ -13,7 +13,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.ground_plan import GroundPlan, dead_end_inset, make_ground_plan, walkable_graph
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
-from vislam2tag.simulation.settings import BuildingSettings, stream
+from vislam2tag.simulation.settings import LANDMARK_HEIGHT_M, LANDMARK_HEIGHT_SIGMA_M, BuildingSettings, stream
 
 CHANNELS_MHZ = (2412.0, 2437.0, 2462.0, 5180.0, 5220.0, 5260.0, 5500.0, 5580.0)
 SSIDS = ("eduroam", "campus-guest", "devices")
@@ -62,7 +62,7 @@ def _make_floor(settings: BuildingSettings, number: int, rng: np.random.Generato
     place, heading = _landmark_places(settings, layout, rng)
     order = _ids_order(place, layout.corridors, settings.corridor_width_m)
     place, heading = place[order], heading[order]
-    height = settings.landmark_height_m + settings.landmark_height_sigma_m * rng.standard_normal(len(place))
+    height = LANDMARK_HEIGHT_M + LANDMARK_HEIGHT_SIGMA_M * rng.standard_normal(len(place))
     return SimulatedFloor(
         number=number,
         name=f"Floor {number}",

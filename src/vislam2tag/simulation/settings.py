@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 from pydantic import Field, model_validator
 
-from vislam2tag.common.records import FiniteRecord, Record
+from vislam2tag.common.records import FiniteRecord, Record, SettingsRecord
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,13 +36,20 @@ def stream(seed: int, *names: object) -> np.random.Generator:
     return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big"))
 
 
+LANDMARK_HEIGHT_M = 1.4
+"""Mean height of landmarks whose height is not known, above the floor, metres."""
+LANDMARK_HEIGHT_SIGMA_M = 0.04
+"""Standard deviation of that height, metres."""
+CONTROL_POINT_SPACING_M = 6.0
+"""Usual distance between control points along the ways, metres."""
 NARROWEST_ROOM_M = 2.5
 """Rooms between two corridors need at least this."""
 
 
-class BuildingSettings(FiniteRecord):
+class BuildingSettings(SettingsRecord):
     """Size and furnishing of a generated building."""
 
+    removed = frozenset(("landmark_height_m", "landmark_height_sigma_m"))
     width_m: float = Field(default=60.0, ge=30)
     """From left to right, metres."""
     height_m: float = Field(default=32.0, ge=24)
@@ -61,11 +68,7 @@ class BuildingSettings(FiniteRecord):
     """Corners of the ring at which a corridor runs on to the outer wall."""
     landmarks: int = Field(default=12, ge=2, le=25)
     """Landmarks on each floor."""
-    landmark_height_m: float = 1.4
-    """Mean height of landmarks above the floor, metres."""
-    landmark_height_sigma_m: float = Field(default=0.04, ge=0)
-    """Standard deviation of that height, metres."""
-    control_point_spacing_m: float = Field(default=6.0, ge=2)
+    control_point_spacing_m: float = Field(default=CONTROL_POINT_SPACING_M, ge=2)
     """Distance between control points along the ways, metres."""
     access_points: int = Field(default=14, ge=1)
     """Access points on each floor."""
@@ -79,17 +82,12 @@ class BuildingSettings(FiniteRecord):
         return self
 
 
-class SiteBuildingSettings(FiniteRecord):
+class SiteBuildingSettings(SettingsRecord):
     """What plans do not tell of the building of a site."""
 
+    removed = frozenset(("control_point_spacing_m", "landmark_height_m", "landmark_height_sigma_m"))
     storey_m: float = 3.6
     """Height of storeys without elevation, metres."""
-    landmark_height_m: float = 1.4
-    """Mean height of landmarks whose height is not known, metres."""
-    landmark_height_sigma_m: float = Field(default=0.04, ge=0)
-    """Standard deviation of that height, metres."""
-    control_point_spacing_m: float = Field(default=6.0, ge=2)
-    """Distance between control points along the ways, metres."""
     access_point_m2: float = Field(default=140.0, gt=0)
     """One access point for so many square metres of floor, and six at least."""
 

@@ -22,7 +22,13 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.simulation.building import furnished
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
-from vislam2tag.simulation.settings import SiteBuildingSettings, stream
+from vislam2tag.simulation.settings import (
+    CONTROL_POINT_SPACING_M,
+    LANDMARK_HEIGHT_M,
+    LANDMARK_HEIGHT_SIGMA_M,
+    SiteBuildingSettings,
+    stream,
+)
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 from vislam2tag.site.discover import read_site, site_files
 from vislam2tag.site.model import Floor, Site
@@ -186,7 +192,7 @@ def _simulated_floor(floor: SiteFloor, settings: SiteBuildingSettings, rng: np.r
     marks = floor.landmarks
     _check(floor)
     heading = np.where(np.isnan(marks.heading_rad), _along_wall(floor.space, marks.position), marks.heading_rad)
-    drawn = settings.landmark_height_m + settings.landmark_height_sigma_m * rng.standard_normal(len(marks.ids))
+    drawn = LANDMARK_HEIGHT_M + LANDMARK_HEIGHT_SIGMA_M * rng.standard_normal(len(marks.ids))
     z_m = np.where(np.isnan(marks.z_m), drawn, marks.z_m)
     ways = site_paths(floor.graph, floor.space, marks.position, heading)
     left, right, low, high = floor.extent_m
@@ -202,7 +208,7 @@ def _simulated_floor(floor: SiteFloor, settings: SiteBuildingSettings, rng: np.r
         landmark_ids=marks.ids,
         landmark_position=np.column_stack((marks.position, z_m)).round(4),
         landmark_heading_rad=heading,
-        control_points=_control_points(floor.graph, settings.control_point_spacing_m, rng),
+        control_points=_control_points(floor.graph, CONTROL_POINT_SPACING_M, rng),
         lower_left_m=(left, low),
         rooms=ways.rooms,
         space=floor.space,
@@ -309,7 +315,7 @@ def _site_floor(
         extent_m=plan.extent_m,
         elevation_m=floor.elevation_m,
         space=space,
-        graph=corridor_graph(space, settings.graph),
+        graph=corridor_graph(space),
         landmarks=SiteLandmarks(
             ids=here.ids,
             position=here.position_bcs,

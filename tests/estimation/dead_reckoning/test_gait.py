@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from carrying import on_thigh
 from scipy.spatial.transform import Rotation
+from training import on_thigh
 
 from tests.estimation.dead_reckoning.walks import corners, walked
 from vislam2tag.core.context import FixLog, InertialLog

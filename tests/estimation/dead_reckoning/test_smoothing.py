@@ -6,6 +6,7 @@ Sigma of walks with few fixes covers walkers and buildings unlike the calibrated
 from __future__ import annotations
 
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -15,15 +16,13 @@ from hypothesis import strategies as st
 from tests.estimation.dead_reckoning.walks import simulated, true_fixes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
+from vislam2tag.estimation.dead_reckoning import factors, smoothing
 from vislam2tag.estimation.dead_reckoning.factors import STATES, Nodes, PathModel, PathState, WalkFixes
 from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.maps import SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.smoothing import FACTORS, smooth_path
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk, SensedWalk
 from vislam2tag.estimation.settings import DeadReckoningSettings
-
-SETTINGS = DeadReckoningSettings(wall_memory_s=3.0)
-
 
 CORRIDORS = np.zeros((40, 40), dtype=bool)
 CORRIDORS[18:22], CORRIDORS[:, 10:13] = True, True
@@ -40,7 +39,7 @@ def made(seed: int, count: int = 12) -> tuple[PathModel, WalkFixes, PathState]:
     fixes = WalkFixes(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
     position = rng.normal(0, 2, count) + 1j * rng.normal(0, 2, count)
     scale, heading, offset = (rng.normal(0, sigma, count) for sigma in (0.1, 0.3, 0.1))
-    return PathModel(nodes, SETTINGS), fixes, PathState(position, scale, heading, offset)
+    return PathModel(nodes), fixes, PathState(position, scale, heading, offset)
 
 
 def dense(model: PathModel, state: PathState, fixes: WalkFixes) -> tuple[FloatArray, FloatArray]:
@@ -80,9 +79,8 @@ def assert_slope(model: PathModel, fixes: WalkFixes, state: PathState, node: int
 @given(seed=st.integers(0, 50))
 def test_covariances_are_those_of_the_dense_inverse_where_the_scatter_is_known(seed: int) -> None:
     model, fixes, _ = made(seed)
-    known = SETTINGS.model_copy(update={"fix_sigma_spread": 0.01})
-    model = replace(model, settings=known)
-    found = smooth_path(model, fixes)
+    with patch.object(smoothing, "FIX_SIGMA_SPREAD", 0.01):
+        found = smooth_path(model, fixes)
     assume(found.converged)
     fixes = WalkFixes(fixes.node, fixes.position, found.fix_sigma_m)
     matrix, right = dense(model, found.state, fixes)
@@ -95,8 +93,8 @@ def test_covariances_are_those_of_the_dense_inverse_where_the_scatter_is_known(s
 
 def test_what_the_scatter_of_fixes_may_be_is_averaged_over() -> None:
     model, fixes, _ = made(3)
-    sure = replace(model, settings=SETTINGS.model_copy(update={"fix_sigma_spread": 0.01}))
-    small, large = (smooth_path(sure, replace(fixes, sigma_m=fixes.sigma_m * factor)) for factor in (0.45, 3.0))
+    with patch.object(smoothing, "FIX_SIGMA_SPREAD", 0.01):
+        small, large = (smooth_path(model, replace(fixes, sigma_m=fixes.sigma_m * factor)) for factor in (0.45, 3.0))
     vague = smooth_path(model, fixes)
     assert small.fix_sigma_m < vague.fix_sigma_m < large.fix_sigma_m
     assert np.abs(vague.fix_sigma_m / (fixes.sigma_m * FACTORS) - 1).min() > 0.01, "one of those tried, not their mean"
@@ -105,8 +103,9 @@ def test_what_the_scatter_of_fixes_may_be_is_averaged_over() -> None:
 
 def test_first_steps_of_a_recording_tell_less_than_later_ones() -> None:
     model = made(3, 60)[0]
-    usual = replace(model, settings=SETTINGS.model_copy(update={"start_noise": 0.0}))
-    share = model.precision[:, 0] / usual.precision[:, 0]
+    with patch.object(factors, "START_NOISE", 0.0):
+        usual = model.precision[:, 0]
+    share = model.precision[:, 0] / usual
     assert (np.diff(share) > 0).all()
     assert share[0] < 0.1
     assert share[-1] > 0.99
@@ -134,7 +133,7 @@ def test_a_walker_unlike_those_of_whom_the_speed_was_learned_is_followed() -> No
     motion = np.asarray(0.6 * np.exp(1j * np.repeat((0.0, np.pi / 2, np.pi, np.pi / 2), 30)), dtype=np.complex128)
     still, known = np.zeros(120), np.ones(120, dtype=bool)
     nodes = Nodes(time_s, motion, np.abs(motion), still, known, np.zeros(121), still)
-    model = PathModel(nodes, DeadReckoningSettings())
+    model = PathModel(nodes)
     true = np.concatenate(([0.0], np.cumsum(1.35 * motion)))
     at = np.array((0, 40, 80, 120))
     found = smooth_path(model, WalkFixes(at, true[at], 0.45)).state

@@ -11,11 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from carrying import swung
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from training import train
+from training import swung, train
 
 from tests.estimation.dead_reckoning.walks import START_NS, G, corners, simulated, true_fixes, walked
 from vislam2tag.core.arrays import FloatArray
@@ -147,7 +146,7 @@ def found(
     walk = SensedWalk.of(InertialLog(time_ns, force, time_ns, rate, none, np.empty((0, 4))))
     assert walk is not None
     altitude = None if rise_m is None else np.interp(walk.features.time_s, TIME_S, rise_m)
-    return happenings(walk, altitude, DeadReckoningSettings())
+    return happenings(walk, altitude)
 
 
 def between(start_s: float, end_s: float) -> FloatArray:

@@ -11,7 +11,7 @@ from tests.site.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.site.show import RECORD, write_walkable
-from vislam2tag.site.walkable.settings import GraphSettings, WalkableSettings
+from vislam2tag.site.walkable.settings import WalkableSettings
 
 SETTINGS = WalkableSettings()
 
@@ -40,7 +40,6 @@ def test_files_of_every_floor(site: Path, tmp_path: Path) -> None:
     record = json.loads((tmp_path / "out" / RECORD).read_text())
     assert record["floors"][0]["nodes"]["door"] == 3
     assert record["settings"]["walkable"]["passage_m"] == SETTINGS.passage_m
-    assert record["settings"]["graph"]["door_m"] == SETTINGS.graph.door_m
     graph = json.loads((tmp_path / "out" / "floor_0.geojson").read_text())
     kinds = {feature["properties"].get("kind") for feature in graph["features"]}
     assert {"door", "room", "open area"} <= kinds
@@ -48,11 +47,11 @@ def test_files_of_every_floor(site: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "out" / "floor_1.png").exists()
 
 
-def test_settings_of_the_graph_count_and_are_kept(site: Path, tmp_path: Path) -> None:
-    without_doors = SETTINGS.model_copy(update={"graph": GraphSettings(door_m=0.0)})
-    write_walkable(site, tmp_path / "out", (0,), without_doors, None)
+def test_settings_count_and_are_kept(site: Path, tmp_path: Path) -> None:
+    coarse = SETTINGS.model_copy(update={"passage_m": 1.5})
+    write_walkable(site, tmp_path / "out", (0,), coarse, None)
     record = json.loads((tmp_path / "out" / RECORD).read_text())
-    assert record["settings"]["graph"]["door_m"] == 0.0
+    assert record["settings"]["walkable"]["passage_m"] == 1.5
     assert record["floors"][0]["nodes"].get("door", 0) == 0
 
 

@@ -23,7 +23,7 @@ from vislam2tag.preparation.planning.floor import STEPS, ChangedPlan, FloorConst
 from vislam2tag.preparation.planning.prediction import expected_on_walks, mean_error_m
 from vislam2tag.preparation.planning.records import COLUMNS, floor_summary, landmarks_text, new_ids
 from vislam2tag.preparation.planning.refine import further_landmarks, sigma_map
-from vislam2tag.preparation.planning.settings import CameraSettings, PlanSettings
+from vislam2tag.preparation.planning.settings import ASIDE_M, CameraSettings, PlanSettings
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 
 SETTINGS = PlanSettings(further=1)
@@ -213,7 +213,7 @@ def test_from_its_distance_a_sheet_fills_a_quarter_of_the_picture(name: str) -> 
 @given(st.floats(0.1, 6.0))
 def test_the_smallest_sheet_that_is_recognised_without_a_detour_is_taken(line_m: float) -> None:
     found = CAMERA.sheet_for(line_m, ALL, 3.6)
-    easy_m = max(line_m - CAMERA.aside_m, CAMERA.nearest_m)
+    easy_m = max(line_m - ASIDE_M, CAMERA.nearest_m)
     large_enough = [name for name in ALL if CAMERA.fill_distance_m(SHEET_SIZES[name]) >= easy_m]
     if large_enough:
         assert found is not None

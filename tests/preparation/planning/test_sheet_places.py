@@ -12,6 +12,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.planning.corridors import Corridors, corridors_of
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.planning.sheet_places import (
+    MARGIN_M,
     SheetPlaces,
     Stations,
     find_sheet_places,
@@ -78,7 +79,7 @@ def test_sheets_hang_on_the_walls_and_face_the_way() -> None:
 def test_sheets_keep_off_corners_and_are_in_view_for_long_enough() -> None:
     _, _, places = placed()
     corners = rectangle(*INNER)[:, 0]
-    assert np.linalg.norm(places.position[:, None] - corners, axis=2).min() > SETTINGS.margin_m - 1e-6
+    assert np.linalg.norm(places.position[:, None] - corners, axis=2).min() > MARGIN_M - 1e-6
     assert places.visible_m.min() >= SETTINGS.visible_m
     assert len(placed(settings=SETTINGS.model_copy(update={"visible_m": 5.0}))[2].station) == 0
 

@@ -28,16 +28,13 @@ from vislam2tag.preparation.registration.network import (
     adjust_plane,
 )
 from vislam2tag.preparation.registration.network_search import SearchedNetwork, search_network
-from vislam2tag.preparation.registration.record import RegistrationSettings
-
-SETTINGS = RegistrationSettings()
 
 
 @settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_without_noise_every_point_is_where_it_is(seed: int) -> None:
     exact = survey(seed, landmarks=5, noise=0.0)
-    fit = search_network(exact.shots, exact.known, SETTINGS).fit
+    fit = search_network(exact.shots, exact.known).fit
     for name, place in fit.places.items():
         assert place == pytest.approx(exact.truth[name], abs=1e-6)
 
@@ -46,7 +43,7 @@ def test_stated_regions_hold_as_many_errors_as_they_say() -> None:
     square = []
     for seed in range(60):
         drawn = survey(seed)
-        fit = search_network(drawn.shots, drawn.known, SETTINGS).fit
+        fit = search_network(drawn.shots, drawn.known).fit
         square += [
             squares(as_array(fit.places[name] - drawn.truth[name]), fit.covariance(name))
             for name in fit.places
@@ -58,7 +55,7 @@ def test_stated_regions_hold_as_many_errors_as_they_say() -> None:
 
 def test_joint_covariance_holds_the_single_ones() -> None:
     drawn = survey(1)
-    fit = search_network(drawn.shots, drawn.known, SETTINGS).fit
+    fit = search_network(drawn.shots, drawn.known).fit
     both = fit.covariance("3", "5")
     assert both[:2, :2] == pytest.approx(fit.covariance("3"))
     assert both[2:, 2:] == pytest.approx(fit.covariance("5"))
@@ -68,25 +65,23 @@ def test_joint_covariance_holds_the_single_ones() -> None:
 def test_a_free_scale_is_found_and_a_fixed_one_is_not_changed() -> None:
     drawn = survey(2, noise=0.3)
     longer = [replace(shot, place=1.001 * shot.place) for shot in drawn.shots]
-    free = search_network(longer, drawn.known, SETTINGS, free_scale=True).fit
+    free = search_network(longer, drawn.known, free_scale=True).fit
     assert free.scale is not None
     assert free.scale.value == pytest.approx(1 / 1.001, abs=4 * free.scale.sigma)
     assert free.scale.sigma < 2e-4
-    assert all(
-        abs(one.scale - 1) < 1e-12 for one in search_network(drawn.shots, drawn.known, SETTINGS).fit.maps.values()
-    )
+    assert all(abs(one.scale - 1) < 1e-12 for one in search_network(drawn.shots, drawn.known).fit.maps.values())
 
 
 def test_one_known_point_leaves_the_frame_undetermined() -> None:
     shots = [Shot(point=name, station="S", place=place, sigma_m=0.003) for name, place in (("a", 0j), ("b", 5j))]
     with pytest.raises(SingularError):
-        adjust_plane(shots, [KnownPoint(point="a", place=0j, sigma_m=0.003)], {"S": Similarity2.identity()}, 10.0)
+        adjust_plane(shots, [KnownPoint(point="a", place=0j, sigma_m=0.003)], {"S": Similarity2.identity()})
 
 
 def test_sums_of_squares_do_not_depend_on_the_order() -> None:
     drawn = survey(5)
-    fit = search_network(drawn.shots, drawn.known, SETTINGS).fit
-    other = search_network(drawn.shots[::-1], drawn.known[::-1], SETTINGS).fit
+    fit = search_network(drawn.shots, drawn.known).fit
+    other = search_network(drawn.shots[::-1], drawn.known[::-1]).fit
     assert other.adjusted.square == pytest.approx(fit.adjusted.square)
     assert other.covariance("3") == pytest.approx(fit.covariance("3"))
 
@@ -103,7 +98,7 @@ def heights(seed: int = 0, noise_m: float = 0.005) -> tuple[list[MeasuredHeight]
 
 def test_heights_come_back_exactly_without_noise() -> None:
     found, truth = heights(noise_m=0.0)
-    fit = adjust_heights(found, SETTINGS)
+    fit = adjust_heights(found)
     assert {name: z for name, (z, _) in fit.heights.items()} == pytest.approx(truth)
     assert (fit.errors, fit.untied) == ((), ())
 
@@ -118,7 +113,7 @@ def test_stated_sigmas_hold() -> None:
             else one
             for one in found
         ]
-        fit = adjust_heights(known, SETTINGS).heights
+        fit = adjust_heights(known).heights
         off += [(fit[name][0] - truth[name]) / fit[name][1] for name in "123456"]
     assert 0.60 < np.mean(np.abs(off) < 1) < 0.78
 
@@ -126,22 +121,22 @@ def test_stated_sigmas_hold() -> None:
 def test_a_known_height_that_is_off_is_named() -> None:
     found, truth = heights(noise_m=0.001)
     found[1] = MeasuredHeight("B", KNOWN_HEIGHT, truth["B"] + 1.0, 0.005, "known.csv:3")
-    fit = adjust_heights(found, SETTINGS)
+    fit = adjust_heights(found)
     assert fit.errors == ("known height of B (known.csv:3) is off",)
     assert fit.heights["4"][0] == pytest.approx(truth["4"], abs=0.01)
 
 
 def test_stations_without_a_known_height_are_told() -> None:
     found, _ = heights()
-    fit = adjust_heights([*found, MeasuredHeight("9", "S3", 5.0, 0.005)], SETTINGS)
+    fit = adjust_heights([*found, MeasuredHeight("9", "S3", 5.0, 0.005)])
     assert fit.untied == ("S3",)
     assert "9" not in fit.heights
-    assert adjust_heights([MeasuredHeight("9", "S3", 5.0, 0.005)], SETTINGS).heights == {}
-    assert adjust_heights([], SETTINGS).heights == {}
+    assert adjust_heights([MeasuredHeight("9", "S3", 5.0, 0.005)]).heights == {}
+    assert adjust_heights([]).heights == {}
 
 
 def searched(drawn: Survey) -> SearchedNetwork:
-    return search_network(drawn.shots, drawn.known, SETTINGS)
+    return search_network(drawn.shots, drawn.known)
 
 
 def texts(drawn: Survey) -> list[str]:
@@ -204,7 +199,7 @@ def test_exchanged_digits_are_named() -> None:
     shots = [Shot(point=name, station="S", place=(0.8 + 0.6j) * place, sigma_m=0.003) for name, place in truth.items()]
     typed = truth | {"b": 28.371 + 4.215j}
     known = [KnownPoint(point=name, place=place, sigma_m=0.003) for name, place in typed.items()]
-    (error,) = search_network(shots, known, SETTINGS).errors
+    (error,) = search_network(shots, known).errors
     assert error.text == "known point b looks mistyped in E (digits exchanged): 23.871, 4.215 would fit"
 
 
@@ -265,7 +260,7 @@ def test_two_known_points_are_enough_and_cannot_be_checked() -> None:
         for name, place in (("a", 0j), ("b", 10 + 0j), ("7", 4 + 3j))
     ]
     known = [KnownPoint(point="a", place=1j, sigma_m=0.003), KnownPoint(point="b", place=11j, sigma_m=0.003)]
-    found = search_network(shots, known, SETTINGS)
+    found = search_network(shots, known)
     assert found.fit.places["7"] == pytest.approx(-3 + 5j)
     assert found.fit.adjusted.redundancy == 1
     assert np.trace(found.fit.covariance("7")) > 2 * 0.003**2

@@ -25,10 +25,9 @@ from vislam2tag.preparation.registration.register import (
     read_stations,
     register_floor,
 )
+from vislam2tag.preparation.registration.results import LEAST_SIGMA_M
 from vislam2tag.preparation.registration.tape_and_clicks import Click, TapeDistance, Target
 from vislam2tag.site.discover import read_site
-
-SETTINGS = RegistrationSettings()
 
 
 def shot(point: str, place: complex, station: str = "S") -> Shot:
@@ -45,7 +44,7 @@ GIVEN = [known(name, place) for name, place in CORNERS.items()]
 
 
 def registered(measured: FloorMeasurements, *, free_scale: bool = False) -> Registration:
-    return register_floor(1, measured, SETTINGS, free_scale=free_scale)
+    return register_floor(1, measured, free_scale=free_scale)
 
 
 def by_id(found: Registration) -> dict[str, RegisteredPoint]:
@@ -78,7 +77,7 @@ def test_no_landmark_is_stated_better_than_paper_hangs() -> None:
     many = [shot("7", 5 + 4j) for _ in range(40)]
     sure = [replace(one, sigma_m=1e-4) for one in (*BASE, *many)]
     exact = [replace(one, sigma_m=1e-4) for one in GIVEN]
-    assert by_id(registered(FloorMeasurements(shots=sure, known=exact)))["7"].sigma_m == SETTINGS.least_sigma_m
+    assert by_id(registered(FloorMeasurements(shots=sure, known=exact)))["7"].sigma_m == LEAST_SIGMA_M
 
 
 def test_edges_give_heading_and_centre() -> None:

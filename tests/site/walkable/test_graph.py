@@ -13,8 +13,15 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.simulation.building import draw_plan, make_building
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.site.plans.source import FloorPlan
-from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind, corridor_graph, open_cells, place_doors, room_nodes
-from vislam2tag.site.walkable.settings import GraphSettings
+from vislam2tag.site.walkable.graph import (
+    HALL_STEP_M,
+    CorridorGraph,
+    NodeKind,
+    corridor_graph,
+    open_cells,
+    place_doors,
+    room_nodes,
+)
 from vislam2tag.site.walkable.skeleton import skeleton
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
@@ -91,16 +98,15 @@ def test_lengths_on_a_generated_floor_are_true(seed: int, tmp_path_factory: pyte
     assert graph.kinds.count(NodeKind.ROOM) == graph.kinds.count(NodeKind.DOOR) > 40
 
 
-SETTINGS = GraphSettings()
 CORRIDOR_LINE = (0.5, 0.5, 29.5, 2.5)
 ROOM, DOOR = (3.0, 2.8, 7.0, 6.8), (4.5, 2.5, 5.5, 2.8)
 
 
 def doors_and_rooms(*boxes: tuple[float, float, float, float]) -> tuple[int, int]:
     space = rectangles(30, 14, *boxes)
-    network = skeleton(space, SETTINGS)
-    doors = place_doors(network, space, SETTINGS)
-    return len(doors), len(room_nodes(network, doors, set(), SETTINGS.room_m))
+    network = skeleton(space)
+    doors = place_doors(network, space)
+    return len(doors), len(room_nodes(network, doors, set()))
 
 
 def test_a_room_lies_behind_a_door() -> None:
@@ -128,8 +134,8 @@ def test_a_room_through_which_one_reaches_a_corridor_is_a_way() -> None:
 
 
 def test_a_door_that_tidying_removed_parts_nothing() -> None:
-    network = skeleton(rectangles(30, 14, CORRIDOR_LINE, ROOM, DOOR), SETTINGS)
-    assert room_nodes(network, {10**6}, set(), SETTINGS.room_m) == set()
+    network = skeleton(rectangles(30, 14, CORRIDOR_LINE, ROOM, DOOR))
+    assert room_nodes(network, {10**6}, set()) == set()
 
 
 HALL = rectangles(40, 40, (2, 2, 30, 26), (10, 26, 12.5, 38))
@@ -137,22 +143,22 @@ HALL = rectangles(40, 40, (2, 2, 30, 26), (10, 26, 12.5, 38))
 
 
 def test_open_areas_are_where_a_wide_disc_fits() -> None:
-    cells = open_cells(HALL, SETTINGS)
+    cells = open_cells(HALL)
     assert cells[100, 100]
     assert not cells[330, 110]
-    assert not open_cells(rectangles(20, 20, (1, 1, 8, 19)), SETTINGS).any()
+    assert not open_cells(rectangles(20, 20, (1, 1, 8, 19))).any()
 
 
 def test_a_net_covers_a_hall() -> None:
-    graph = corridor_graph(HALL, SETTINGS)
+    graph = corridor_graph(HALL)
     nodes = graph.nodes[[kind is NodeKind.OPEN for kind in graph.kinds]]
-    centres = HALL.area.grid.centres_m(np.argwhere(open_cells(HALL, SETTINGS)))
-    assert np.max(KDTree(nodes).query(centres)[0]) <= SETTINGS.hall_step_m + 0.2
+    centres = HALL.area.grid.centres_m(np.argwhere(open_cells(HALL)))
+    assert np.max(KDTree(nodes).query(centres)[0]) <= HALL_STEP_M + 0.2
     assert HALL.inside(graph.nodes).all()
 
 
 def test_ways_over_a_hall_are_hardly_longer_than_straight() -> None:
-    graph = corridor_graph(HALL, SETTINGS)
+    graph = corridor_graph(HALL)
     joined = nx.Graph()
     joined.add_weighted_edges_from((a, b, length) for (a, b), length in zip(graph.edges, graph.length_m, strict=True))
     hall = [node for node, kind in enumerate(graph.kinds) if kind is NodeKind.OPEN]
@@ -164,7 +170,7 @@ def test_ways_over_a_hall_are_hardly_longer_than_straight() -> None:
 
 
 def test_shortcuts_are_not_needed_to_get_anywhere() -> None:
-    graph = corridor_graph(HALL, SETTINGS)
+    graph = corridor_graph(HALL)
     joined = nx.Graph(graph.edges[~graph.shortcut].tolist())
     assert nx.is_connected(joined)
     assert len(joined) == len(graph.nodes)

@@ -15,7 +15,7 @@ residuals and their laws are:
     fixes   z[k] - the fix's place,  Student's t
 
 What lasts for a while (north, walls, lines) counts at each node as the part of one independent observation that the
-node's time is of that while.
+node's time is of that while. docs/results/dead_reckoning.md calibrates the constants.
 """
 
 from __future__ import annotations
@@ -31,7 +31,6 @@ from vislam2tag.estimation.chain import NormalEquations
 from vislam2tag.estimation.dead_reckoning.gait import WindowFeatures
 from vislam2tag.estimation.dead_reckoning.maps import MEMORY_S, SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, Headings, WalkSignals
-from vislam2tag.estimation.settings import DeadReckoningSettings
 
 STATES = 5
 SCALE, HEADING, OFFSET = 2, 3, 4
@@ -43,6 +42,32 @@ WALL_DOF = 3.0
 SCALE_DOF = 3.0
 LINE_DOF = 3.0
 """Degrees of freedom of the Student-t distributions."""
+STEP_NOISE = 0.1
+"""Random part of the motion, phone held still: metres per square root of a second for each m/s of speed."""
+START_S = 2.0
+"""How long the first steps of a recording tell less than others, seconds ..."""
+START_NOISE = 4.0
+"""... and how much random motion they add (squares add up), in parts of the usual."""
+SWING_NOISE = 3.0
+"""How much random motion and drift a phone adds that swings, in a hand or on a thigh, in parts of the usual."""
+SCALE_SIGMA = 0.05
+"""Relative error of a walker's speed, one standard deviation; some differ by much more (Student-t)."""
+SCALE_NOISE = 0.01
+"""How much it changes: relative, per square root of a second."""
+HEADING_NOISE_RAD = 0.03
+"""Drift of the heading, phone held still, rad per square root of a second."""
+OFFSET_NOISE = 0.35
+"""How far walkers go beside where the phone points after a turn: rad for one of one rad, growing as its root."""
+OFFSET_MEMORY_S = 1.5
+"""How long that lasts, seconds."""
+NORTH_SIGMA_RAD = 0.26
+"""Error of the phone's own heading against the plan's north, one standard deviation, rad."""
+NORTH_MEMORY_S = 6.0
+"""How long such an error lasts, seconds."""
+WALL_SIGMA_M = 1.0
+"""How far walkers go beyond their usual distance from walls, or a plan is off, one standard deviation, metres."""
+WALL_MEMORY_S = 2.0
+"""How long that lasts, seconds."""
 STANDING_NOISE_M = 0.01
 """Random part of the motion of somebody who stands, metres per square root of a second."""
 LEAST_NOISE_M = 1e-3
@@ -208,30 +233,31 @@ class PathModel:
     """The motion between nodes with the variances of its errors, and what else is known of the path."""
 
     nodes: Nodes
-    settings: DeadReckoningSettings
     walls: Walls | None = None
     lines: SharedLines | None = None
+    scale_sigma: float = SCALE_SIGMA
+    north_memory_s: float = NORTH_MEMORY_S
 
     @property
     def precision(self) -> FloatArray:
         """(k - 1, 5) inverse variances of each stretch: x, y, scale, heading, offset."""
-        nodes, settings = self.nodes, self.settings
+        nodes = self.nodes
         duration = np.diff(nodes.time_s)
-        starting = np.exp(-(nodes.time_s[1:] + nodes.time_s[:-1]) / (2 * settings.start_s))
-        swinging = 1 + (settings.swing_noise * nodes.swinging) ** 2
-        harder = swinging + (settings.start_noise * starting) ** 2
-        walked = settings.step_noise**2 * harder * nodes.length_m**2 / duration
+        starting = np.exp(-(nodes.time_s[1:] + nodes.time_s[:-1]) / (2 * START_S))
+        swinging = 1 + (SWING_NOISE * nodes.swinging) ** 2
+        harder = swinging + (START_NOISE * starting) ** 2
+        walked = STEP_NOISE**2 * harder * nodes.length_m**2 / duration
         known = walked + STANDING_NOISE_M**2 * duration + LEAST_NOISE_M**2
         position = np.where(nodes.known, known, (UNKNOWN_M_S * duration) ** 2)
-        scale = settings.scale_noise**2 * duration
-        heading = settings.heading_noise_rad**2 * swinging * duration
-        offset = heading + settings.offset_noise**2 * nodes.turn_rad
+        scale = SCALE_NOISE**2 * duration
+        heading = HEADING_NOISE_RAD**2 * swinging * duration
+        offset = heading + OFFSET_NOISE**2 * nodes.turn_rad
         return np.asarray(1 / np.column_stack((position, position, scale, heading, offset)))
 
     @property
     def kept(self) -> FloatArray:
         """(k - 1,) the part of an offset that is left after each stretch."""
-        return np.exp(-np.diff(self.nodes.time_s) / self.settings.offset_memory_s)
+        return np.exp(-np.diff(self.nodes.time_s) / OFFSET_MEMORY_S)
 
     def _share(self, memory_s: float) -> FloatArray:
         """(k,) parts of one independent observation that each node has of errors that last so long."""
@@ -257,25 +283,24 @@ class PathModel:
     def start(self, state: PathState) -> NodeFactor:
         """How a walk begins: a walker of usual speed who goes about where the phone points."""
         error = np.array((state.scale[0], state.offset_rad[0]))
-        squared = (error / (self.settings.scale_sigma, OFFSET_RAD)) ** 2
+        squared = (error / (self.scale_sigma, OFFSET_RAD)) ** 2
         factor, cost = student_t(squared[:1], SCALE_DOF)
-        weight = np.array((factor[0] / self.settings.scale_sigma**2, OFFSET_RAD**-2))
+        weight = np.array((factor[0] / self.scale_sigma**2, OFFSET_RAD**-2))
         return NodeFactor(error, UNIT[[SCALE, OFFSET]], weight, cost + float(squared[1]), np.zeros(2, dtype=np.int64))
 
     def north(self, state: PathState) -> NodeFactor:
         """The heading by the phone's own; nothing where it has none."""
-        drift_rad, sigma_rad = self.nodes.drift_rad, self.settings.north_sigma_rad
+        drift_rad, sigma_rad = self.nodes.drift_rad, NORTH_SIGMA_RAD
         off = wrapped(state.heading_rad - np.nan_to_num(drift_rad))
-        share = np.where(np.isfinite(drift_rad), self._share(2 * self.settings.north_memory_s), 0.0)
+        share = np.where(np.isfinite(drift_rad), self._share(2 * self.north_memory_s), 0.0)
         factor, cost = student_t((off / sigma_rad) ** 2, NORTH_DOF, share, dimensions=0)
         return NodeFactor(off, np.tile(UNIT[HEADING], (len(off), 1)), factor / sigma_rad**2, cost)
 
     def keeping_off(self, walls: Walls, state: PathState) -> NodeFactor:
         """How far the path is beyond where people walk between ``walls``."""
         beyond, away = walls.beyond(state.position)
-        sigma_m = self.settings.wall_sigma_m
-        factor, cost = student_t((beyond / sigma_m) ** 2, WALL_DOF, self._share(self.settings.wall_memory_s))
-        return NodeFactor(beyond, _in_plane(away), np.where(beyond > 0, factor, 0.0) / sigma_m**2, cost)
+        factor, cost = student_t((beyond / WALL_SIGMA_M) ** 2, WALL_DOF, self._share(WALL_MEMORY_S))
+        return NodeFactor(beyond, _in_plane(away), np.where(beyond > 0, factor, 0.0) / WALL_SIGMA_M**2, cost)
 
     def along(self, lines: SharedLines, state: PathState) -> NodeFactor:
         """How far the path leads aside of the ways of other walks."""

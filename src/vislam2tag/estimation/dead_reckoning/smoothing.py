@@ -1,6 +1,6 @@
 """The expected path through a walk's fixes: by Gauss-Newton for each scatter that these may have, then their mean.
 
-Its covariance also covers walkers and buildings unlike those that the settings were calibrated with. Few fixes cannot
+Its covariance also covers walkers and buildings unlike those that the constants were calibrated with. Few fixes cannot
 distinguish an unusual speed, or a plan that is turned against the phone's north, from a wrong path. The path is
 therefore fitted a second time, with a speed and a north that may be wrong by much more. With enough fixes both fits
 agree, and the covariance stays the usual one.
@@ -33,6 +33,8 @@ AGAINST_TURNED = 6.0
 """Minus twice the logarithm of how seldom a phone is carried turned (one walk in twenty)."""
 FACTORS = np.exp(np.linspace(-0.8, 1.1, 6))
 """Scatters of fixes that are tried, as parts of the usual one."""
+FIX_SIGMA_SPREAD = 0.6
+"""How much that scatter differs between sessions: standard deviation of its logarithm."""
 LEAST_SHARE = 0.02
 """Those that the evidence makes less likely are left aside."""
 WIDE_SCALE_SIGMA = 0.3
@@ -77,7 +79,7 @@ def smooth_path(model: PathModel, fixes: WalkFixes) -> SmoothedPath:
         _fitted(model, replace(fixes, sigma_m=fixes.sigma_m * factor), start.state) for factor in FACTORS.tolist()
     ]
     against = np.array([each.evidence for each in fitted])
-    against += (np.log(FACTORS) / model.settings.fix_sigma_spread) ** 2
+    against += (np.log(FACTORS) / FIX_SIGMA_SPREAD) ** 2
     share = np.exp((against.min() - against) / 2)
     share = np.where(share < LEAST_SHARE * share.sum(), 0, share)
     likely = np.flatnonzero(share).tolist()
@@ -159,11 +161,8 @@ def covering_covariance(path: SmoothedPath, model: PathModel, fixes: WalkFixes) 
     Raises numpy.linalg.LinAlgError as :func:`~vislam2tag.estimation.dead_reckoning.smoothing.smooth_path` does.
     """
     own = path.covariance[:, :2, :2]
-    wide = {
-        "scale_sigma": max(WIDE_SCALE_SIGMA, model.settings.scale_sigma),
-        "north_memory_s": max(WIDE_NORTH_MEMORY_S, model.settings.north_memory_s),
-    }
-    other = smooth_path(replace(model, settings=model.settings.model_copy(update=wide)), fixes)
+    unusual = replace(model, scale_sigma=WIDE_SCALE_SIGMA, north_memory_s=WIDE_NORTH_MEMORY_S)
+    other = smooth_path(unusual, fixes)
     apart_m = as_points(other.state.position - path.state.position)
     spread = other.covariance[:, :2, :2] + apart_m[:, :, None] * apart_m[:, None, :]
     greater = np.trace(spread, axis1=1, axis2=2) > np.trace(own, axis1=1, axis2=2)

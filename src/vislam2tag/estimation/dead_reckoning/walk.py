@@ -25,6 +25,12 @@ from vislam2tag.estimation.settings import MIN_JUDGED, DeadReckoningSettings
 
 MOVING = 0.5
 """From here on somebody rather walks than stands."""
+FIX_SIGMA_M = 0.4
+"""Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
+WALL_DISTANCE_M = 0.6
+"""Walkers keep so far from walls where there is room, metres."""
+STANDING_S = 2.0
+"""Shortest time without steps that counts as standing, seconds."""
 BEYOND_S = 2.0
 """A fix this long before the first reading or after the last one still holds there."""
 
@@ -68,14 +74,13 @@ class SensedWalk:
         at_s = self._moments(log).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
         nodes = Nodes.of(self.signals, self.headings, self.features, speed_m_s, at_s)
-        usual_sigma_m = settings.fix_sigma_m
         fix_sigma_m = np.full(len(at_s), np.nan) if log.sigma_m is None else log.sigma_m
-        share = np.where(np.isnan(fix_sigma_m), 1.0, fix_sigma_m / usual_sigma_m)
-        fixes = WalkFixes(nodes.index_of(at_s), as_complex(log.position_bcs), usual_sigma_m, share)
-        walls = None if area is None or not settings.plan_prior else Walls(area, settings.wall_distance_m)
+        share = np.where(np.isnan(fix_sigma_m), 1.0, fix_sigma_m / FIX_SIGMA_M)
+        fixes = WalkFixes(nodes.index_of(at_s), as_complex(log.position_bcs), FIX_SIGMA_M, share)
+        walls = None if area is None or not settings.plan_prior else Walls(area, WALL_DISTANCE_M)
         if walls is not None and not walls.fit(fixes.position):
             walls = None
-        model = PathModel(nodes, settings, walls)
+        model = PathModel(nodes, walls)
         alone = ReckonedWalk(self, model, fixes, smooth_path(model, fixes), log.name)
         if ways is None or not len(ways.walk) or walls is not None:
             return alone  # between walls other walks add nothing (benchmarks/NOTES.md)
@@ -175,7 +180,7 @@ class Happening:
     turn_rad: float
 
 
-def happenings(walk: SensedWalk, altitude_m: FloatArray | None, settings: DeadReckoningSettings) -> list[Happening]:
+def happenings(walk: SensedWalk, altitude_m: FloatArray | None) -> list[Happening]:
     """List what happened on a walk, in order of time; ``altitude_m`` (m,) is that at its windows, by air pressure."""
     time_s, standing = walk.features.time_s, walk.features.moving < 0.5
     turned = np.interp(time_s, walk.signals.time_s, walk.headings.turned_rad)
@@ -195,7 +200,7 @@ def happenings(walk: SensedWalk, altitude_m: FloatArray | None, settings: DeadRe
         lasted, turn = float(time_s[last] - time_s[first]), float(turned[last] - turned[first])
         if abs(turn) > TURN_RAD:
             found.append(Happening(EventKind.TURN, float(time_s[first]), float(time_s[last]), 0.0, turn))
-        elif lasted >= settings.standing_s:
+        elif lasted >= STANDING_S:
             found.append(Happening(EventKind.STANDING, float(time_s[first]), float(time_s[last]), 0.0, turn))
     return sorted(found, key=lambda each: each.start_s)
 

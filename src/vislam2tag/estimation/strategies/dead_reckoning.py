@@ -53,7 +53,7 @@ class DeadReckoning:
             builder.finish(camera, (), ()),
             covariance_bcs=covariance,
             floor=height.floor,
-            events=_events(camera, walk, frame, time_s, self.settings),
+            events=_events(camera, walk, frame, time_s),
             not_converged=() if walk.path.converged else ("path",),
             fix_contradiction_m=float(np.median(contradiction_m)),
             fixes_used=len(walk.names),
@@ -89,9 +89,7 @@ def _seconds(time_ns: IntArray, walk: ReckonedWalk) -> FloatArray:
     return np.asarray((time_ns - walk.sensed.signals.start_ns) * 1e-9)
 
 
-def _events(
-    camera: CameraTrack, walk: ReckonedWalk, frame: IntArray, time_s: FloatArray, settings: DeadReckoningSettings
-) -> tuple[TrackerEvent, ...]:
+def _events(camera: CameraTrack, walk: ReckonedWalk, frame: IntArray, time_s: FloatArray) -> tuple[TrackerEvent, ...]:
     """What happened, at the frame at which it began, and the fixes that contradict the others."""
 
     def frame_at(moment_s: float) -> int:
@@ -103,7 +101,7 @@ def _events(
         TrackerEvent(
             each.kind, frame_at(each.start_s), each.size_m, each.turn_rad, f"for {each.end_s - each.start_s:.1f} s"
         )
-        for each in happenings(walk.sensed, altitude, settings)
+        for each in happenings(walk.sensed, altitude)
     ]
     left_out = LeftOut.of(walk)
     for fix in np.flatnonzero(left_out.doubtful).tolist():

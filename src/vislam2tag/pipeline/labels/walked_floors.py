@@ -90,4 +90,4 @@ def floor_areas(floor: Floor, names: Sequence[RoomName], settings: WalkableSetti
 
     plan, settings = floor_plan(floor), settings or WalkableSettings()
     space = walkable_space(plan, settings, floor_mask(floor))
-    return areas_of(space, corridor_graph(space, settings.graph)).with_names([*names, *names_on_plan(plan)])
+    return areas_of(space, corridor_graph(space)).with_names([*names, *names_on_plan(plan)])

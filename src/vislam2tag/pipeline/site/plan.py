@@ -155,7 +155,7 @@ def designed(
     progress("walkable space", len(STEPS))
     mask = floor_mask(floor, path_or_none(request.mask))
     space = walkable_space(floor_plan(floor), request.walkable, mask)
-    graph = corridor_graph(space, request.walkable.graph)
+    graph = corridor_graph(space)
     try:
         return plan_floor(space, graph, settings, given, progress), graph
     except SurveyError as error:

@@ -78,7 +78,7 @@ def register(site: Site, floor: Floor, sources: FloorFiles, settings: Registrati
             "--station needs known points: --control FILE, or --known ID for landmarks of the site (--known all)"
         )
     measured, findings = _measured(site, floor, sources, settings)
-    return register_floor(floor.number, measured, settings, free_scale=sources.free_scale, findings=findings)
+    return register_floor(floor.number, measured, free_scale=sources.free_scale, findings=findings)
 
 
 def _measured(

@@ -163,7 +163,7 @@ def write_walkable(
     found = []
     for floor in chosen:
         space = walkable_space(floor_plan(floor), settings, floor_mask(floor, mask))
-        found.append(WalkableFloor(floor, space, corridor_graph(space, settings.graph)))
+        found.append(WalkableFloor(floor, space, corridor_graph(space)))
     if not found:
         raise SurveyError(
             f"{root}: no floor has a plan to draw; add floor_K/floorplan.jpg or a site.toml, or give --follow-links to "
@@ -173,10 +173,7 @@ def write_walkable(
         for one in found:
             _write_floor(one, new, f"floor_{one.floor.number}")
         record = {
-            "settings": {
-                "walkable": settings.model_dump(mode="json", exclude={"graph"}),
-                "graph": settings.graph.model_dump(mode="json"),
-            },
+            "settings": {"walkable": settings.model_dump(mode="json")},
             "floors": [floor_record(one) for one in found],
         }
         new.write(RECORD, json.dumps(record, indent=2) + "\n")

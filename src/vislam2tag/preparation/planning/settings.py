@@ -7,25 +7,26 @@ from typing import Annotated
 
 from pydantic import Field
 
-from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.records import SettingsRecord
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES, SheetSize
 
 Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
+FILLED = 0.25
+"""A sheet is recognised at first where its image fills this share of the picture (ARCore)."""
+ASIDE_M = 0.75
+"""Who passes a sheet holds the phone this far aside of the middle of the way without a detour, metres ..."""
+DETOUR_M = 3.6
+"""... and this far at most, where the largest sheet asks for it: that is half of the widest corridor, metres."""
 
 
-class CameraSettings(FiniteRecord):
+class CameraSettings(SettingsRecord):
     """What a phone's camera sees, and how near the phone comes to a wall."""
 
+    removed = frozenset(("aside_m", "detour_m", "filled"))
     field_of_view_rad: tuple[Angle, Angle] = (1.1694, 0.925)
     """Along the longer and the shorter side of the picture: a lens of 26 mm equivalent, 67 x 53 degrees."""
-    filled: float = Field(default=0.25, gt=0, le=1)
-    """A sheet is recognised at first where its image fills this share of the picture (ARCore)."""
     nearest_m: float = Field(default=0.3, gt=0)
     """Nobody holds the phone nearer to a wall than this in passing, metres."""
-    aside_m: float = Field(default=0.75, ge=0)
-    """Who passes a sheet holds the phone this far aside of the middle of the way without a detour, metres ..."""
-    detour_m: float = Field(default=3.6, ge=0)
-    """... and this far at most, where the largest sheet asks for it: that is half of the widest corridor, metres."""
     range_m: float = Field(default=3.0, gt=0)
     """Farther off a sheet is not seen while one walks, metres."""
     angle_rad: float = Field(default=1.05, gt=0, lt=1.57)
@@ -34,7 +35,7 @@ class CameraSettings(FiniteRecord):
     def fill_distance_m(self, size: SheetSize) -> float:
         """Distance from which the square image of a sheet just fills its share of the picture, metres."""
         long, short = (tan(angle / 2) for angle in self.field_of_view_rad)
-        return size.image_m / (2 * sqrt(self.filled * long * short))
+        return size.image_m / (2 * sqrt(FILLED * long * short))
 
     def sheet_for(self, line_m: float, sheets: tuple[str, ...], detour_m: float) -> tuple[SheetSize, float] | None:
         """The smallest of some sheets that is recognised in passing a wall ``line_m`` from the middle of the way.
@@ -43,7 +44,7 @@ class CameraSettings(FiniteRecord):
         Also the distance in passing, metres; None where the wall is too far off.
         """
         sizes = sorted((SHEET_SIZES[name] for name in sheets), key=lambda size: size.image_m)
-        easy_m = max(line_m - self.aside_m, self.nearest_m)
+        easy_m = max(line_m - ASIDE_M, self.nearest_m)
         for size in sizes:
             if self.fill_distance_m(size) >= easy_m:
                 return size, easy_m
@@ -51,9 +52,10 @@ class CameraSettings(FiniteRecord):
         return (sizes[-1], reach_m) if self.nearest_m <= reach_m and line_m - detour_m <= reach_m else None
 
 
-class PlanSettings(FiniteRecord):
+class PlanSettings(SettingsRecord):
     """What is demanded of a plan, and where sheets may hang (docs/explanation/planning.md)."""
 
+    removed = frozenset(("flat_m", "gap", "margin_m", "nodes", "off_turn_m"))
     spacing_m: float = Field(default=15.0, ge=2, le=1000)
     """No walk leads farther than this without passing a landmark, metres."""
     short_m: float = Field(default=3.0, ge=0)
@@ -67,14 +69,8 @@ class PlanSettings(FiniteRecord):
     camera: CameraSettings = CameraSettings()
     step_m: float = Field(default=1.0, ge=0.1)
     """Places are tried this densely along the ways, metres."""
-    margin_m: float = Field(default=0.5, ge=0)
-    """The wall is flat this far on both sides of a sheet's middle: off doors and corners, metres."""
-    flat_m: float = Field(default=0.12, ge=0)
-    """A wall that is uneven by less than this is flat, metres."""
     visible_m: float = Field(default=2.0, ge=0)
     """A sheet is in view over at least this much of the way, metres."""
-    off_turn_m: float = Field(default=1.0, ge=0)
-    """No sheet nearer to a turn than this: who turns would not see it in time, metres."""
     height_m: float = Field(default=1.4, gt=0)
     """Height of a sheet's middle above the floor, metres."""
     survey_sigma_m: float = Field(default=0.02, gt=0)
@@ -83,12 +79,8 @@ class PlanSettings(FiniteRecord):
     """Walking speed of the tour."""
     further: int = Field(default=3, ge=0)
     """So many further landmarks are proposed, with what each would gain."""
-    gap: float = Field(default=0.0, ge=0, lt=1)
-    """The search may end where the number is at most this share above the proven bound."""
-    nodes: int = Field(default=2000, ge=1)
-    """The search ends after so many branches; unlike a time limit this ends it at the same place on every machine."""
     time_limit_s: float = Field(default=120.0, gt=0)
-    """... and after this time for each floor, seconds."""
+    """The search ends after this time for each floor, seconds."""
 
     @property
     def niche_m(self) -> float:

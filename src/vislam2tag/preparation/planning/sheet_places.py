@@ -13,7 +13,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.preparation.planning.corridors import Corridors
-from vislam2tag.preparation.planning.settings import CameraSettings, PlanSettings
+from vislam2tag.preparation.planning.settings import DETOUR_M, CameraSettings, PlanSettings
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.site.walkable.space import WalkableSpace
 
@@ -23,6 +23,12 @@ LOOK_STEP_M = 0.25
 """Views along the corridor are tried this densely ..."""
 LOOK_FROM_M = 1.5
 """... from the middle of the corridor, or from so far off the wall where it is farther."""
+MARGIN_M = 0.5
+"""The wall is flat this far on both sides of a sheet's middle: off doors and corners, metres."""
+FLAT_M = 0.12
+"""A wall that is uneven by less than this is flat, metres."""
+OFF_TURN_M = 1.0
+"""No sheet nearer to a turn than this: who turns would not see it in time, metres."""
 STEEPEST = 0.4
 """Greatest slope of a wall against the corridor beside it: a passer-by faces it."""
 OFF_DOOR_M = 0.9
@@ -123,9 +129,9 @@ def find_sheet_places(
     camera = settings.camera
     largest = max(camera.fill_distance_m(SHEET_SIZES[name]) for name in settings.sheets)
     in_hall = corridors.in_hall[stations.corridor[cast.station]]
-    detour = np.where(in_hall, HALL_REACH_M, max(camera.detour_m, camera.aside_m))
-    position, normal, line_m, fine = _flat_walls(space, cast, detour + largest, settings)
-    rows = np.flatnonzero(fine & _off_turns(corridors, stations, cast, settings.off_turn_m))
+    detour = np.where(in_hall, HALL_REACH_M, DETOUR_M)
+    position, normal, line_m, fine = _flat_walls(space, cast, detour + largest)
+    rows = np.flatnonzero(fine & _off_turns(corridors, stations, cast))
     rows = rows[_allowed(position[rows], corridors.doors, forbidden)]
     found = [
         camera.sheet_for(line, settings.sheets, reach)
@@ -179,36 +185,35 @@ def _casts(corridors: Corridors, stations: Stations) -> _Casts:
 
 
 def _flat_walls(
-    space: WalkableSpace, cast: _Casts, reach_m: FloatArray, settings: PlanSettings
+    space: WalkableSpace, cast: _Casts, reach_m: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Where each line meets a wall (k, 2), the wall's normal (k, 2), the distance (k,), and whether it is flat there.
 
     Three lines beside each other tell: through the sheet's middle and a margin to both sides.
     """
-    beside = np.column_stack((-cast.towards[:, 1], cast.towards[:, 0])) * settings.margin_m
-    greatest = float(reach_m.max(initial=0.0)) + settings.margin_m
+    beside = np.column_stack((-cast.towards[:, 1], cast.towards[:, 0])) * MARGIN_M
+    greatest = float(reach_m.max(initial=0.0)) + MARGIN_M
     left, middle, right = (
         first_hits(cast.origin + shift * beside, cast.towards, space.walls, greatest) for shift in (-1.0, 0.0, 1.0)
     )
     with np.errstate(invalid="ignore"):
         uneven = np.abs(left + right - 2 * middle)
-        slope = (right - left) / (2 * settings.margin_m)
-        flat = (uneven < settings.flat_m) & (np.abs(slope) < STEEPEST) & (middle <= reach_m)
+        slope = (right - left) / (2 * MARGIN_M)
+        flat = (uneven < FLAT_M) & (np.abs(slope) < STEEPEST) & (middle <= reach_m)
     flat &= np.isfinite(left) & np.isfinite(right) & np.isfinite(middle)
     slope, middle = np.where(flat, slope, 0.0), np.where(flat, middle, 0.0)
-    unit = beside / settings.margin_m if settings.margin_m else beside
-    normal = slope[:, None] * unit - cast.towards
+    normal = slope[:, None] * (beside / MARGIN_M) - cast.towards
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     return cast.origin + middle[:, None] * cast.towards, normal, middle, flat
 
 
-def _off_turns(corridors: Corridors, stations: Stations, cast: _Casts, off_m: float) -> BoolArray:
+def _off_turns(corridors: Corridors, stations: Stations, cast: _Casts) -> BoolArray:
     """Tell (k,) what is far enough off turns along the corridor; what hangs ahead at a dead end is seen all along."""
     offset, corridor = stations.offset_m[cast.station], stations.corridor[cast.station]
     leaving = np.array([len(halves) for halves in corridors.leaving])
     turns = (leaving > 1) & ~corridors.is_open
-    near = turns[corridors.joined[corridor, 0]] & (offset < off_m)
-    near |= turns[corridors.joined[corridor, 1]] & (corridors.length_m[corridor] - offset < off_m)
+    near = turns[corridors.joined[corridor, 0]] & (offset < OFF_TURN_M)
+    near |= turns[corridors.joined[corridor, 1]] & (corridors.length_m[corridor] - offset < OFF_TURN_M)
     return np.asarray(~near | cast.ahead)
 
 

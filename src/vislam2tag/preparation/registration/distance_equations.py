@@ -108,11 +108,9 @@ def least_squares_places(start: StartingPlaces, names: Sequence[str]) -> dict[st
     return at(np.asarray(least_squares(residual, begin, jac=jacobian, x_scale="jac").x))
 
 
-def adjusted_at(
-    equations: Sequence[Equation], names: Sequence[str], places: PlaceByPoint, prior_freedom: float
-) -> Adjusted:
+def adjusted_at(equations: Sequence[Equation], names: Sequence[str], places: PlaceByPoint) -> Adjusted:
     """The adjustment, linearised at places; raises SingularError where they are not determined."""
-    return adjust(design_matrix(equations, names, places), misclosure(equations, places), prior_freedom)[1]
+    return adjust(design_matrix(equations, names, places), misclosure(equations, places))[1]
 
 
 def starting_places(equations: Sequence[Equation], names: Sequence[str]) -> list[StartingPlaces]:

@@ -23,6 +23,11 @@ from scipy.stats import chi2, f
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 
+PRIOR_FREEDOM = 10.0
+"""How many redundant measurements the stated standard deviations are worth: the fewer there really are, the less
+the adjustment's own sigma0 says against them."""
+FALSE_ALARM = 0.01
+"""Probability that a survey without a gross error has a measurement called wrong."""
 SINGULAR = 1e-9
 """Least pivot, relative to the greatest, of unknowns that are determined."""
 TESTABLE = 1e-6
@@ -43,7 +48,6 @@ class Adjusted:
     """(n, u) Q of the whitened design."""
     cofactor: FloatArray
     """(u, u) covariance of the unknowns where the standard deviations are as stated."""
-    prior_freedom: float
 
     @property
     def redundancy(self) -> int:
@@ -68,12 +72,12 @@ class Adjusted:
     @property
     def variance_factor(self) -> float:
         """What covariances are multiplied by: sigma0 squared, drawn to 1 the more the fewer redundant measurements."""
-        return variance_factor(self.square, self.redundancy, self.prior_freedom)
+        return variance_factor(self.square, self.redundancy)
 
     @property
     def noise_level(self) -> NoiseLevel:
         """The variance factor and what it rests on."""
-        return NoiseLevel(self.variance_factor, self.prior_freedom + max(self.redundancy, 0))
+        return NoiseLevel(self.variance_factor, PRIOR_FREEDOM + max(self.redundancy, 0))
 
     def kernel(self, rows: IntArray) -> FloatArray:
         """The block (k, k) of N at these rows: how much of each measurement is checked by others."""
@@ -100,12 +104,12 @@ class NoiseLevel:
     freedom: float
 
 
-def variance_factor(square: float, redundancy: int, prior_freedom: float) -> float:
-    """Mean of the stated variance (1, worth ``prior_freedom`` measurements) and that of the residuals."""
-    return (prior_freedom + square) / (prior_freedom + max(redundancy, 0))
+def variance_factor(square: float, redundancy: int) -> float:
+    """Mean of the stated variance (1, worth :data:`PRIOR_FREEDOM` measurements) and that of the residuals."""
+    return (PRIOR_FREEDOM + square) / (PRIOR_FREEDOM + max(redundancy, 0))
 
 
-def adjust(design: FloatArray, residual: FloatArray, prior_freedom: float) -> tuple[FloatArray, Adjusted]:
+def adjust(design: FloatArray, residual: FloatArray) -> tuple[FloatArray, Adjusted]:
     """Solve ``design @ step = residual`` (n, u), (n,), whitened, for the step (u,) that leaves least squares.
 
     Raises SingularError where the measurements do not determine all unknowns.
@@ -121,22 +125,20 @@ def adjust(design: FloatArray, residual: FloatArray, prior_freedom: float) -> tu
     step = solve_triangular(triangular, projected) / scale
     root = solve_triangular(triangular, np.eye(len(scale))) / scale[:, None]
     left = residual - orthogonal @ projected
-    return step, Adjusted(left, orthogonal, np.asarray(root @ root.T), prior_freedom)
+    return step, Adjusted(left, orthogonal, np.asarray(root @ root.T))
 
 
-def suspicious(
-    adjusted: Adjusted, groups: Sequence[IntArray], noise: NoiseLevel, false_alarm: float
-) -> list[tuple[int, float]]:
+def suspicious(adjusted: Adjusted, groups: Sequence[IntArray], noise: NoiseLevel) -> list[tuple[int, float]]:
     """Groups of rows, (k,) each (one measurement), that the others contradict, the worst first: index and reduction.
 
-    An F test by ``noise``, at a level that all groups together exceed with probability ``false_alarm``.
+    An F test by ``noise``, at a level that all groups together exceed with probability :data:`FALSE_ALARM`.
     """
     found: list[tuple[int, float]] = []
     for index, rows in enumerate(groups):
         reduction, checks = adjusted.reduction_without(rows)
         if not checks:
             continue
-        limit = float(f.ppf(1 - false_alarm / len(groups), checks, noise.freedom))
+        limit = float(f.ppf(1 - FALSE_ALARM / len(groups), checks, noise.freedom))
         if reduction / checks / noise.factor > limit:
             found.append((index, reduction))
     return sorted(found, key=lambda one: -one[1])

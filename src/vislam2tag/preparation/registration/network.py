@@ -28,7 +28,6 @@ from vislam2tag.preparation.registration.least_squares import (
     suspicious,
 )
 from vislam2tag.preparation.registration.names import point_label
-from vislam2tag.preparation.registration.record import RegistrationSettings
 
 ROUNDS = 15
 SMALL_M = 1e-7
@@ -127,7 +126,6 @@ def adjust_plane(
     shots: Sequence[Shot],
     known: Sequence[KnownPoint],
     start: Mapping[str, Similarity2],
-    prior_freedom: float,
     *,
     free_scale: bool = False,
     rounds: int = ROUNDS,
@@ -139,7 +137,7 @@ def adjust_plane(
     used = {shot.point for shot in shots}
     state = _State.of(shots, [one for one in known if one.point in used], start)
     for _ in range(rounds):
-        step, adjusted = adjust(state.design(free_scale), state.misclosure(), prior_freedom)
+        step, adjusted = adjust(state.design(free_scale), state.misclosure())
         moved_m = state.move(step, free_scale) if rounds > 1 else 0.0
         if moved_m < SMALL_M:
             break
@@ -287,14 +285,14 @@ class HeightFit:
     sigma0: float | None
 
 
-def adjust_heights(measured: Sequence[MeasuredHeight], settings: RegistrationSettings) -> HeightFit:
+def adjust_heights(measured: Sequence[MeasuredHeight]) -> HeightFit:
     """Adjust all heights that are tied to a known one; leave out, and name, what contradicts the others."""
     good, untied = _tied_to_known(measured)
     errors: list[str] = []
     while good:
-        points, values, adjusted = _solve(good, settings.prior_freedom)
+        points, values, adjusted = _solve(good)
         groups = [np.array((i,)) for i in range(len(good))]
-        suspects = [i for i, _ in suspicious(adjusted, groups, adjusted.noise_level, settings.false_alarm)]
+        suspects = [i for i, _ in suspicious(adjusted, groups, adjusted.noise_level)]
         if not suspects:
             sigma = np.sqrt(np.diag(adjusted.cofactor)[: len(points)] * adjusted.variance_factor)
             heights = {name: (float(values[i]), float(sigma[i])) for i, name in enumerate(points)}
@@ -322,7 +320,7 @@ def _tied_to_known(measured: Sequence[MeasuredHeight]) -> tuple[list[MeasuredHei
     return kept, tuple(name for name in stations if ("station", name) not in tied)
 
 
-def _solve(good: Sequence[MeasuredHeight], prior_freedom: float) -> tuple[list[str], FloatArray, Adjusted]:
+def _solve(good: Sequence[MeasuredHeight]) -> tuple[list[str], FloatArray, Adjusted]:
     """Heights of the points (k,) by least squares: measured = height + the station's shift."""
     points = list(dict.fromkeys(one.point for one in good))
     stations = list(dict.fromkeys(one.station for one in good if one.station != KNOWN_HEIGHT))
@@ -333,5 +331,5 @@ def _solve(good: Sequence[MeasuredHeight], prior_freedom: float) -> tuple[list[s
         if one.station != KNOWN_HEIGHT:
             design[row, len(points) + stations.index(one.station)] = 1.0
     sigma = np.array([one.sigma_m for one in good])
-    values, adjusted = adjust(design / sigma[:, None], np.array([one.height_m for one in good]) / sigma, prior_freedom)
+    values, adjusted = adjust(design / sigma[:, None], np.array([one.height_m for one in good]) / sigma)
     return points, values, adjusted

@@ -14,6 +14,7 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.preparation.registration.consensus import rough_frames
 from vislam2tag.preparation.registration.least_squares import (
+    PRIOR_FREEDOM,
     Explanation,
     NoiseLevel,
     SingularError,
@@ -26,7 +27,6 @@ from vislam2tag.preparation.registration.least_squares import (
 )
 from vislam2tag.preparation.registration.names import point_label
 from vislam2tag.preparation.registration.network import ROUNDS, KnownPoint, Measurement, PlaneFit, Shot, adjust_plane
-from vislam2tag.preparation.registration.record import RegistrationSettings
 
 
 def network_changes(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
@@ -127,22 +127,20 @@ class SearchedNetwork:
     errors: tuple[GrossError, ...]
 
 
-def search_network(
-    shots: Sequence[Shot], known: Sequence[KnownPoint], settings: RegistrationSettings, *, free_scale: bool = False
-) -> SearchedNetwork:
+def search_network(shots: Sequence[Shot], known: Sequence[KnownPoint], *, free_scale: bool = False) -> SearchedNetwork:
     """Adjust shots and known points; leave out, one by one, what contradicts the others, and say what it may be.
 
     Raises SurveyError where the frames are not determined, also where what is left out leaves too little.
     """
     used = {shot.point for shot in shots}
     known = [one for one in known if one.point in used]
-    network = _RoughNetwork(_rough_frames(shots, known), settings, free_scale)
+    network = _RoughNetwork(_rough_frames(shots, known), free_scale)
     good: list[Measurement] = [*shots, *known]
     errors: list[GrossError] = []
     while True:
         fit = network.adjusted(good, errors, rounds=1)
         noise = network.noise(good)
-        suspects = suspicious(fit.adjusted, fit.groups, noise, settings.false_alarm)
+        suspects = suspicious(fit.adjusted, fit.groups, noise)
         if not suspects:
             break
         looked_at = [i for i, _ in suspects[:MOST_SUSPECTS]]
@@ -162,7 +160,6 @@ class _RoughNetwork:
     """Rough frames of the stations, about which measurements are adjusted."""
 
     frames: Mapping[str, Similarity2]
-    settings: RegistrationSettings
     free_scale: bool
 
     def adjusted(
@@ -181,11 +178,10 @@ class _RoughNetwork:
         try:
             return self._fit(kept, places, 1).adjusted.noise_level
         except SingularError:
-            return NoiseLevel(1.0, self.settings.prior_freedom)
+            return NoiseLevel(1.0, PRIOR_FREEDOM)
 
     def _fit(self, shots: Sequence[Shot], known: Sequence[KnownPoint], rounds: int | None) -> PlaneFit:
-        freedom = self.settings.prior_freedom
-        return adjust_plane(shots, known, self.frames, freedom, free_scale=self.free_scale, rounds=rounds or ROUNDS)
+        return adjust_plane(shots, known, self.frames, free_scale=self.free_scale, rounds=rounds or ROUNDS)
 
 
 def _tolerance_m(measurements: Sequence[Measurement]) -> float:
@@ -231,7 +227,7 @@ def _refined_frames(
     """The frames by all that agrees with the rough ones, so that a line is a good approximation about them."""
     kept, places = _agreeing(shots, known, frames, tolerance_m)
     try:
-        return frames | dict(adjust_plane(kept, places, frames, 1.0).maps)
+        return frames | dict(adjust_plane(kept, places, frames).maps)
     except SingularError:
         return frames
 

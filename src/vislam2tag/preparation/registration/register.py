@@ -229,7 +229,6 @@ class FloorMeasurements:
 def register_floor(
     floor: int,
     measured: FloorMeasurements,
-    settings: RegistrationSettings,
     *,
     free_scale: bool = False,
     findings: Sequence[Finding] = (),
@@ -241,15 +240,15 @@ def register_floor(
     start = Registration(version=__version__, floor=floor, findings=tuple(findings))
     points: dict[str, RegisteredPoint] = {}
     if measured.shots:
-        start, points = _by_stations(start, measured, settings, free_scale)
-    taped = _by_tape(measured, points, settings)
+        start, points = _by_stations(start, measured, free_scale)
+    taped = _by_tape(measured, points)
     landmarks = {key: one for key, one in points.items() if role_of(key)[0] is Role.LANDMARK}
     control = [one for key, one in points.items() if role_of(key)[0] is Role.CONTROL]
-    landmarks |= {name: taped_point(name, one, settings) for name, one in taped.placed.items()}
+    landmarks |= {name: taped_point(name, one) for name, one in taped.placed.items()}
     known = {one.point for one in measured.known}
     for name, click in measured.clicks.items():
         if name not in landmarks and name not in known:
-            landmarks[name] = clicked_point(click, settings)
+            landmarks[name] = clicked_point(click)
     placed = {name: complex(one.x_m, one.y_m) for name, one in landmarks.items()}
     unplaced = {name: why for name, why in (start.unplaced | taped.unplaced).items() if name not in landmarks}
     return start.model_copy(
@@ -278,13 +277,13 @@ def _id_findings(measured: FloorMeasurements, placed: Mapping[str, complex]) -> 
 
 
 def _by_stations(
-    start: Registration, measured: FloorMeasurements, settings: RegistrationSettings, free_scale: bool
+    start: Registration, measured: FloorMeasurements, free_scale: bool
 ) -> tuple[Registration, dict[str, RegisteredPoint]]:
     """Adjust the shots; the points found, by key."""
-    searched = search_network(measured.shots, measured.known, settings, free_scale=free_scale)
-    heights = adjust_heights(measured.heights, settings)
-    fit, scale = searched.fit, scale_test(searched.fit, settings)
-    points = station_points(fit, measured.known, heights, settings)
+    searched = search_network(measured.shots, measured.known, free_scale=free_scale)
+    heights = adjust_heights(measured.heights)
+    fit, scale = searched.fit, scale_test(searched.fit)
+    points = station_points(fit, measured.known, heights)
     sigma0 = fit.adjusted.sigma0
     further = network_findings(fit, heights, scale, measured.shots, measured.known)
     found = {
@@ -315,9 +314,7 @@ def _shot_without_position(
     return found
 
 
-def _by_tape(
-    measured: FloorMeasurements, points: Mapping[str, RegisteredPoint], settings: RegistrationSettings
-) -> TapeResult:
+def _by_tape(measured: FloorMeasurements, points: Mapping[str, RegisteredPoint]) -> TapeResult:
     """Tape distances; they may lead to walls and corners, known points, and what the stations gave."""
     targets = dict(measured.targets)
     for one in measured.known:
@@ -325,7 +322,7 @@ def _by_tape(
     for name, point in points.items():
         targets.setdefault(name, Target(name, complex(point.x_m, point.y_m), None, point.sigma_m))
     expected = dict(measured.expected) | {name: click.place for name, click in measured.clicks.items()}
-    return trilaterate(measured.distances, targets, settings, extent_m=measured.extent_m, expected=expected)
+    return trilaterate(measured.distances, targets, extent_m=measured.extent_m, expected=expected)
 
 
 def _natural(point: RegisteredPoint) -> tuple[int, int, str]:

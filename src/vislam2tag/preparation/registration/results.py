@@ -27,7 +27,6 @@ from vislam2tag.preparation.registration.network import (
 from vislam2tag.preparation.registration.record import (
     PositionSource,
     RegisteredPoint,
-    RegistrationSettings,
     Residual,
     ScaleTest,
     StationRow,
@@ -39,6 +38,8 @@ from vislam2tag.site.landmark_states import LandmarkState, StateRow, read_states
 from vislam2tag.site.names import landmark_id
 from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, SiteTable, finite_or_none, read_site_table
 
+LEAST_SIGMA_M = 0.002
+"""No landmark is stated better than this: a sheet is paper, and its centre a matter of millimetres."""
 LEAST_WIDTH_M = 0.05
 """Edges nearer than this give no direction."""
 
@@ -84,9 +85,7 @@ CERTAIN_SIGMAS = 3.29
 """A scale this far from 1 is off (one in a thousand)."""
 
 
-def station_points(
-    fit: PlaneFit, known: Sequence[KnownPoint], heights: HeightFit, settings: RegistrationSettings
-) -> dict[str, RegisteredPoint]:
+def station_points(fit: PlaneFit, known: Sequence[KnownPoint], heights: HeightFit) -> dict[str, RegisteredPoint]:
     """Landmarks and control points that were shot and are not known, by key."""
     given = {one.point for one in known}
     found: dict[str, RegisteredPoint] = {}
@@ -100,35 +99,31 @@ def station_points(
             continue
         parts = [i for i, shot in enumerate(fit.shots) if shot.point in (name, f"{name}_L", f"{name}_R")]
         checked = float(np.mean([fit.reliability(i) for i in parts]))
-        point = _point(identity, sheet, (PositionSource.STATION, len(parts), checked), settings)
+        point = _point(identity, sheet, (PositionSource.STATION, len(parts), checked))
         if name in heights.heights:
             z_m, z_sigma_m = heights.heights[name]
-            z = {"z_m": round(z_m, 4), "z_sigma_m": round(max(z_sigma_m, settings.least_sigma_m), 5)}
+            z = {"z_m": round(z_m, 4), "z_sigma_m": round(max(z_sigma_m, LEAST_SIGMA_M), 5)}
             point = point.model_copy(update=z)
         found[name] = point
     return found
 
 
-def taped_point(name: str, taped: TapedLandmark, settings: RegistrationSettings) -> RegisteredPoint:
+def taped_point(name: str, taped: TapedLandmark) -> RegisteredPoint:
     """A landmark placed by tape."""
     checked = taped.redundancy / taped.distances
-    point = _point(
-        name, SheetPose(taped.place, taped.covariance), (PositionSource.TAPE, taped.distances, checked), settings
-    )
+    point = _point(name, SheetPose(taped.place, taped.covariance), (PositionSource.TAPE, taped.distances, checked))
     return point.model_copy(update={"note": taped.note})
 
 
-def clicked_point(click: Click, settings: RegistrationSettings) -> RegisteredPoint:
+def clicked_point(click: Click) -> RegisteredPoint:
     """A landmark clicked on the plan."""
     sheet = SheetPose(click.place, np.eye(2) * click.sigma_m**2)
-    return _point(click.landmark, sheet, (PositionSource.CLICK, 1, 0.0), settings)
+    return _point(click.landmark, sheet, (PositionSource.CLICK, 1, 0.0))
 
 
-def _point(
-    name: str, sheet: SheetPose, origin: tuple[PositionSource, int, float], settings: RegistrationSettings
-) -> RegisteredPoint:
+def _point(name: str, sheet: SheetPose, origin: tuple[PositionSource, int, float]) -> RegisteredPoint:
     """A point from its sheet; ``origin``: source, how many measurements, how much they are checked."""
-    covariance = _floored(sheet.covariance, settings.least_sigma_m)
+    covariance = _floored(sheet.covariance, LEAST_SIGMA_M)
     (xx, xy), (_, yy) = covariance.tolist()
     source, measurements, checked = origin
     return RegisteredPoint(
@@ -159,12 +154,12 @@ def _rounded(value: float | None, digits: int) -> float | None:
     return None if value is None else round(value, digits)
 
 
-def scale_test(fit: PlaneFit, settings: RegistrationSettings) -> ScaleTest | None:
+def scale_test(fit: PlaneFit) -> ScaleTest | None:
     """Tell whether distances differ between stations and building; None where nothing tells (too few points)."""
     scale: DistanceScale | None = fit.scale
     if scale is None:
         try:
-            scale = adjust_plane(fit.shots, fit.known, fit.maps, settings.prior_freedom, free_scale=True).scale
+            scale = adjust_plane(fit.shots, fit.known, fit.maps, free_scale=True).scale
         except SingularError:
             return None
     if scale is None:

@@ -140,6 +140,8 @@ def _target(table: TextTable, fields: tuple[str, ...], settings: RegistrationSet
     return Target(name, complex(x, y), stop, settings.target_sigma_m if math.isnan(sigma) else sigma)
 
 
+CLICK_PX = 2.0
+"""How well one clicks, pixels of the screen."""
 HEADER = ("id", "floor", "x", "y", "screen_pixel_m", "plan_pixel_m")
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": f"a row must be {','.join(HEADER)}; these rows are left out: correct them",
@@ -185,4 +187,4 @@ def read_clicks(path: Path, floor: int, settings: RegistrationSettings) -> tuple
 
 def click_sigma_m(screen_pixel_m: float, plan_pixel_m: float, settings: RegistrationSettings) -> float:
     """Standard deviation per axis: of the hand on the screen, of the plan's pixels, and of plan against building."""
-    return math.hypot(settings.click_px * screen_pixel_m, plan_pixel_m / math.sqrt(12), settings.plan_sigma_m)
+    return math.hypot(CLICK_PX * screen_pixel_m, plan_pixel_m / math.sqrt(12), settings.plan_sigma_m)

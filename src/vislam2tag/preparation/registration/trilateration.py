@@ -20,6 +20,7 @@ from vislam2tag.preparation.registration.distance_equations import (
     starting_places,
 )
 from vislam2tag.preparation.registration.least_squares import (
+    PRIOR_FREEDOM,
     Adjusted,
     NoiseLevel,
     SingularError,
@@ -29,7 +30,6 @@ from vislam2tag.preparation.registration.least_squares import (
     mistyped,
     suspicious,
 )
-from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.preparation.registration.tape_and_clicks import TapeDistance, Target
 
 AGREES_SIGMAS = 4.0
@@ -75,9 +75,8 @@ _Solution = tuple[StartingPlaces, dict[str, complex], Adjusted]
 
 @dataclass(frozen=True)
 class _Hints:
-    """What decides between solutions, besides the distances: settings, the plan's extent, expected places."""
+    """What decides between solutions, besides the distances: the plan's extent, expected places."""
 
-    settings: RegistrationSettings
     extent_m: PlanBounds | None
     expected: Mapping[str, complex]
 
@@ -85,7 +84,6 @@ class _Hints:
 def trilaterate(
     distances: Sequence[TapeDistance],
     targets: Mapping[str, Target],
-    settings: RegistrationSettings,
     *,
     extent_m: PlanBounds | None = None,
     expected: Mapping[str, complex] | None = None,
@@ -95,7 +93,7 @@ def trilaterate(
     What has a name in ``targets`` is fixed. ``extent_m`` (left, right, lower, upper) and ``expected`` places (planned,
     or clicked) only decide between places that the distances cannot tell apart.
     """
-    result, hints = TapeResult(), _Hints(settings, extent_m, expected or {})
+    result, hints = TapeResult(), _Hints(extent_m, expected or {})
     free = [one for one in distances if one.landmark not in targets]
     led_to = Counter(one.to for one in free if one.to not in targets)
     landmarks = {one.landmark for one in free} | {name for name, count in led_to.items() if count > 1}
@@ -142,7 +140,7 @@ def _place(equations: Sequence[Equation], names: Sequence[str], hints: _Hints, r
         order = _placing_order(good, names)
         good = [one for one in good if one.distance.landmark in order and (not one.other or one.other in order)]
         begun = starting_places(good, order) if order else []
-        wrong = _contradicting_distances(begun[0], order, hints.settings, result) if begun else ()
+        wrong = _contradicting_distances(begun[0], order, result) if begun else ()
         if not wrong:
             break
         good = [one for one in good if one.distance not in wrong]
@@ -157,16 +155,16 @@ def _place(equations: Sequence[Equation], names: Sequence[str], hints: _Hints, r
 
 
 def _contradicting_distances(
-    start: StartingPlaces, names: Sequence[str], settings: RegistrationSettings, result: TapeResult
+    start: StartingPlaces, names: Sequence[str], result: TapeResult
 ) -> tuple[TapeDistance, ...]:
     """The distances that contradict the others, at most as many as cannot be told apart; they are named."""
     try:
-        places, noise = _places_without_outliers(start, names, settings)
-        adjusted = adjusted_at(start.equations, names, places, settings.prior_freedom)
+        places, noise = _places_without_outliers(start, names)
+        adjusted = adjusted_at(start.equations, names, places)
     except SingularError:
         return ()
     groups = [np.array((i,)) for i in range(len(start.equations))]
-    suspects = [i for i, _ in suspicious(adjusted, groups, noise, settings.false_alarm)]
+    suspects = [i for i, _ in suspicious(adjusted, groups, noise)]
     if not suspects:
         return ()
     sigma_m = np.array([one.sigma_m for one in start.equations])
@@ -182,17 +180,15 @@ def _contradicting_distances(
     return tuple(start.equations[i].distance for i in wrong)
 
 
-def _places_without_outliers(
-    start: StartingPlaces, names: Sequence[str], settings: RegistrationSettings
-) -> tuple[dict[str, complex], NoiseLevel]:
+def _places_without_outliers(start: StartingPlaces, names: Sequence[str]) -> tuple[dict[str, complex], NoiseLevel]:
     """Places by the distances that agree at the start, and their noise."""
     near = np.abs(misclosure(start.equations, start.places)) < AGREES_SIGMAS
     kept = tuple(one for one, good in zip(start.equations, near.tolist(), strict=True) if good)
     with suppress(SingularError):
         if len(kept) >= 2 * len(names):  # fewer, perhaps none, do not determine them
             places = least_squares_places(replace(start, equations=kept), names)
-            return places, adjusted_at(kept, names, places, settings.prior_freedom).noise_level
-    return least_squares_places(start, names), NoiseLevel(1.0, settings.prior_freedom)
+            return places, adjusted_at(kept, names, places).noise_level
+    return least_squares_places(start, names), NoiseLevel(1.0, PRIOR_FREEDOM)
 
 
 def _typing_errors(equations: Sequence[Equation], suspects: Sequence[int]) -> list[ValueChange]:
@@ -244,7 +240,7 @@ def _solutions(begun: Sequence[StartingPlaces], names: Sequence[str], hints: _Hi
         if _same_as_any(places, [other for _, other, _ in found]):
             continue
         try:
-            adjusted = adjusted_at(start.equations, names, places, hints.settings.prior_freedom)
+            adjusted = adjusted_at(start.equations, names, places)
         except SingularError:
             continue
         found.append((start, places, adjusted))

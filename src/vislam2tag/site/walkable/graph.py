@@ -12,7 +12,6 @@ from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.path_length import arc_lengths, line_length
-from vislam2tag.site.walkable.settings import GraphSettings
 from vislam2tag.site.walkable.skeleton import (
     Network,
     bend_at,
@@ -24,31 +23,44 @@ from vislam2tag.site.walkable.skeleton import (
 )
 from vislam2tag.site.walkable.space import WalkableSpace
 
+TURN_RAD = 0.6
+"""A corridor that changes its direction by more than this makes a turn, rad."""
+DOOR_M = 1.4
+"""A short passage narrower than this is a door, metres."""
+DOOR_DEPTH_M = 2.0
+"""A narrow passage longer than this is a corridor, metres."""
+ROOM_M = 12.0
+"""What lies behind doors and has more metres of graph than this is a corridor, not a room."""
+HALL_M = 8.0
+"""Where the walls are farther apart than this, a floor is an open area, metres."""
+HALL_STEP_M = 6.0
+"""Distance of nodes in open areas, metres."""
 
-def place_doors(network: Network, space: WalkableSpace, settings: GraphSettings) -> set[int]:
+
+def place_doors(network: Network, space: WalkableSpace) -> set[int]:
     """Split branches at doors, short passages that are narrower than what they join; returns the new nodes."""
     doors: set[int] = set()
     for number in list(network.branches):
         line = network.branches[number].line
-        if len(line) > 2 and (corners := _doors_on(line, space.clearance_at(line), settings)):
+        if len(line) > 2 and (corners := _doors_on(line, space.clearance_at(line))):
             doors.update(network.split(number, corners))
     return doors
 
 
-def _doors_on(line: FloatArray, clearance_m: FloatArray, settings: GraphSettings) -> list[int]:
+def _doors_on(line: FloatArray, clearance_m: FloatArray) -> list[int]:
     """Corners of a line (k, 2) in the middle of its doors."""
-    narrow = 2 * clearance_m < settings.door_m
+    narrow = 2 * clearance_m < DOOR_M
     along = arc_lengths(line)
     doors = []
     for start, stop in runs_of(narrow):
         inside = start > 0 and stop < len(line)
-        if inside and along[stop] - along[start - 1] < settings.door_depth_m:
+        if inside and along[stop] - along[start - 1] < DOOR_DEPTH_M:
             narrowest = np.flatnonzero(clearance_m[start:stop] < clearance_m[start:stop].min() + 0.01)
             doors.append(start + int(narrowest[len(narrowest) // 2]))
     return doors
 
 
-def room_nodes(network: Network, doors: set[int], open_nodes: set[int], room_m: float) -> set[int]:
+def room_nodes(network: Network, doors: set[int], open_nodes: set[int]) -> set[int]:
     """Nodes in rooms: what doors part from the rest, has few metres of lines, and leads from no corridor to another.
 
     Doors whose nodes tidying has removed part nothing.
@@ -66,7 +78,7 @@ def room_nodes(network: Network, doors: set[int], open_nodes: set[int], room_m: 
     corridors = {
         part
         for part, size in enumerate(sizes)
-        if part == longest or size > room_m or parts[part] & open_nodes or not _has_door(graph, parts[part], doors)
+        if part == longest or size > ROOM_M or parts[part] & open_nodes or not _has_door(graph, parts[part], doors)
     }
     corridors |= _between(graph, parts, corridors, doors)
     return set().union(*(parts[part] for part in range(len(parts)) if part not in corridors))
@@ -105,26 +117,26 @@ _SHORTCUT_STEPS = 2.3
 """Shortcuts are at most this many steps of the net long: ways over it are then at most 3 % too long."""
 
 
-def open_cells(space: WalkableSpace, settings: GraphSettings) -> BoolArray:
+def open_cells(space: WalkableSpace) -> BoolArray:
     """Tell which cells (rows, columns) lie in open areas: where a disc as wide as a hall fits, and enough of them."""
-    radius = settings.hall_m / 2
+    radius = HALL_M / 2
     core = space.clearance_m >= radius
     if not core.any():
         return np.zeros_like(space.area.mask)
     reach = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     opened = space.area.mask & (np.asarray(reach) * space.area.cell_m <= radius)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(opened.astype(np.uint8), connectivity=4)
-    large = np.asarray(stats)[:, cv2.CC_STAT_AREA] * space.area.cell_m**2 >= settings.hall_m**2
+    large = np.asarray(stats)[:, cv2.CC_STAT_AREA] * space.area.cell_m**2 >= HALL_M**2
     large[0] = False
     return np.asarray(large[np.asarray(labels)])
 
 
-def lay_nets(network: Network, space: WalkableSpace, doors: set[int], settings: GraphSettings) -> set[int]:
+def lay_nets(network: Network, space: WalkableSpace, doors: set[int]) -> set[int]:
     """Replace a network within open areas by an even net; returns the net's nodes."""
-    cells = open_cells(space, settings)
+    cells = open_cells(space)
     if not cells.any():
         return set()
-    step_m = max(settings.hall_step_m, _LEAST_STEP_CELLS * space.area.cell_m)
+    step_m = max(HALL_STEP_M, _LEAST_STEP_CELLS * space.area.cell_m)
     gates = _cut(network, space, cells, doors)
     nodes: set[int] = set()
     _, numbers = cv2.connectedComponents(cells.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
@@ -298,19 +310,18 @@ class CorridorGraph:
         return graph
 
 
-def corridor_graph(space: WalkableSpace, settings: GraphSettings | None = None) -> CorridorGraph:
+def corridor_graph(space: WalkableSpace) -> CorridorGraph:
     """Make the graph of a walkable space: its skeleton, without spurs, and an even net over open areas."""
-    settings = settings or GraphSettings()
-    network = skeleton(space, settings)
-    doors = place_doors(network, space, settings)
-    open_nodes = lay_nets(network, space, doors, settings)
-    merge_near(network, space, doors | open_nodes, settings.merge_m)
+    network = skeleton(space)
+    doors = place_doors(network, space)
+    open_nodes = lay_nets(network, space, doors)
+    merge_near(network, space, doors | open_nodes)
     join_components(network, space)
     straighten(network, space)
-    places = _NodeSets(doors, open_nodes, room_nodes(network, doors, open_nodes, settings.room_m))
+    places = _NodeSets(doors, open_nodes, room_nodes(network, doors, open_nodes))
     corridors = [number for number in network.branches if not places.in_room(network, number)]
-    places = replace(places, turns=mark_turns(network, corridors, settings.turn_rad))
-    return _as_arrays(network, space, places, settings)
+    places = replace(places, turns=mark_turns(network, corridors, TURN_RAD))
+    return _as_arrays(network, space, places)
 
 
 @dataclass(frozen=True)
@@ -329,14 +340,13 @@ class _NodeSets:
         return bool((ends | behind) & self.rooms)
 
 
-def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets, settings: GraphSettings) -> CorridorGraph:
+def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets) -> CorridorGraph:
     index = {node: rank for rank, node in enumerate(network.places)}
     nodes = np.array(list(network.places.values())).reshape(-1, 2)
     branches = list(network.branches.values())
     in_room = {number: places.in_room(network, number) for number in network.branches}
     kinds = tuple(
-        _kind(node, network, places, [n for n in network.at(node) if not in_room[n]], settings)
-        for node in network.places
+        _kind(node, network, places, [n for n in network.at(node) if not in_room[n]]) for node in network.places
     )
     return CorridorGraph(
         nodes=nodes,
@@ -352,7 +362,7 @@ def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets, settin
     )
 
 
-def _kind(node: int, network: Network, places: _NodeSets, corridors: list[int], settings: GraphSettings) -> NodeKind:
+def _kind(node: int, network: Network, places: _NodeSets, corridors: list[int]) -> NodeKind:
     """Kind of a node, by the branches of corridors (those of rooms left out) that meet there."""
     known = {
         NodeKind.DOOR: places.doors,
@@ -367,4 +377,4 @@ def _kind(node: int, network: Network, places: _NodeSets, corridors: list[int], 
         return NodeKind.JUNCTION
     if len(corridors) < 2:
         return NodeKind.DEAD_END
-    return NodeKind.TURN if bend_at(network, node, *corridors) >= settings.turn_rad else NodeKind.STRAIGHT
+    return NodeKind.TURN if bend_at(network, node, *corridors) >= TURN_RAD else NodeKind.STRAIGHT

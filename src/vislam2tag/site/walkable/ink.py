@@ -17,6 +17,12 @@ from vislam2tag.site.walkable.settings import WalkableSettings
 
 Bytes = npt.NDArray[np.uint8]
 
+STROKE_SHARE = 0.4
+"""Strokes thinner than this share of the walls' usual thickness are no walls: door swings, dimensions, text."""
+SYMBOL_M = 2.0
+"""Ink that touches nothing else and fits into a square of this side is no wall: text, furniture; metres."""
+SWING_M = (0.5, 1.4)
+"""Quarter circles with a radius in this range are swings of doors, metres."""
 FAINTEST = 32
 """Ink that differs from the paper by less (of 255) is paper: noise of JPEG, light fills."""
 _LEAST_SHARE = 1e-4
@@ -114,13 +120,13 @@ def only_walls(ink: BoolArray, pixel_m: float, drawn_m: float, settings: Walkabl
     ``drawn_m`` is the pixel in which the plan was drawn, larger where ``ink`` is an enlargement.
     """
     thickest_px = _THICKEST_M / pixel_m
-    walls = _without_symbols(ink, usual_thickness(ink, thickest_px), settings.symbol_m / pixel_m)
+    walls = _without_symbols(ink, usual_thickness(ink, thickest_px), SYMBOL_M / pixel_m)
     walls = _filled(walls, settings.passage_m / pixel_m)
     thickness = usual_thickness(walls, thickest_px)
     if thickness >= _LEAST_BOLD_PX:
-        walls = _without_thin(walls, thickness * settings.stroke_share)
+        walls = _without_thin(walls, thickness * STROKE_SHARE)
     # Circles of a few pixels cannot be told from corners.
-    least_m, most_m = max(settings.swing_m[0], _LEAST_CIRCLE_PX * drawn_m), settings.swing_m[1]
+    least_m, most_m = max(SWING_M[0], _LEAST_CIRCLE_PX * drawn_m), SWING_M[1]
     return without_swings(walls, (least_m / pixel_m, most_m / pixel_m)) if least_m < most_m else walls
 
 
@@ -300,7 +306,7 @@ def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) 
         ink = reduced(ink, shape)
         return walls_in(ink, settings.wall_contrast, settings.passage_m / max(plan.pixel_m))
     line_px = settings.passage_m / max(plan.pixel_m)
-    text = lettering(image, ink, walls_in(ink, None, line_px), settings.symbol_m / max(plan.pixel_m))
+    text = lettering(image, ink, walls_in(ink, None, line_px), SYMBOL_M / max(plan.pixel_m))
     below = np.asarray(cv2.inpaint(ink, text.astype(np.uint8), _BELOW_PX, cv2.INPAINT_NS), dtype=np.uint8)
     drawn = walls_in(below, settings.wall_contrast, line_px)
     return np.asarray(cv2.resize(drawn.astype(np.float32), shape[::-1], interpolation=cv2.INTER_LINEAR) > _DIAGONAL)

@@ -21,6 +21,8 @@ Bytes = npt.NDArray[np.uint8]
 
 GREEN, RED = (0, 160, 0), (220, 0, 0)
 """What walkable floor and anything else are painted with."""
+REGION_M2 = 4.0
+"""Closed-off regions smaller than this are not reported, square metres."""
 _VIVID = 60
 """Green and red exceed both other colours by more than this, of 255; greyish and brownish colours say nothing."""
 _MASK_PIXELS = 8192
@@ -126,17 +128,15 @@ def largest_region(
         return np.zeros_like(free), ()
     kept = int(sizes.argmax())
     region = free & (_distance_to(labels == kept) <= _CORNER * max(radius, 0.5))
-    return region, _closed_off(labels, sizes, kept, grid, settings)
+    return region, _closed_off(labels, sizes, kept, grid)
 
 
-def _closed_off(
-    labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid, settings: WalkableSettings
-) -> tuple[Finding, ...]:
+def _closed_off(labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid) -> tuple[Finding, ...]:
     """Name the regions, the largest first, that are not connected with the one that is kept; ``labels`` (rows,
     columns), ``sizes`` (regions,) in cells.
     """
     areas = sizes * grid.cell_m**2
-    others = [part for part in np.argsort(-sizes, kind="stable").tolist() if areas[part] >= settings.region_m2]
+    others = [part for part in np.argsort(-sizes, kind="stable").tolist() if areas[part] >= REGION_M2]
     others = [part for part in others if part != kept]
     if not others:
         return ()

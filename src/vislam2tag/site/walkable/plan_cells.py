@@ -11,6 +11,8 @@ from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, Use
 from vislam2tag.site.walkable.settings import WalkableSettings
 
+WALL_M = 0.1
+"""Thickness of walls that are given as lines, metres."""
 _HOLDS_CELLS = 1.05
 _LAP_M = 0.02
 """Openings reach this far over the walls that they open, metres."""
@@ -29,13 +31,13 @@ def polygon_area(plan: FloorPlan, settings: WalkableSettings) -> WalkableArea | 
     if not any(polygon.use in (Use.WALKABLE, Use.OUTLINE) for polygon in plan.polygons):
         return None
     grid = plan_grid(plan, settings)
-    free = polygon_floor(plan.polygons, grid, settings) & ~drawn_walls(plan, grid, settings)
+    free = polygon_floor(plan.polygons, grid) & ~drawn_walls(plan, grid)
     return WalkableArea(free, grid.origin_m, grid.cell_m)
 
 
-def drawn_walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+def drawn_walls(plan: FloorPlan, grid: CellGrid) -> BoolArray:
     """Tell which cells (rows, columns) lie in a plan's lines and obstacles."""
-    walls = line_walls(plan.walls, grid, settings.wall_m) | use_cells(plan.polygons, Use.OBSTACLE, grid)
+    walls = line_walls(plan.walls, grid, WALL_M) | use_cells(plan.polygons, Use.OBSTACLE, grid)
     return walls & ~use_cells(plan.polygons, Use.OPENING, grid)
 
 
@@ -45,7 +47,7 @@ def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArr
     return cells_in(shapely.union_all(shapely.buffer(shapely.linestrings(walls), half_m, cap_style="square")), grid)
 
 
-def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid) -> BoolArray:
     """Tell which cells (rows, columns) polygons make walkable.
 
     Walkable polygons less obstacles, or the outline less obstacles where none is walkable. Where the plan has openings,
@@ -53,11 +55,11 @@ def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: W
     neighbours.
     """
     by_use = {use: [_shape(polygon) for polygon in polygons if polygon.use is use] for use in Use}
-    lap_m = settings.wall_m / 2 + _LAP_M
+    lap_m = WALL_M / 2 + _LAP_M
     openings = shapely.union_all([shapely.buffer(shape, lap_m, join_style="mitre") for shape in by_use[Use.OPENING]])
     floors = by_use[Use.WALKABLE] or by_use[Use.OUTLINE]
     if by_use[Use.OPENING]:
-        floors = [_walled(shape, openings, settings.wall_m / 2) for shape in floors]
+        floors = [_walled(shape, openings, WALL_M / 2) for shape in floors]
     floor = shapely.union_all([*floors, *([openings] if by_use[Use.WALKABLE] else [])])
     return cells_in(shapely.difference(floor, shapely.union_all(by_use[Use.OBSTACLE])), grid)
 

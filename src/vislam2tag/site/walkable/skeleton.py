@@ -17,9 +17,14 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.path_length import arc_lengths, line_length
-from vislam2tag.site.walkable.settings import GraphSettings
 from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WalkingDistances
+
+SPUR_SHARE = 0.5
+"""A branch into a corner is no dead end where it leaves the largest disc at its foot by less than this share of
+the disc's radius."""
+MERGE_M = 1.0
+"""Nodes nearer to each other than this (or than the corridor's half width there) become one, metres."""
 
 
 @dataclass(frozen=True)
@@ -158,11 +163,11 @@ _NICHE = 1.2
 """A niche is no dead end where it is less deep than this many times its half width."""
 
 
-def skeleton(space: WalkableSpace, settings: GraphSettings) -> Network:
+def skeleton(space: WalkableSpace) -> Network:
     """Make the network of lines in the middle between walls; every node is an end or joins three branches at least."""
     cells = np.argwhere(skeletonize(_smooth(space.area.mask, space.area.cell_m)))
     network = traced(cells, space.area.grid)
-    clear_spurs(network, space, settings.spur_share)
+    clear_spurs(network, space)
     return network
 
 
@@ -176,12 +181,12 @@ def _smooth(mask: BoolArray, cell_m: float) -> BoolArray:
     return even
 
 
-def clear_spurs(network: Network, space: WalkableSpace, share: float) -> None:
+def clear_spurs(network: Network, space: WalkableSpace) -> None:
     """Remove branches that only lead into a corner or a niche, until there are none."""
     while spurs := [
         (number, node)
         for number, node in network.leaves()
-        if network.at(network.branches[number].other(node))[1:] and _is_spur(network, number, node, space, share)
+        if network.at(network.branches[number].other(node))[1:] and _is_spur(network, number, node, space)
     ]:
         for number, node in spurs:
             foot = network.branches[number].other(node)
@@ -191,12 +196,12 @@ def clear_spurs(network: Network, space: WalkableSpace, share: float) -> None:
         network.join_through()
 
 
-def _is_spur(network: Network, number: int, tip: int, space: WalkableSpace, share: float) -> bool:
+def _is_spur(network: Network, number: int, tip: int, space: WalkableSpace) -> bool:
     """Whether a dead end reaches hardly farther than the largest disc at its foot."""
     branch = network.branches[number]
     foot_m, tip_m = space.clearance_at(np.array((network.places[branch.other(tip)], network.places[tip]))).tolist()
     reach: float = branch.length_m + tip_m - foot_m
-    return bool(reach < share * foot_m if tip_m < _CORNER_M else reach < _NICHE * tip_m)
+    return bool(reach < SPUR_SHARE * foot_m if tip_m < _CORNER_M else reach < _NICHE * tip_m)
 
 
 _AROUND = ((0, 1), (1, 0), (1, 1), (1, -1))
@@ -265,8 +270,8 @@ _AHEAD_M = 1.5
 """So far from a node the direction of its branches is taken."""
 
 
-def merge_near(network: Network, space: WalkableSpace, fixed: set[int], merge_m: float) -> None:
-    """Make one junction of two that are nearer than ``merge_m`` or the walls, the nearest first."""
+def merge_near(network: Network, space: WalkableSpace, fixed: set[int]) -> None:
+    """Make one junction of two that are nearer than :data:`MERGE_M` or the walls, the nearest first."""
     while True:
         near = [
             (branch.length_m, number)
@@ -274,7 +279,7 @@ def merge_near(network: Network, space: WalkableSpace, fixed: set[int], merge_m:
             if branch.first != branch.last
             and not {branch.first, branch.last} & fixed
             and min(len(network.at(branch.first)), len(network.at(branch.last))) > 2
-            and branch.length_m < max(merge_m, _room_for_one(space, branch.line))
+            and branch.length_m < max(MERGE_M, _room_for_one(space, branch.line))
         ]
         if not near:
             break

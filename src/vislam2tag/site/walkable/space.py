@@ -156,4 +156,4 @@ def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolA
 
     if not len(plan.walls) and not plan.polygons:
         return image_walls(plan, grid, settings)
-    return drawn_walls(plan, grid, settings)
+    return drawn_walls(plan, grid)
