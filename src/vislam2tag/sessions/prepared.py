@@ -17,7 +17,6 @@ from vislam2tag.intake.poses import pose_findings
 from vislam2tag.sessions.companions import with_companions
 from vislam2tag.sessions.corrected import corrected_session, with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
-from vislam2tag.sessions.id_findings import shifted_ids_findings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import (
@@ -27,6 +26,7 @@ from vislam2tag.sessions.session_landmarks import (
     floors_told,
     landmarks_of_session,
     on_known_floors,
+    shifted_ids_findings,
     with_fewer_landmarks,
     with_told_floors,
 )

@@ -15,8 +15,7 @@ from vislam2tag.common.files.plain_files import plain, read_json
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.site.georeference import Georeference, georeference_of
 from vislam2tag.site.landmark_file import read_control_points
-from vislam2tag.site.model import ControlPoints, Floor, SessionKey
-from vislam2tag.site.names import floor_number
+from vislam2tag.site.model import ControlPoints, Floor, SessionKey, floor_number
 from vislam2tag.site.plans.drawing import Bounds, extent_sides_m
 from vislam2tag.site.plans.load import plan_extent
 from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Use

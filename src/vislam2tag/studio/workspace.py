@@ -33,8 +33,7 @@ from vislam2tag.site.links import (
     outside_link,
     shared_site,
 )
-from vislam2tag.site.model import Floor, SessionKey, SessionRef, Site, Survey
-from vislam2tag.site.names import session_slugs
+from vislam2tag.site.model import Floor, SessionKey, SessionRef, Site, Survey, session_slugs
 from vislam2tag.studio.messages import Versions
 from vislam2tag.studio.outputs import BEFORE, LABELS, Output, Track
 

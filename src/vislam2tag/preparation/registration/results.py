@@ -36,7 +36,7 @@ from vislam2tag.preparation.registration.tape_and_clicks import Click
 from vislam2tag.preparation.registration.trilateration import TapedLandmark, TapeResult
 from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
 from vislam2tag.site.landmark_states import LandmarkState, StateRow, read_states
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, SiteTable, finite_or_none, read_site_table
 
 LEAST_WIDTH_M = 0.05

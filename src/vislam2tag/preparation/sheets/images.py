@@ -38,7 +38,7 @@ from vislam2tag.preparation.sheets.features import (
     reference,
     sighting,
 )
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.plans.images import load_plan, on_paper
 
 SIDE_PX = 640
