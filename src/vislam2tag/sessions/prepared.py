@@ -178,11 +178,11 @@ def prepared_from(task: SessionTask, read: Session) -> PreparedSession:
     session = _with_readings(session)
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids, floors_told(session))
     named = [entry.name for entry in entries.set_landmark_floor]
-    mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
-    session = with_fewer_landmarks(session, mine.landmarks.surveyed_ids)
-    session = _with_pose_findings(session, mine.landmarks)
-    landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
-    return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses, *tap_uses))
+    own, unused = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
+    session = with_fewer_landmarks(session, own.surveyed_ids)
+    session = _with_pose_findings(session, own)
+    landmarks = own if task.told is None else task.told.onto(own)
+    return PreparedSession(task, session, landmarks, unused, (*landmark_uses, *session_uses, *tap_uses))
 
 
 def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:

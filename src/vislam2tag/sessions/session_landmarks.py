@@ -35,17 +35,6 @@ class AmbiguousLandmarksError(SessionError):
     """A session saw an id that two floors have at different places."""
 
 
-@dataclass(frozen=True)
-class SessionLandmarks:
-    """The landmarks that a session may use, ids unique, with the storeys it may be on.
-
-    ``unused`` are the logged ids that only other floors know and that nothing else speaks for.
-    """
-
-    landmarks: Landmarks
-    unused: tuple[str, ...] = ()
-
-
 def ids_of_other_floors(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tuple[str, ...]:
     """Logged ids that only landmark files of other floors than a session's own have.
 
@@ -98,8 +87,11 @@ def with_fewer_landmarks(session: Session, surveyed: Collection[str]) -> Session
 
 def landmarks_of_session(
     considered: Landmarks, key: SessionKey, camera: CameraTrack, log: LandmarkLog, named: Sequence[str] = ()
-) -> SessionLandmarks:
+) -> tuple[Landmarks, tuple[str, ...]]:
     """Choose among the considered landmarks (see :func:`candidate_landmarks`) those that the session may use.
+
+    Their ids are unique; they come with the storeys that the session may be on, and with the logged ids that only other
+    floors know and that nothing else speaks for.
 
     It went to other floors if the walker said so (``camera.told_floors``), if it logged two landmarks that only they
     have, or one and it went up or down by :data:`CLIMB_M`, or if its corrections say so (``named``: what they call
@@ -109,14 +101,14 @@ def landmarks_of_session(
     told = camera.told_floors is not None and bool((camera.told_floors.floor != key.floor).any())
     sure = told or len(elsewhere) > 1 or not set(elsewhere).isdisjoint(named)
     if not sure and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
-        return SessionLandmarks(_own_floor(considered, key.floor), elsewhere)
+        return _own_floor(considered, key.floor), elsewhere
     own = set(considered.on_floor(key.floor).ids)
     # Where the walker told when which floor was, an id that the own floor has was seen there: with_told_floors.
     _refuse_clashes(considered, key, [name for name in log.ids if not (told and name in own)], elsewhere)
     # Of an id with one place on several floors the own floor's entry counts, then the lowest floor's.
     order = np.lexsort((considered.floor, considered.floor != key.floor))
     first = {considered.ids[i]: i for i in reversed(order.tolist())}
-    return SessionLandmarks(considered.select(sorted(first.values())))
+    return considered.select(sorted(first.values())), ()
 
 
 def ambiguous_landmarks(landmarks: Landmarks, own: int, logged: Sequence[str]) -> Landmarks:

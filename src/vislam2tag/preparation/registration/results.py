@@ -17,7 +17,6 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.registration.least_squares import SingularError
 from vislam2tag.preparation.registration.names import Role, role_of
 from vislam2tag.preparation.registration.network import (
-    DistanceScale,
     HeightFit,
     KnownPoint,
     PlaneFit,
@@ -161,7 +160,7 @@ def _rounded(value: float | None, digits: int) -> float | None:
 
 def scale_test(fit: PlaneFit, settings: RegistrationSettings) -> ScaleTest | None:
     """Tell whether distances differ between stations and building; None where nothing tells (too few points)."""
-    scale: DistanceScale | None = fit.scale
+    scale = fit.scale
     if scale is None:
         try:
             scale = adjust_plane(fit.shots, fit.known, fit.maps, settings.prior_freedom, free_scale=True).scale
@@ -169,8 +168,8 @@ def scale_test(fit: PlaneFit, settings: RegistrationSettings) -> ScaleTest | Non
             return None
     if scale is None:
         return None
-    off = abs(scale.value - 1) > CERTAIN_SIGMAS * scale.sigma
-    return ScaleTest(value=round(scale.value, 7), sigma=round(scale.sigma, 7), off=off)
+    value, sigma = scale
+    return ScaleTest(value=round(value, 7), sigma=round(sigma, 7), off=abs(value - 1) > CERTAIN_SIGMAS * sigma)
 
 
 def station_rows(fit: PlaneFit) -> tuple[StationRow, ...]:
