@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from tests.datasets.factory import SCANS, small_dataset
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
-from vislam2tag.datasets.coverage import FloorCoverage, GapWalk, _WalkGraph, coverage, gap_walks
+from vislam2tag.datasets.coverage import FloorCoverage, GapWalk, coverage, gap_walks, walk_graph
 from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.schema import FINGERPRINTS, MAGNETIC, READINGS, in_schema
 from vislam2tag.datasets.settings import CoverageSettings
@@ -211,11 +211,11 @@ def test_every_gap_is_reached_over_walkable_cells_on_nearly_the_shortest_way(see
     walks = gap_walks(coverage, 0.5)
     reached = np.concatenate([walk.stops_m for walk in walks])
     assert sorted(map(tuple, reached)) == sorted(map(tuple, gaps))
-    ways = _WalkGraph.of(coverage)
+    places_m, graph = walk_graph(coverage)
     for walk in walks:
         assert coverage.walkable[tuple(cells_along(walk, coverage).T)].all()
         steps = np.linalg.norm(np.diff(walk.points_m, axis=0), axis=1)
         assert steps.sum() == pytest.approx(walk.length_m)
-        places = [int(np.flatnonzero((ways.places_m == stop).all(axis=1))[0]) for stop in walk.stops_m]
-        length_m = dijkstra(ways.graph, directed=False, indices=places)[:, places]
+        places = [int(np.flatnonzero((places_m == stop).all(axis=1))[0]) for stop in walk.stops_m]
+        length_m = dijkstra(graph, directed=False, indices=places)[:, places]
         assert walk.length_m <= 1.1 * best_length(length_m) + 1e-6

@@ -49,7 +49,7 @@ def without_access_points(dataset: Dataset) -> dict[str, pl.LazyFrame]:
 
 def test_the_parts_of_a_set_make_the_set_again() -> None:
     whole = small_dataset()
-    joined = join_datasets(part(NAMES[1], NAMES[2]), part(NAMES[0], NAMES[3])).dataset
+    joined = join_datasets(part(NAMES[1], NAMES[2]), part(NAMES[0], NAMES[3]))[0]
     for name, table in without_access_points(whole).items():
         expected = table.collect()
         order = "session" if "session" in expected.columns else "scan_id"
@@ -59,23 +59,23 @@ def test_the_parts_of_a_set_make_the_set_again() -> None:
 
 
 def test_the_order_of_joining_makes_no_difference_to_the_rows() -> None:
-    one = join_datasets(part(*NAMES[:2]), part(*NAMES[2:])).dataset
-    other = join_datasets(part(*NAMES[2:]), part(*NAMES[:2])).dataset
+    one = join_datasets(part(*NAMES[:2]), part(*NAMES[2:]))[0]
+    other = join_datasets(part(*NAMES[2:]), part(*NAMES[:2]))[0]
     for name, table in one.tables.items():
         assert_frame_equal(table, other.tables[name])
 
 
 def test_a_walk_that_both_hold_is_taken_once_and_told() -> None:
-    joined = join_datasets(part(*NAMES[:3]), part(*NAMES[2:]))
-    assert joined.dataset.fingerprints.collect().height == small_dataset().fingerprints.collect().height
-    (finding,) = joined.dataset.info.findings
+    joined, news = join_datasets(part(*NAMES[:3]), part(*NAMES[2:]))
+    assert joined.fingerprints.collect().height == small_dataset().fingerprints.collect().height
+    (finding,) = joined.info.findings
     assert (finding.kind, finding.count) == (SAME_SESSIONS, 1)
-    assert joined.news.fingerprints.collect()["session"].unique().to_list() == [NAMES[3]]
-    assert joined.news.readings.collect().height < part(*NAMES[2:]).readings.collect().height
+    assert news.fingerprints.collect()["session"].unique().to_list() == [NAMES[3]]
+    assert news.readings.collect().height < part(*NAMES[2:]).readings.collect().height
 
 
 def test_joining_a_set_with_itself_changes_nothing() -> None:
-    joined = join_datasets(small_dataset(), small_dataset()).dataset
+    joined = join_datasets(small_dataset(), small_dataset())[0]
     for name, table in small_dataset().tables.items():
         assert_frame_equal(joined.tables[name], table)
 
@@ -110,7 +110,7 @@ def test_sets_that_disagree_are_refused(later: Dataset, message: str) -> None:
 
 
 def test_what_one_does_not_know_of_a_floor_is_no_disagreement() -> None:
-    joined = join_datasets(with_floor(width_m=None), small_dataset()).dataset
+    joined = join_datasets(with_floor(width_m=None), small_dataset())[0]
     assert joined.info.floors[0].width_m is None
 
 
@@ -119,7 +119,7 @@ def test_new_floors_and_their_plans_come_along(tmp_path: Path) -> None:
     plan.write_bytes(b"later")
     floors = (small_dataset().info.floors[1].model_copy(update={"number": 7, "plan": "plans/floor_7.png"}),)
     later = replace(with_info(part(NAMES[0]), floors=floors), files={"plans/floor_7.png": plan})
-    joined = join_datasets(part(*NAMES[1:]), later).dataset
+    joined = join_datasets(part(*NAMES[1:]), later)[0]
     assert [floor.number for floor in joined.info.floors] == [0, 1, 7]
     assert joined.files == {"plans/floor_7.png": plan}
 
@@ -127,14 +127,14 @@ def test_new_floors_and_their_plans_come_along(tmp_path: Path) -> None:
 def test_hashed_sets_join_and_keep_what_only_addresses_tell() -> None:
     privacy = Privacy(hash_key=b"sixteen bytes or more")
     sets = [with_privacy(part(*names), privacy) for names in (NAMES[:2], NAMES[2:])]
-    joined = join_datasets(*sets).dataset.access_points
+    joined = join_datasets(*sets)[0].access_points
     assert_frame_equal(joined, with_privacy(small_dataset(), privacy).access_points)
 
 
 def test_one_survey_that_saw_a_network_opt_out_is_enough() -> None:
     later = part(*NAMES[2:])
     points = later.access_points.with_columns(nomap=pl.col("bssid") == bssid(0, 0))
-    joined = join_datasets(part(*NAMES[:2]), replace(later, tables={**later.tables, ACCESS_POINTS: points})).dataset
+    joined = join_datasets(part(*NAMES[:2]), replace(later, tables={**later.tables, ACCESS_POINTS: points}))[0]
     assert joined.access_points.filter(pl.col("nomap")).collect()["bssid"].to_list() == [bssid(0, 0)]
 
 
@@ -148,7 +148,7 @@ def with_splits(dataset: Dataset, **kinds: str) -> Dataset:
 
 def test_splits_are_left_to_be_made_again_but_those_from_outside() -> None:
     base = with_splits(part(NAMES[0]), official="official", block="block", half="random")
-    joined = join_datasets(base, with_splits(part(NAMES[1]), block="block", other="official")).dataset
+    joined = join_datasets(base, with_splits(part(NAMES[1]), block="block", other="official"))[0]
     assert set(joined.splits) == {"official"}
     groups = joined.splits["official"].groups
     assert groups.filter(pl.col("group").is_not_null())["id"].to_list() == ["a"]
@@ -160,12 +160,12 @@ def test_splits_are_left_to_be_made_again_but_those_from_outside() -> None:
 
 def test_the_joined_set_is_a_new_version() -> None:
     base = with_info(part(NAMES[0]), doi="10.5281/zenodo.1", version="1.0", licence="CC-BY-4.0")
-    info = join_datasets(base, part(NAMES[1])).dataset.info
+    info = join_datasets(base, part(NAMES[1]))[0].info
     assert (info.doi, info.version, info.licence) == (None, None, "CC-BY-4.0")
     assert info.related == (Related(identifier="10.5281/zenodo.1", relation="IsNewVersionOf"),)
 
 
 def test_it_is_written_and_read(tmp_path: Path) -> None:
-    joined = join_datasets(part(*NAMES[:2]), part(*NAMES[2:])).dataset
+    joined = join_datasets(part(*NAMES[:2]), part(*NAMES[2:]))[0]
     write_dataset(joined, tmp_path / "joined")
     assert_frame_equal(open_dataset(tmp_path / "joined").readings, joined.readings)

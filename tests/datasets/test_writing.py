@@ -32,12 +32,13 @@ from vislam2tag.datasets.writing import (
     PLANS,
     SET,
     SPLITS,
-    MatrixLosses,
     labelled_by_session,
     labelled_fingerprints,
     left_out,
     left_out_of_dataset,
     matrices,
+    matrix_loss_findings,
+    matrix_losses,
     seconds_text,
     train_test_assignment,
     with_unix_time,
@@ -118,20 +119,20 @@ def _held(name: str, table: str) -> Collection[str]:
     return export_formats()[name].holds.get(table, ())
 
 
-def counts(parts: object) -> dict[str, int]:
-    return dict(parts.part.group_by("part").len().rows())  # type: ignore[attr-defined]
+def counts(parts: pl.DataFrame) -> dict[str, int]:
+    return dict(parts.group_by("part").len().rows())
 
 
 def test_the_official_split_counts_where_none_is_chosen() -> None:
-    parts = train_test_assignment(with_split(small_dataset(), kind="official"), ExportContext())
+    parts, findings = train_test_assignment(with_split(small_dataset(), kind="official"), ExportContext())
     assert counts(parts) == {"train": 3 * (SCANS - 1), "test": SCANS - 1}
-    assert parts.findings == ()
+    assert findings == ()
 
 
 def test_no_choice_among_others_is_told() -> None:
-    parts = train_test_assignment(with_split(small_dataset()), ExportContext())
+    parts, findings = train_test_assignment(with_split(small_dataset()), ExportContext())
     assert counts(parts) == {"train": 4 * SCANS}
-    assert parts.findings[0].message.endswith("all is training data; there are: by_walk")
+    assert findings[0].message.endswith("all is training data; there are: by_walk")
 
 
 @pytest.mark.parametrize(
@@ -190,10 +191,9 @@ def _matrices(dataset: Dataset, rows: pl.LazyFrame, transmitters: pl.Series) -> 
 
 
 def losses(dataset: Dataset, rows: pl.LazyFrame, not_heard: float) -> tuple[Finding, ...]:
-    counted = MatrixLosses(not_heard)
-    for tables in labelled_by_session(dataset, rows, silent):
-        counted.add(tables.readings)
-    return counted.findings
+    sessions = labelled_by_session(dataset, rows, silent)
+    lost = np.sum([matrix_losses(tables.readings, not_heard) for tables in sessions], axis=0)
+    return matrix_loss_findings(lost, not_heard)
 
 
 def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:

@@ -1,7 +1,11 @@
-"""Radio readings that enter."""
+"""Radio readings that enter.
+
+The filler of a table is found where it is clear, asked for where it is not, and never found in measured levels.
+"""
 
 from __future__ import annotations
 
+import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given
@@ -9,13 +13,17 @@ from hypothesis import strategies as st
 
 from vislam2tag.intake.readings import (
     KINDS,
+    SIGNAL_STRENGTH,
+    Judgement,
     Quantity,
     admitted,
+    filler_of,
     in_range,
     is_masked,
     level_findings,
     normal_address,
     normal_uuid,
+    question,
     strength_of,
     with_addresses,
     without_absurd_levels,
@@ -147,3 +155,53 @@ def test_addresses_and_levels_are_brought_to_the_rules() -> None:
     assert kept.rows() == [(1, "02:1a:00:00:00:01", -60.0), (3, "02:1a:00:00:00:01", None)]
     assert {each.kind: each.lines for each in findings} == {"masked_addresses": (2,), "absurd_levels": (3,)}
     assert {each.kind for each in findings} <= KINDS
+
+
+def table(levels: np.ndarray, stated: float = 100.0) -> tuple[pl.DataFrame, int, int]:
+    """Cells with a level, the number of access points, and that of cells with the stated level."""
+    rows, columns = np.nonzero(levels != stated)
+    heard = pl.DataFrame(
+        {"row": rows, "bssid": [f"WAP{column}" for column in columns], "rssi_dbm": levels[rows, columns]}
+    )
+    return heard, levels.shape[1], int((levels == stated).sum())
+
+
+def fingerprints(filler: float, heard: float, weakest: int = -97, seed: int = 0) -> np.ndarray:
+    """40 rows of 12 access points, so large a share of them heard."""
+    rng = np.random.default_rng(seed)
+    levels = np.clip(rng.normal(-75, 10, (40, 12)).round(), weakest, -40)
+    return np.where(rng.random((40, 12)) < heard, levels, filler)
+
+
+@pytest.mark.parametrize("filler", [-98, -100, -105, -110, -120, -150, -200, 0, 1, -1])
+def test_fillers_are_found(filler: float) -> None:
+    found = filler_of(*table(fingerprints(filler, 0.2)), SIGNAL_STRENGTH)
+    assert (found.judgement, found.level) == (Judgement.FOUND, filler)
+
+
+def test_zero_is_found_where_it_may_be_measured_too() -> None:
+    found = filler_of(*table(fingerprints(0, 0.2)), strength_of(["uji"]))
+    assert (found.judgement, found.level) == (Judgement.FOUND, 0)
+
+
+@pytest.mark.parametrize("filler", [-126, -1])
+def test_a_filler_far_from_all_levels_is_found_in_few_cells_too(filler: float) -> None:
+    found = filler_of(*table(fingerprints(filler, 0.8)), SIGNAL_STRENGTH)
+    assert (found.judgement, found.level) == (Judgement.FOUND, filler)
+
+
+def test_a_small_peak_at_the_edge_stays_a_question() -> None:
+    found = filler_of(*table(fingerprints(-98, 0.75)), SIGNAL_STRENGTH)
+    assert (found.judgement, found.level) == (Judgement.ASK, -98)
+    assert "--not-heard -98" in question(found, 100)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_measured_levels_are_no_filler(seed: int) -> None:
+    for heard in (1.0, 0.2):
+        found = filler_of(*table(fingerprints(100, heard, seed=seed)), SIGNAL_STRENGTH)
+        assert found.judgement is Judgement.NONE
+
+
+def test_levels_of_a_lost_sign_are_no_filler() -> None:
+    assert filler_of(*table(-fingerprints(-100, 0.2)), SIGNAL_STRENGTH).judgement is Judgement.NONE

@@ -25,7 +25,7 @@ from vislam2tag.sessions.readings import (
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import FieldTable, RawTable
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 
 LINES = 30
 SETTINGS = FindingSettings()

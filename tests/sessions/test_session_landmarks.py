@@ -1,29 +1,40 @@
-"""Landmarks that a session may use."""
+"""Landmarks that a session may use.
+
+Ids that walks logged, by what the session itself says and by what is kept of it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.intake.faults import change_fields
+from tests.surveys import make_survey
 from tests.walks import camera_on, landmarks_at, log_of
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.diagnose import observe_session
+from vislam2tag.pipeline.labels.survey_evidence import kept_walk, passes_record
+from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.prepared import landmarks_without_position
+from vislam2tag.sessions.prepared import landmarks_without_position, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import (
-    SessionLandmarks,
     ToldLandmarks,
     ambiguous_floor,
     candidate_landmarks,
     floors_told,
     landmarks_of_session,
     on_known_floors,
+    walk_id_shift,
     with_told_floors,
 )
 from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
@@ -57,7 +68,7 @@ def walked(height: FloatArray, logged: str) -> tuple[CameraTrack, LandmarkLog]:
     return camera, log_of(camera, {name: np.ones((len(height), 3)) for name in logged})
 
 
-def choose(site: Site, height: FloatArray, logged: str) -> SessionLandmarks:
+def choose(site: Site, height: FloatArray, logged: str) -> tuple[Landmarks, tuple[str, ...]]:
     camera, log = walked(height, logged)
     return landmarks_of_session(candidate_landmarks(site, KEY.floor, log.ids), KEY, camera, log)
 
@@ -76,54 +87,54 @@ def place_of(landmarks: Landmarks, name: str) -> tuple[int, list[float]]:
 
 @pytest.mark.parametrize("logged", ["ab", "a", "ax", "xy"])
 def test_a_session_that_logs_what_its_floor_knows_uses_its_floor_alone(logged: str) -> None:
-    chosen = choose(site_of(TWO_FLOORS), CLIMB, logged)
-    assert chosen.unused == ()
-    assert chosen.landmarks.ids == ("a", "b")
-    assert place_of(chosen.landmarks, "a") == (1, [1, 1])
-    storeys = chosen.landmarks.storeys
+    chosen, unused = choose(site_of(TWO_FLOORS), CLIMB, logged)
+    assert unused == ()
+    assert chosen.ids == ("a", "b")
+    assert place_of(chosen, "a") == (1, [1, 1])
+    storeys = chosen.storeys
     assert storeys is not None
     assert (storeys.own, storeys.number.tolist(), storeys.elevation_m.tolist()) == (1, [1], [0.0])
 
 
 def test_two_landmarks_that_only_another_floor_has_make_it_a_walk_over_floors() -> None:
-    chosen = choose(site_of(TWO_FLOORS), FLAT, "bcd")
-    assert sorted(chosen.landmarks.ids) == ["a", "b", "c", "d"]
-    assert place_of(chosen.landmarks, "a") == (1, [1, 1])
-    assert place_of(chosen.landmarks, "d") == (2, [4, 4])
-    storeys = chosen.landmarks.storeys
+    chosen, _ = choose(site_of(TWO_FLOORS), FLAT, "bcd")
+    assert sorted(chosen.ids) == ["a", "b", "c", "d"]
+    assert place_of(chosen, "a") == (1, [1, 1])
+    assert place_of(chosen, "d") == (2, [4, 4])
+    storeys = chosen.storeys
     assert storeys is not None
     assert (storeys.own, storeys.number.tolist(), storeys.elevation_m.tolist()) == (1, [1, 2], [0.0, 5.0])
 
 
 def test_one_such_landmark_needs_a_climb() -> None:
-    assert choose(site_of(TWO_FLOORS), CLIMB, "bc").unused == ()
-    flat = choose(site_of(TWO_FLOORS), FLAT, "bc")
-    assert (flat.unused, flat.landmarks.ids) == (("c",), ("a", "b"))
-    assert flat.landmarks.storeys is not None
-    assert flat.landmarks.storeys.number.tolist() == [1]
+    assert choose(site_of(TWO_FLOORS), CLIMB, "bc")[1] == ()
+    flat, unused = choose(site_of(TWO_FLOORS), FLAT, "bc")
+    assert (unused, flat.ids) == (("c",), ("a", "b"))
+    assert flat.storeys is not None
+    assert flat.storeys.number.tolist() == [1]
 
 
 def test_a_landmark_that_corrections_put_on_another_floor_needs_no_climb() -> None:
     camera, log = walked(FLAT, "bc")
     considered = candidate_landmarks(site_of(TWO_FLOORS), KEY.floor, log.ids)
-    assert landmarks_of_session(considered, KEY, camera, log, ["c"]).unused == ()
+    assert landmarks_of_session(considered, KEY, camera, log, ["c"])[1] == ()
 
 
 def test_a_floor_that_the_walker_told_needs_neither_landmark_nor_climb() -> None:
     camera, log = walked(FLAT, "ab")
     told = replace(camera, told_floors=ToldFloors(camera.time_ns[[100]], np.array([2])))
     considered = candidate_landmarks(site_of(TWO_FLOORS), KEY.floor, log.ids, [2])
-    chosen = landmarks_of_session(considered, KEY, told, log)
-    assert sorted(chosen.landmarks.ids) == ["a", "b", "c", "d"]
-    assert place_of(chosen.landmarks, "a") == (1, [1, 1])  # told when which floor was: no clash
-    assert chosen.landmarks.storeys is not None
-    assert chosen.landmarks.storeys.number.tolist() == [1, 2]
+    chosen, _ = landmarks_of_session(considered, KEY, told, log)
+    assert sorted(chosen.ids) == ["a", "b", "c", "d"]
+    assert place_of(chosen, "a") == (1, [1, 1])  # told when which floor was: no clash
+    assert chosen.storeys is not None
+    assert chosen.storeys.number.tolist() == [1, 2]
 
 
 def test_a_landmark_of_another_floor_is_a_finding_of_its_own() -> None:
-    chosen = choose(site_of(TWO_FLOORS), FLAT, "bcx")
+    chosen, unused = choose(site_of(TWO_FLOORS), FLAT, "bcx")
     _, log = walked(FLAT, "bcx")
-    found = {finding.kind: finding for finding in landmarks_without_position(log, chosen.landmarks, chosen.unused)}
+    found = {finding.kind: finding for finding in landmarks_without_position(log, chosen, unused)}
     assert set(found) == {"landmark_of_other_floor", "landmark_without_position"}
     assert "landmark c was seen" in found["landmark_of_other_floor"].message
     assert "lift ride" in found["landmark_of_other_floor"].message
@@ -140,8 +151,8 @@ def test_an_id_in_two_places_is_an_error_that_names_both() -> None:
 
 
 def test_where_nobody_surveyed_the_own_floor_other_floors_ids_say_nothing() -> None:
-    chosen = choose(site_of([row for row in TWO_FLOORS if row[0] == 2]), CLIMB, "acd")
-    assert (chosen.landmarks.ids, chosen.unused) == ((), ())
+    chosen, unused = choose(site_of([row for row in TWO_FLOORS if row[0] == 2]), CLIMB, "acd")
+    assert (chosen.ids, unused) == ((), ())
 
 
 def test_an_id_whose_place_is_not_known_on_one_floor_is_ambiguous_too() -> None:
@@ -152,13 +163,13 @@ def test_an_id_whose_place_is_not_known_on_one_floor_is_ambiguous_too() -> None:
 
 def test_the_same_id_at_the_same_place_is_no_clash_and_the_own_floors_counts() -> None:
     rows: list[Row] = [(0, "a", 1, 1), (1, "a", 1, 1), (2, "a", 1, 1), (2, "c", 3, 3), (2, "d", 4, 4)]
-    chosen = choose(site_of(rows), FLAT, "acd")
-    assert sorted(chosen.landmarks.ids) == ["a", "c", "d"]
-    assert place_of(chosen.landmarks, "a") == (1, [1, 1])
+    chosen, _ = choose(site_of(rows), FLAT, "acd")
+    assert sorted(chosen.ids) == ["a", "c", "d"]
+    assert place_of(chosen, "a") == (1, [1, 1])
 
 
 def test_a_clash_of_ids_that_were_not_seen_does_not_matter() -> None:
-    assert "a" in choose(site_of(TWO_FLOORS), FLAT, "bcd").landmarks.index
+    assert "a" in choose(site_of(TWO_FLOORS), FLAT, "bcd")[0].index
 
 
 @pytest.mark.parametrize("own_first", [True, False])
@@ -294,3 +305,29 @@ def test_the_part_of_some_landmarks_keeps_what_they_share() -> None:
 def test_an_unknown_heading_stays_unknown() -> None:
     one = replace(told("b"), heading_rad=np.array([np.nan])).onto(SURVEY)
     assert np.isnan([one.heading_rad[1], one.heading_sigma_rad[1]]).all()
+
+
+SETTINGS = ProcessSettings()
+
+
+@pytest.mark.parametrize("seed", [500, 506])
+@pytest.mark.parametrize("by", [0, 1, -1])
+def test_session_diagnosis_and_what_is_kept_say_the_same(seed: int, by: int, tmp_path: Path) -> None:
+    survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=120.0, severity="default", seed=seed)
+    (session,) = survey.glob("floor_*/*/*/")
+    change_fields("initPoses.csv", 0, lambda name: str(int(name) - by))(session)
+    opened = open_survey(survey)
+    task = session_task(opened.sessions[0], opened, Corrections(), SETTINGS)
+    prepared = prepared_session(task)
+    record = passes_record(prepared, SETTINGS.mapping.smoother.sighting_range_m)
+    assert record is not None
+    diagnosed = observe_session(SETTINGS, task).passes
+    assert diagnosed is not None
+    found = [
+        walk_id_shift(prepared.session.camera, prepared.session.landmarks, prepared.landmarks),
+        kept_walk(task.ref.key, record)[0].id_shift,
+        diagnosed.id_shift,
+    ]
+    assert {None if one is None else one.shift for one in found} == {by or None}
+    kinds = [finding.kind for finding in prepared.findings()]
+    assert ("shifted_ids" in kinds) == (by != 0)

@@ -14,7 +14,7 @@ from tests.site.plans import drawn_floor
 from tests.site.plans.hostile import drawings
 from tests.site.site import write_survey
 from vislam2tag.site.discover import read_site, site_files
-from vislam2tag.site.floors import ROOMS_FILE, RoomName, file_in, names_on_plan, read_room_names
+from vislam2tag.site.floors import ROOMS_FILE, file_in, names_on_plan, read_room_names
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.svg import svg_texts
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, PlanText, Use
@@ -116,7 +116,7 @@ def written(root: Path, text: str) -> tuple[Path, Path | None]:
 )
 def test_a_table_of_the_survey_names_rooms(tmp_path: Path, text: str) -> None:
     names, findings = read_room_names(*written(tmp_path, text))
-    assert names == [RoomName("2.114", (3.5, 4.0)), RoomName("Lab", (1.0, 2.0))]
+    assert names == [PlanText("2.114", (3.5, 4.0)), PlanText("Lab", (1.0, 2.0))]
     assert "malformed_lines" not in {finding.kind for finding in findings}
     assert file_in(tmp_path / "floor_3", ROOMS_FILE) is None
     assert read_room_names(tmp_path, None) == ([], [])
@@ -142,7 +142,7 @@ def test_dimensions_and_sentences_are_no_names_and_numbers_come_first() -> None:
         (PlanPolygon(np.array([(0, 0), (2, 0), (2, 2), (0, 2)], dtype=float), (), Use.WALKABLE, "Foyer"),),
         texts=tuple(PlanText(text, (1.0, 1.0)) for text in texts),
     )
-    assert [one.name for one in names_on_plan(plan)] == ["Foyer", "2.114", "Office"]
+    assert [one.text for one in names_on_plan(plan)] == ["Foyer", "2.114", "Office"]
 
 
 def test_texts_of_an_svg_stand_where_its_transforms_put_them() -> None:

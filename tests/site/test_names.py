@@ -6,8 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.site.model import SessionKey
-from vislam2tag.site.names import is_portable, landmark_id, portable_name, same_name, session_slugs, unique_slugs
+from vislam2tag.site.model import (
+    SessionKey,
+    is_portable,
+    landmark_id,
+    portable_name,
+    same_name,
+    session_slugs,
+    unique_slugs,
+)
 
 KEYS = st.builds(SessionKey, st.integers(-3, 3), st.text(min_size=1, max_size=6), st.text(min_size=1, max_size=200))
 

@@ -22,8 +22,7 @@ from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import status_codes
 from vislam2tag.labeling.tables import write_table
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.site.model import SessionKey
-from vislam2tag.site.names import session_slugs
+from vislam2tag.site.model import SessionKey, session_slugs
 
 SESSIONS, FRAMES, FLOORS, DEVICES = 100, 30_000, 3, 5
 FIRST = datetime(2022, 1, 10, 9)

@@ -84,7 +84,12 @@ SESSION_FORMATS = Kind(
     },
 )
 PLAN_FORMATS = Kind("plan format", "vislam2tag.plan_formats", "vislam2tag.site.plan_formats")
-DATASET_FORMATS = Kind("data set format", "vislam2tag.dataset_formats", "vislam2tag.datasets.formats")
+DATASET_FORMATS = Kind(
+    "data set format",
+    "vislam2tag.dataset_formats",
+    "vislam2tag.datasets.formats",
+    shared={"published_sets": ("tampere", "uji-library", "uts", "wifine")},
+)
 MODELS = Kind("positioning model", "vislam2tag.models", "vislam2tag.positioning.models")
 STUDIO_LAYERS = Kind("layer of the studio", "vislam2tag.studio_layers", "vislam2tag.studio.layers")
 

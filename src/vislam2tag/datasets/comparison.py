@@ -176,12 +176,8 @@ _FACTS = {"floors", "frame", "clock", "groupings", "bssid_key"}
 """What of a manifest must be equal (of floors all but the file of the plan): the rest says who, when and how."""
 
 
-@dataclass(frozen=True)
-class ComparedTable:
-    """One table of one session: its keys, and how it is read."""
-
-    keys: tuple[str, ...]
-    read: Callable[[], pl.DataFrame]
+ComparedTable = tuple[tuple[str, ...], Callable[[], pl.DataFrame]]
+"""One table of one session: its keys, and how it is read."""
 
 
 @dataclass(frozen=True)
@@ -217,20 +213,20 @@ def _of_dataset(dataset: Dataset) -> ComparedFolder:
     facts = dataset.info.model_dump(mode="json", include=_FACTS, exclude={"floors": {"__all__": {"plan"}}})
     tables = dict(_session_parts(dataset))
     for name in (ACCESS_POINTS, SESSIONS):
-        tables[WHOLE_SET, name] = ComparedTable((KEYS[name],), dataset.tables[name].collect)
+        tables[WHOLE_SET, name] = ((KEYS[name],), dataset.tables[name].collect)
     for name, split in dataset.splits.items():
-        tables[WHOLE_SET, f"split {name}"] = ComparedTable(("id",), lambda groups=split.groups: groups)  # type: ignore[misc]
+        tables[WHOLE_SET, f"split {name}"] = (("id",), lambda groups=split.groups: groups)  # type: ignore[misc]
     return ComparedFolder(DATASET, tables, {name: json.dumps(value, sort_keys=True) for name, value in facts.items()})
 
 
 def _session_parts(dataset: Dataset) -> Iterator[tuple[tuple[str, str], ComparedTable]]:
     sessions = dataset.fingerprints.select("session").unique().collect(engine="streaming")["session"]
     for session in sessions.sort():
-        yield (session, FINGERPRINTS), ComparedTable((KEYS[FINGERPRINTS],), _rows_of(dataset, FINGERPRINTS, session))
-        yield (session, READINGS), ComparedTable(("scan_id", "bssid", "time_ns"), _readings_of(dataset, session))
+        yield (session, FINGERPRINTS), ((KEYS[FINGERPRINTS],), _rows_of(dataset, FINGERPRINTS, session))
+        yield (session, READINGS), (("scan_id", "bssid", "time_ns"), _readings_of(dataset, session))
         for name in (MAGNETIC, IMU_WINDOWS, RTT):
             if name in dataset.tables:
-                yield (session, name), ComparedTable((KEYS[name],), _rows_of(dataset, name, session))
+                yield (session, name), ((KEYS[name],), _rows_of(dataset, name, session))
 
 
 def _rows_of(dataset: Dataset, name: str, session: str) -> Callable[[], pl.DataFrame]:
@@ -256,7 +252,7 @@ def _of_output(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable]]:
                 continue
             name = path.parent.name
             keys = ("time_ns",) if name == TRAJECTORY else ("row",)
-            yield (result.stem, name), ComparedTable(keys, scan_parquet(path).collect)
+            yield (result.stem, name), (keys, scan_parquet(path).collect)
 
 
 def _of_annotated(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable]]:
@@ -264,7 +260,7 @@ def _of_annotated(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable
         if path.name in ANNOTATED_FILES:
             keys = ("time", "mac") if path.name == WIFI_FILE else ("time", "type")
             session = path.parent.relative_to(folder).as_posix()
-            yield (session, path.name), ComparedTable(keys, lambda path=path: read_annotated(path))  # type: ignore[misc]
+            yield (session, path.name), (keys, lambda path=path: read_annotated(path))  # type: ignore[misc]
 
 
 class Comparison(Record):
@@ -339,8 +335,8 @@ def _table_compared(
 ) -> TableDifferences:
     """Compare one table; one that is on one side only is all missing or all extra."""
     compared = one.tables.get((session, table)), other.tables.get((session, table))
-    keys = next(side.keys for side in compared if side is not None)
-    tables = [None if side is None else side.read() for side in compared]
+    keys = next(side[0] for side in compared if side is not None)
+    tables = [None if side is None else side[1]() for side in compared]
     schema = next(read.schema for read in tables if read is not None)
     first, second = (schema.to_frame() if read is None else read for read in tables)
     return compare_tables(session, table, first, second, keys, tolerance)

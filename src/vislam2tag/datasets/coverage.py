@@ -253,61 +253,56 @@ def gap_walks(
     """
     if not coverage.gaps.any():
         return ()
-    ways = _WalkGraph.of(coverage)
-    _, part = connected_components(ways.graph, directed=False)
+    places_m, graph = walk_graph(coverage)
+    _, part = connected_components(graph, directed=False)
     gap = coverage.gaps[coverage.walkable]
-    start = None if start_m is None else int(np.argmin(np.linalg.norm(ways.places_m - start_m, axis=1)))
+    start = None if start_m is None else int(np.argmin(np.linalg.norm(places_m - start_m, axis=1)))
     walks = []
     for own in np.unique(part[gap]):
         begin = start if start is not None and part[start] == own else None
-        walks.append(_walk(ways, np.flatnonzero(gap & (part == own)), radius_m, begin))
+        walks.append(_walk(places_m, graph, np.flatnonzero(gap & (part == own)), radius_m, begin))
     return tuple(sorted(walks, key=lambda walk: -walk.gap_cells))
 
 
-@dataclass(frozen=True)
-class _WalkGraph:
-    """The walkable cells (n) as a graph whose edges are metres."""
+def walk_graph(coverage: FloorCoverage) -> tuple[FloatArray, csr_array]:
+    """The walkable cells as a graph: their centres (n, 2), and the metres (n, n) between neighbours.
 
-    places_m: FloatArray
-    """Centres (n, 2)."""
-    graph: csr_array
-
-    @classmethod
-    def of(cls, coverage: FloorCoverage) -> _WalkGraph:
-        """Join neighbours; a diagonal step needs both cells beside it, so that no corner is cut."""
-        walkable, cell_m = coverage.walkable, coverage.grid.cell_m
-        number = np.cumsum(walkable.ravel()).reshape(walkable.shape) - 1
-        right, up = (walkable[:, :-1] & walkable[:, 1:]), (walkable[:-1] & walkable[1:])
-        square = right[:-1] & right[1:] & up[:, :-1] & up[:, 1:]
-        steps = (
-            (number[:, :-1][right], number[:, 1:][right], cell_m),
-            (number[:-1][up], number[1:][up], cell_m),
-            (number[:-1, :-1][square], number[1:, 1:][square], np.sqrt(2) * cell_m),
-            (number[:-1, 1:][square], number[1:, :-1][square], np.sqrt(2) * cell_m),
-        )
-        ends = [np.concatenate([step[side] for step in steps]) for side in (0, 1)]
-        length = np.concatenate([np.full(len(step[0]), step[2]) for step in steps])
-        size = int(walkable.sum())
-        graph = csr_array((length, (ends[0], ends[1])), shape=(size, size))
-        return cls(coverage.grid.centres_m(np.argwhere(walkable)), graph)
-
-    def between(self, places: IntArray) -> tuple[FloatArray, IntArray]:
-        """Lengths (s, s) of the shortest ways between places, and for each way back the place before (s, n)."""
-        rows = [dijkstra(self.graph, directed=False, indices=place, return_predecessors=True) for place in places]
-        return np.array([length[places] for length, _ in rows]), np.array([before for _, before in rows])
+    A diagonal step needs both cells beside it, so that no corner is cut.
+    """
+    walkable, cell_m = coverage.walkable, coverage.grid.cell_m
+    number = np.cumsum(walkable.ravel()).reshape(walkable.shape) - 1
+    right, up = (walkable[:, :-1] & walkable[:, 1:]), (walkable[:-1] & walkable[1:])
+    square = right[:-1] & right[1:] & up[:, :-1] & up[:, 1:]
+    steps = (
+        (number[:, :-1][right], number[:, 1:][right], cell_m),
+        (number[:-1][up], number[1:][up], cell_m),
+        (number[:-1, :-1][square], number[1:, 1:][square], np.sqrt(2) * cell_m),
+        (number[:-1, 1:][square], number[1:, :-1][square], np.sqrt(2) * cell_m),
+    )
+    ends = [np.concatenate([step[side] for step in steps]) for side in (0, 1)]
+    length = np.concatenate([np.full(len(step[0]), step[2]) for step in steps])
+    size = int(walkable.sum())
+    graph = csr_array((length, (ends[0], ends[1])), shape=(size, size))
+    return coverage.grid.centres_m(np.argwhere(walkable)), graph
 
 
-def _walk(ways: _WalkGraph, gaps: IntArray, radius_m: float, start: int | None) -> GapWalk:
+def _ways_between(graph: csr_array, places: IntArray) -> tuple[FloatArray, IntArray]:
+    """Lengths (s, s) of the shortest ways between places, and for each way back the place before (s, n)."""
+    rows = [dijkstra(graph, directed=False, indices=place, return_predecessors=True) for place in places]
+    return np.array([length[places] for length, _ in rows]), np.array([before for _, before in rows])
+
+
+def _walk(places_m: FloatArray, graph: csr_array, gaps: IntArray, radius_m: float, start: int | None) -> GapWalk:
     """Plan one walk past gaps (g,), from the cell ``start`` where it is given; cells are indices."""
-    stops = gaps[covering_stops(ways.places_m[gaps], radius_m)]
+    stops = gaps[covering_stops(places_m[gaps], radius_m)]
     places = stops if start is None else np.append(start, stops)
-    length_m, before = ways.between(places)
+    length_m, before = _ways_between(graph, places)
     order = short_order(length_m, free=start is None)
     legs = [_way(before[a], int(places[a]), int(places[b])) for a, b in pairwise(order)]
     cells = np.concatenate([places[order[:1]], *legs])
     return GapWalk(
-        points_m=_corners(ways.places_m[cells]),
-        stops_m=ways.places_m[places[order[0 if start is None else 1 :]]],
+        points_m=_corners(places_m[cells]),
+        stops_m=places_m[places[order[0 if start is None else 1 :]]],
         length_m=float(length_m[order[:-1], order[1:]].sum()),
         gap_cells=len(gaps),
     )

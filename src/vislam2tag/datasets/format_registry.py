@@ -101,31 +101,24 @@ class ExportFormat:
         return "dataset" if self.write else "labels"
 
 
-@dataclass(frozen=True)
-class DatasetFormat:
-    """A format of the field by its name: how it is read, written, or both."""
-
-    reads: ImportFormat | None
-    writes: ExportFormat | None
-
-
-FORMATS: Registry[DatasetFormat] = Registry(plugins.DATASET_FORMATS)
+FORMATS: Registry[tuple[ImportFormat | None, ExportFormat | None]] = Registry(plugins.DATASET_FORMATS)
+"""How each format of the field is read, written, or both, by its name."""
 
 
 def register(reads: ImportFormat | None = None, writes: ExportFormat | None = None) -> None:
     """Make a format known by its name; called once at the end of the format's own module."""
     (name,) = {way.name for way in (reads, writes) if way}
-    FORMATS.add(name, DatasetFormat(reads, writes))
+    FORMATS.add(name, (reads, writes))
 
 
 def import_formats() -> dict[str, ImportFormat]:
     """All formats that can be read, by name in order."""
-    return {name: known.reads for name, known in FORMATS.all().items() if known.reads}
+    return {name: reads for name, (reads, _) in FORMATS.all().items() if reads}
 
 
 def export_formats() -> dict[str, ExportFormat]:
     """All formats that can be written, by name in order."""
-    return {name: known.writes for name, known in FORMATS.all().items() if known.writes}
+    return {name: writes for name, (_, writes) in FORMATS.all().items() if writes}
 
 
 def import_named(name: str) -> ImportFormat:

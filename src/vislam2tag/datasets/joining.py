@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import polars as pl
 
@@ -49,17 +49,10 @@ _OF_THE_BASE_ALONE: dict[str, object] = {"version": None, "published": None, "do
 """Entries of the base's manifest that do not hold for the joined set."""
 
 
-@dataclass(frozen=True)
-class JoinedDataset:
-    """The joined set (lazy), and of the later one what is new."""
+def join_datasets(base: Dataset, later: Dataset) -> tuple[Dataset, Dataset]:
+    """Join two data sets: the joined set, and the later one without the walks that the base has already.
 
-    dataset: Dataset
-    news: Dataset
-    """The later survey without the walks that the base has already."""
-
-
-def join_datasets(base: Dataset, later: Dataset) -> JoinedDataset:
-    """Join two data sets; tables stay lazy and ordered by session, but the access points, which are counted anew.
+    Tables stay lazy and ordered by session, but the access points, which are counted again.
 
     Splits are left to be made again, but those that were given from outside (kind ``official``): they are carried, and
     what is new is in neither part. Raises DatasetError where floors, frames, clocks, groupings or hashes disagree, and
@@ -87,7 +80,7 @@ def join_datasets(base: Dataset, later: Dataset) -> JoinedDataset:
         }
     )
     carried = {name: _with_news(split, news) for name, split in base.splits.items() if not _made_by_us(split)}
-    return JoinedDataset(Dataset(info, tables, carried, _files(base, later, floors)), news)
+    return Dataset(info, tables, carried, _files(base, later, floors)), news
 
 
 def _refuse_disagreement(base: DatasetInfo, later: DatasetInfo) -> None:

@@ -93,10 +93,10 @@ def offsets_db(dataset: Dataset) -> dict[tuple[str, str], float]:
         places.add(tables.readings.join(own, on="scan_id").drop_nulls(["x", "rssi_dbm"]))
     shared = places.shared()
     return {
-        (technology, name): offset.offset_db
+        (technology, name): offset_db
         for technology, names in sorted(devices.items())
-        for name, offset in device_offsets(shared.filter(pl.col("technology") == technology), names).items()
-        if offset.offset_db is not None
+        for name, (offset_db, _) in device_offsets(shared.filter(pl.col("technology") == technology), names).items()
+        if offset_db is not None
     }
 
 

@@ -63,18 +63,13 @@ class PlaceMeans:
         return merged.sort(*_OFFSET_PLACE, "device").with_columns(rssi_dbm=pl.col("sum") / pl.col("count"))
 
 
-@dataclass(frozen=True)
-class DeviceOffset:
-    """Offset of a device against the mean of those that share places with it, dB, and how many places it shares."""
+def device_offsets(shared: pl.DataFrame, devices: Sequence[str]) -> dict[str, tuple[float | None, int]]:
+    """Solve for each device's offset against the mean of those that share places with it, dB, and count these places.
 
-    offset_db: float | None
-    shared: int
-
-
-def device_offsets(shared: pl.DataFrame, devices: Sequence[str]) -> dict[str, DeviceOffset]:
-    """Solve for the offset of each device; ``shared`` as :meth:`PlaceMeans.shared` gives it, of one technology."""
+    ``shared`` is as :meth:`PlaceMeans.shared` gives it, of one technology.
+    """
     if not len(shared):
-        return {device: DeviceOffset(None, 0) for device in devices}
+        return dict.fromkeys(devices, (None, 0))
     index = {device: number for number, device in enumerate(devices)}
     device = shared["device"].replace_strict(index, return_dtype=pl.Int64).to_numpy()
     place = shared.select(pl.struct(_OFFSET_PLACE).rank("dense")).to_series().cast(pl.Int64).to_numpy() - 1
@@ -86,7 +81,7 @@ def device_offsets(shared: pl.DataFrame, devices: Sequence[str]) -> dict[str, De
     together = _pairs(place, device, 1 / several, len(devices))
     offset = np.linalg.lstsq(np.diag(heard.astype(np.float64)) - together, right, rcond=_SINGULAR)[0]
     return {
-        name: DeviceOffset(round(float(offset[number]), 4) if heard[number] else None, int(heard[number]))
+        name: (round(float(offset[number]), 4) if heard[number] else None, int(heard[number]))
         for name, number in index.items()
     }
 
@@ -243,4 +238,4 @@ def _robust_offsets(shared: pl.DataFrame, devices: list[str]) -> dict[str, float
 
 
 def _solved(shared: pl.DataFrame, devices: list[str]) -> dict[str, float]:
-    return {device: offset.offset_db or 0.0 for device, offset in device_offsets(shared, devices).items()}
+    return {device: offset_db or 0.0 for device, (offset_db, _) in device_offsets(shared, devices).items()}

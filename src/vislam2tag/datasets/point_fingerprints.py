@@ -12,7 +12,7 @@ from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.model import TEST, Dataset, DatasetInfo, FloorInfo, Fold, Split, SplitInfo
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
-from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.model import unique_slugs
 
 OFFICIAL = "official"
 COLUMNS: Mapping[str, pl.DataType] = {

@@ -244,8 +244,8 @@ def _rssi(levels: pl.DataFrame, shared: pl.DataFrame) -> dict[str, DeviceRssi]:
     return {
         device: DeviceRssi(
             rssi_dbm=Distribution.of(dict(levels.filter(device=device).select("number", "count").iter_rows())),
-            offset_db=offsets[device].offset_db,
-            shared=offsets[device].shared,
+            offset_db=offsets[device][0],
+            shared=offsets[device][1],
         )
         for device in devices
     }

@@ -14,8 +14,17 @@ from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.not_heard import Judgement, all_heard, filler_found, filler_of, question
-from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, Quantity, level_findings
+from vislam2tag.intake.readings import (
+    NOT_HEARD,
+    SIGNAL_STRENGTH,
+    Judgement,
+    Quantity,
+    all_heard,
+    filler_found,
+    filler_of,
+    level_findings,
+    question,
+)
 
 _ROWS_AT_ONCE = 2000
 """Rows of the wide table in memory at once; it holds some twenty times as many cells as levels heard."""

@@ -7,11 +7,10 @@ a format has no place for is counted and stated, column by column.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from itertools import chain, repeat
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +21,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.common.progress import Progress
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.datasets.format_registry import ExportContext
 from vislam2tag.datasets.labelled import LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset, Fold, SessionTables, Split, each_session
@@ -121,26 +121,19 @@ def _finding(file: str, count: int, message: str) -> Finding:
     return Finding(kind="left_out", file=file, count=count, message=message, severity=Severity.INFO)
 
 
-@dataclass(frozen=True)
-class TrainTestAssignment:
-    """Which fingerprints train and which test."""
-
-    part: pl.DataFrame
-    """Columns ``scan_id`` and ``part``; fingerprints in neither part have no row."""
-    findings: tuple[Finding, ...] = ()
-
-    def neither(self, fingerprints: pl.LazyFrame) -> tuple[Finding, ...]:
-        """Count the fingerprints that the split puts into neither part."""
-        left = fingerprints.join(self.part.lazy(), on="scan_id", how="anti").select(pl.len())
-        count = int(left.collect(engine="streaming").item())
-        message = "fingerprints are in neither part of the split: they are in no training or test set"
-        return finding_if(count, "in_neither_part", message)
+def in_neither_part(fingerprints: pl.LazyFrame, part: pl.DataFrame) -> tuple[Finding, ...]:
+    """Count the fingerprints that a split puts into neither part."""
+    left = fingerprints.join(part.lazy(), on="scan_id", how="anti").select(pl.len())
+    count = int(left.collect(engine="streaming").item())
+    message = "fingerprints are in neither part of the split: they are in no training or test set"
+    return finding_if(count, "in_neither_part", message)
 
 
-def train_test_assignment(dataset: Dataset, context: ExportContext) -> TrainTestAssignment:
+def train_test_assignment(dataset: Dataset, context: ExportContext) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
     """Return the parts of the chosen split and fold; without a choice the official one's, or all trains.
 
-    Raises UsageError for a split or fold that is not there, and where a split has several folds and none is chosen.
+    The table has the columns ``scan_id`` and ``part``; fingerprints in neither part have no row. Raises UsageError for
+    a split or fold that is not there, and where a split has several folds and none is chosen.
     """
     if context.split is None:
         return _without_choice(dataset, context)
@@ -148,20 +141,20 @@ def train_test_assignment(dataset: Dataset, context: ExportContext) -> TrainTest
         there = ", ".join(dataset.splits) or "none"
         raise UsageError(f"--split {context.split}: the data set has no such split; there are: {there}")
     split = dataset.splits[context.split]
-    return _parts(split, _fold(split, context.fold))
+    return _parts(split, _fold(split, context.fold)), ()
 
 
-def _without_choice(dataset: Dataset, context: ExportContext) -> TrainTestAssignment:
+def _without_choice(dataset: Dataset, context: ExportContext) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
     if context.fold is not None:
         raise UsageError(f"--fold {context.fold}: say of which split by --split")
     official = [split for split in dataset.splits.values() if split.info.kind == "official"]
     if len(official) == 1 and len(official[0].info.folds) == 1:
-        return _parts(official[0], official[0].info.folds[0])
+        return _parts(official[0], official[0].info.folds[0]), ()
     ids = dataset.fingerprints.select("scan_id", part=pl.lit(TRAIN)).collect(engine="streaming")
     message = "no split chosen (--split): all is training data" + (
         f"; there are: {', '.join(dataset.splits)}" if dataset.splits else ", as the data set has none"
     )
-    return TrainTestAssignment(ids, finding_if(1, "no_split", message))
+    return ids, finding_if(1, "no_split", message)
 
 
 def _fold(split: Split, name: str | None) -> Fold:
@@ -177,12 +170,11 @@ def _fold(split: Split, name: str | None) -> Fold:
         raise UsageError(f"--fold {name}: split {split.info.name} has no such fold; there are: {there}") from error
 
 
-def _parts(split: Split, fold: Fold) -> TrainTestAssignment:
+def _parts(split: Split, fold: Fold) -> pl.DataFrame:
     train, test = split.train_test_ids(fold)
-    part = pl.concat(
+    return pl.concat(
         [pl.DataFrame({"scan_id": ids}).with_columns(part=pl.lit(name)) for ids, name in ((train, TRAIN), (test, TEST))]
     )
-    return TrainTestAssignment(part)
 
 
 _CELLS_AT_ONCE = 4_000_000
@@ -262,36 +254,29 @@ def _counted(counts: Iterable[int], messages: Iterable[tuple[FindingKind, str]])
     return tuple(finding for count, (kind, message) in pairs for finding in finding_if(count, kind, message))
 
 
-class MatrixLosses:
-    """Counts, session by session, the readings that a matrix of levels cannot hold as they are."""
+def matrix_losses(readings: pl.DataFrame, not_heard: float) -> IntArray:
+    """Count the readings of fingerprints that a matrix of levels cannot hold as they are: unknown, hidden, several."""
+    levels = pl.col("rssi_dbm")
+    counts = readings.select(
+        unknown=levels.is_null().sum(),
+        hidden=(levels == not_heard).sum(),
+        several=pl.len() - pl.struct("scan_id", "bssid").n_unique(),
+    )
+    return np.array(counts.row(0), dtype=np.int64)
 
-    def __init__(self, not_heard: float) -> None:
-        self._not_heard = not_heard
-        self._counts = np.zeros(3, dtype=np.int64)
 
-    def add(self, readings: pl.DataFrame) -> None:
-        """Count among the readings of a session's fingerprints."""
-        levels = pl.col("rssi_dbm")
-        row = readings.select(
-            unknown=levels.is_null().sum(),
-            hidden=(levels == self._not_heard).sum(),
-            several=pl.len() - pl.struct("scan_id", "bssid").n_unique(),
-        ).row(0)
-        self._counts += np.array(row, dtype=np.int64)
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What was counted."""
-        hidden = f"readings of {self._not_heard:g} dBm look like not heard, which the format writes this way"
-        messages: tuple[tuple[FindingKind, str], ...] = (
-            ("unknown_levels_left_out", UNKNOWN_LEVELS),
-            ("levels_left_out", hidden),
-            (
-                "readings_averaged",
-                "readings are further ones of an access point in a fingerprint: their mean is written",
-            ),
-        )
-        return _counted(self._counts.tolist(), messages)
+def matrix_loss_findings(lost: IntArray, not_heard: float) -> tuple[Finding, ...]:
+    """Report the sums of :func:`matrix_losses` over all sessions."""
+    hidden = f"readings of {not_heard:g} dBm look like not heard, which the format writes this way"
+    messages: tuple[tuple[FindingKind, str], ...] = (
+        ("unknown_levels_left_out", UNKNOWN_LEVELS),
+        ("levels_left_out", hidden),
+        (
+            "readings_averaged",
+            "readings are further ones of an access point in a fingerprint: their mean is written",
+        ),
+    )
+    return _counted(lost.tolist(), messages)
 
 
 def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
@@ -322,23 +307,14 @@ def seconds_text(time_ns: pl.Expr) -> pl.Expr:
     return pl.when(rest == "").then(whole).otherwise(pl.concat_str([whole, rest], separator="."))
 
 
-@dataclass
-class CsvFile:
-    """Appends tables of the same columns; the first brings the header."""
-
-    file: BinaryIO
-    separator: str
-    null: str
-    _started: bool = field(default=False)
-
-    def add(self, table: pl.DataFrame) -> None:
-        """Append the rows of a table; one without rows still brings the header."""
-        table.write_csv(self.file, include_header=not self._started, separator=self.separator, null_value=self.null)
-        self._started = True
-
-
 @contextmanager
-def csv_file(folder: Folder, name: str, separator: str = ",", null: str = "") -> Iterator[CsvFile]:
-    """Open a new CSV file; ``null`` is written for what is not known."""
+def csv_file(
+    folder: Folder, name: str, separator: str = ",", null: str = ""
+) -> Iterator[Callable[[pl.DataFrame], None]]:
+    """Open a new CSV file and yield what appends a table to it; ``null`` is written for what is not known.
+
+    All tables have the same columns; the first brings the header, even without rows.
+    """
     with folder.writing(name) as file:
-        yield CsvFile(file, separator, null)
+        heads = chain((True,), repeat(False))
+        yield lambda table: table.write_csv(file, include_header=next(heads), separator=separator, null_value=null)

@@ -29,9 +29,12 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.not_heard import Filler, Judgement, filler_found, filler_of
 from vislam2tag.intake.readings import (
     SIGNAL_STRENGTH,
+    Filler,
+    Judgement,
+    filler_found,
+    filler_of,
     in_range,
     is_masked,
     is_sign_lost,

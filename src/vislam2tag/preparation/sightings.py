@@ -34,7 +34,7 @@ from vislam2tag.preparation.sheets.images import own_files, read_grey, reference
 from vislam2tag.preparation.sheets.page import TAG_FAMILY, SheetTag
 from vislam2tag.preparation.sheets.sheet_folder import image_widths
 from vislam2tag.sessions.apps import Pictures
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 
 TAG_FAMILIES = {
     "apriltag-16h5": cv2.aruco.DICT_APRILTAG_16H5,

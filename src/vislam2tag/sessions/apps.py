@@ -165,13 +165,8 @@ class Readings:
     rate: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Keyframe:
-    """One frame: ``time_ns``, ``matrix`` (3, 4) from the camera's frame to the ACS, ``lens_px`` (4,) fx, fy, cx, cy."""
-
-    time_ns: int
-    matrix: FloatArray
-    lens_px: FloatArray
+Keyframe = tuple[int, FloatArray, FloatArray]
+"""One frame: time, ns; matrix (3, 4) from the camera's frame to the ACS; fx, fy, cx, cy (4,) of the lens, pixels."""
 
 
 @dataclass(frozen=True)
@@ -286,25 +281,25 @@ def _keyframe_rows(keyframes: Keyframes, reading: SessionFiles) -> pl.DataFrame:
         odd = [number + 1 for number in range(len(files)) if number not in found]
         reading.findings.append(Finding.at_lines("malformed_lines", name, odd, message))
     rows = pl.DataFrame(
-        {"row": [number + 1 for number in found], "time_ns": [frame.time_ns for frame in found.values()]},
+        {"row": [number + 1 for number in found], "time_ns": [time_ns for time_ns, _, _ in found.values()]},
         schema={"row": pl.Int64, "time_ns": pl.Int64},
     )
-    matrices = np.array([frame.matrix for frame in found.values()]).reshape(-1, 3, 4)
+    matrices = np.array([matrix for _, matrix, _ in found.values()]).reshape(-1, 3, 4)
     return pose_rows(rows, poses_of_matrices(matrices)).sort("time_ns", maintain_order=True)
 
 
 def _pictures_of(keyframes: Keyframes, files: list[Path]) -> Pictures | None:
     """The frames that kept their picture."""
     found = keyframes.of(read_bytes(path) for path in files)
-    kept = {n: frame for n, frame in found.items() if is_file(keyframes.picture(files[n]))}
+    kept = [
+        (time_ns, lens_px, picture)
+        for number, (time_ns, _, lens_px) in found.items()
+        if is_file(picture := keyframes.picture(files[number]))
+    ]
     if not kept:
         return None
-    order = sorted(kept, key=lambda number: kept[number].time_ns)
-    return Pictures(
-        np.array([kept[n].time_ns for n in order]),
-        np.array([kept[n].lens_px for n in order]),
-        files=tuple(keyframes.picture(files[n]) for n in order),
-    )
+    times, lenses, pictures = zip(*sorted(kept, key=lambda one: one[0]), strict=True)
+    return Pictures(np.array(times), np.array(lenses), files=pictures)
 
 
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:

@@ -25,8 +25,7 @@ from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_tab
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tracker_tables import CAMERA_SCHEMA, LANDMARK_SCHEMA, camera_track, landmark_log
 from vislam2tag.site.landmark_file import landmarks_from, landmarks_in
-from vislam2tag.site.model import SessionKey
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import SessionKey, landmark_id
 from vislam2tag.site.site_table import SiteTable
 
 

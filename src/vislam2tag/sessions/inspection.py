@@ -13,11 +13,11 @@ from vislam2tag.common.judgement import NOT_RUN, Answer, Judgement, counted
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.sessions.id_findings import other_ids_findings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.readings import median_scan_interval_s
 from vislam2tag.sessions.registry import open_survey
+from vislam2tag.sessions.session_landmarks import other_ids_findings
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.corrections.file import Corrections, read_corrections
 from vislam2tag.site.landmark_states import LandmarkCounts

@@ -17,7 +17,6 @@ from vislam2tag.intake.poses import pose_findings
 from vislam2tag.sessions.companions import with_companions
 from vislam2tag.sessions.corrected import corrected_session, with_taps_corrected
 from vislam2tag.sessions.drawn_floor import drawn_area
-from vislam2tag.sessions.id_findings import shifted_ids_findings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import (
@@ -27,6 +26,7 @@ from vislam2tag.sessions.session_landmarks import (
     floors_told,
     landmarks_of_session,
     on_known_floors,
+    shifted_ids_findings,
     with_fewer_landmarks,
     with_told_floors,
 )
@@ -178,11 +178,11 @@ def prepared_from(task: SessionTask, read: Session) -> PreparedSession:
     session = _with_readings(session)
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids, floors_told(session))
     named = [entry.name for entry in entries.set_landmark_floor]
-    mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
-    session = with_fewer_landmarks(session, mine.landmarks.surveyed_ids)
-    session = _with_pose_findings(session, mine.landmarks)
-    landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
-    return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses, *tap_uses))
+    own, unused = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
+    session = with_fewer_landmarks(session, own.surveyed_ids)
+    session = _with_pose_findings(session, own)
+    landmarks = own if task.told is None else task.told.onto(own)
+    return PreparedSession(task, session, landmarks, unused, (*landmark_uses, *session_uses, *tap_uses))
 
 
 def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:

@@ -31,8 +31,7 @@ from vislam2tag.site.corrections.landmarks import unused_corrections, with_contr
 from vislam2tag.site.discover import landmarks_off_plan, read_site, session_folders, walks_twice, zip_of
 from vislam2tag.site.landmark_states import planned_findings
 from vislam2tag.site.links import is_from_outside
-from vislam2tag.site.model import SessionKey, SessionRef, Site, StoredFolder, Survey
-from vislam2tag.site.names import session_slugs
+from vislam2tag.site.model import SessionKey, SessionRef, Site, StoredFolder, Survey, session_slugs
 from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_drawings
 

@@ -12,7 +12,7 @@ from vislam2tag.core.limits import MAX_RECORDING_S, of_one_recording
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 
 POSE_COLUMNS = dict.fromkeys(("tx", "ty", "tz", "qx", "qy", "qz", "qw"), pl.Float64)
 """Position in metres and quaternion (x, y, z, w), both in the ACS."""

@@ -67,8 +67,7 @@ def read_site(
     missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
     """
     site, findings = _read_site(root, default_sigma_m, landmark_file)
-    shared = shared_site(root, site, findings, follow_links=follow_links)
-    return shared.site, shared.findings
+    return shared_site(root, site, findings, follow_links=follow_links)
 
 
 def _read_site(root: Path, default_sigma_m: float, landmark_file: Path | None) -> tuple[Site, tuple[Finding, ...]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +14,10 @@ from vislam2tag.common.files.plain_files import plain, read_json
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.site.georeference import Georeference, georeference_of
 from vislam2tag.site.landmark_file import read_control_points
-from vislam2tag.site.model import ControlPoints, Floor, SessionKey
-from vislam2tag.site.names import floor_number
+from vislam2tag.site.model import ControlPoints, Floor, SessionKey, floor_number
 from vislam2tag.site.plans.drawing import Bounds, extent_sides_m
 from vislam2tag.site.plans.load import plan_extent
-from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Use
+from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, PlanText, Use
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, FloorPart, read_site_file
 from vislam2tag.site.site_table import ROOMS, finite_or_none, is_file, read_site_table, site_finding, unreadable_file
 
@@ -108,15 +106,7 @@ _LONGEST = 40
 """Characters; what is longer explains something."""
 
 
-@dataclass(frozen=True)
-class RoomName:
-    """A name and where it stands, BCS metres."""
-
-    name: str
-    place_m: tuple[float, float]
-
-
-def read_room_names(root: Path, path: Path | None) -> tuple[list[RoomName], list[Finding]]:
+def read_room_names(root: Path, path: Path | None) -> tuple[list[PlanText], list[Finding]]:
     """Read a floor's table of rooms: name, x, y; nothing where there is none, findings where it is wrong."""
     if path is None:
         return [], []
@@ -134,7 +124,7 @@ def read_room_names(root: Path, path: Path | None) -> tuple[list[RoomName], list
         except ValueError:
             x = y = None
         if fields[0] and x is not None and y is not None:
-            found.append(RoomName(fields[0], (x, y)))
+            found.append(PlanText(fields[0], (x, y)))
         else:
             wrong.append(line)
     message = "these rows have no name, or no x and y in metres; they are left out: correct them"
@@ -142,15 +132,15 @@ def read_room_names(root: Path, path: Path | None) -> tuple[list[RoomName], list
     return found, [*table.findings, *malformed]
 
 
-def names_on_plan(plan: FloorPlan) -> list[RoomName]:
+def names_on_plan(plan: FloorPlan) -> list[PlanText]:
     """Names of rooms on a plan: of its polygons, then texts, those with a number first, as rooms have."""
     polygons = [
-        RoomName(each.name, _inner_point(each)) for each in plan.polygons if each.name and each.use is Use.WALKABLE
+        PlanText(each.name, _inner_point(each)) for each in plan.polygons if each.name and each.use is Use.WALKABLE
     ]
     texts = [
-        RoomName(text, one.place_m) for one in plan.texts if (text := " ".join(one.text.split())) and _is_name(text)
+        PlanText(text, one.place_m) for one in plan.texts if (text := " ".join(one.text.split())) and _is_name(text)
     ]
-    return polygons + sorted(texts, key=lambda one: _NUMBER.search(one.name) is None)
+    return polygons + sorted(texts, key=lambda one: _NUMBER.search(one.text) is None)
 
 
 def _inner_point(polygon: PlanPolygon) -> tuple[float, float]:

@@ -19,8 +19,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.site.model import Floor, Site
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import Floor, Site, landmark_id
 from vislam2tag.site.plans.drawing import affine
 from vislam2tag.site.plans.source import GREATEST_M
 from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, finite_or_none, readable_table

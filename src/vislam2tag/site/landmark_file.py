@@ -27,8 +27,7 @@ from vislam2tag.site.landmark_states import (
     proposals_in,
     read_states,
 )
-from vislam2tag.site.model import ControlPoints
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import ControlPoints, landmark_id
 from vislam2tag.site.site_table import (
     CONTROL_POINTS,
     LANDMARKS,

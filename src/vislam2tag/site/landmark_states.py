@@ -24,7 +24,7 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.intake.ids import NamedIds, compare_ids
 from vislam2tag.site.frame_change import FrameChange
 from vislam2tag.site.links import write_in_survey
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import (
     LineCounts,
     SiteTable,

@@ -211,22 +211,16 @@ def left_out_of(findings: Iterable[Finding]) -> list[Finding]:
     return [finding for finding in findings if finding.kind == "from_outside"]
 
 
-@dataclass(frozen=True)
-class Shared:
-    """What of a survey's own files may be shown to others."""
-
-    site: Site
-    findings: tuple[Finding, ...]
-    """Without those about files from outside, and one that names what was left out."""
-
-
-def shared_site(root: Path, site: Site, findings: Sequence[Finding], *, follow_links: bool = False) -> Shared:
+def shared_site(
+    root: Path, site: Site, findings: Sequence[Finding], *, follow_links: bool = False
+) -> tuple[Site, tuple[Finding, ...]]:
     """Leave out what comes from outside the survey's folder: plans, masks, rooms, landmarks and control points.
 
-    Where the file that describes all floors comes from outside, their names and georeferences are left out.
+    The findings are those that are not about files from outside, and one that names what was left out. Where the
+    file that describes all floors comes from outside, their names and georeferences are left out.
     """
     if follow_links or outline_of(root) is not None:
-        return Shared(site, tuple(findings))
+        return site, tuple(findings)
     links = _OutsideLinks(root)
     unnamed = _described_from_outside(root, links)
     marks = site.landmarks
@@ -239,7 +233,7 @@ def shared_site(root: Path, site: Site, findings: Sequence[Finding], *, follow_l
     kept = [finding for finding in findings if not (finding.file and links.lead_to(finding.file))]
     if left_out:
         kept.append(left_out_files(left_out))
-    return Shared(replace(site, floors=tuple(floors), landmarks=landmarks), tuple(kept))
+    return replace(site, floors=tuple(floors), landmarks=landmarks), tuple(kept)
 
 
 def is_described_from_outside(root: Path) -> bool:
@@ -253,8 +247,8 @@ def _described_from_outside(root: Path, links: _OutsideLinks) -> bool:
 
 def shared_survey(survey: Survey, *, follow_links: bool = False) -> Survey:
     """The survey as :func:`shared_site` leaves it; its sessions stay."""
-    shared = shared_site(survey.root, survey.site, survey.findings, follow_links=follow_links)
-    return replace(survey, site=shared.site, findings=shared.findings)
+    site, findings = shared_site(survey.root, survey.site, survey.findings, follow_links=follow_links)
+    return replace(survey, site=site, findings=findings)
 
 
 class _OutsideLinks:

@@ -19,7 +19,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.site.georeference import Georeference, georeference_in_grid
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.plans.source import GREATEST_M, PlanSource
 from vislam2tag.site.site_table import FLOORS, LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
 

@@ -18,7 +18,7 @@ from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
 from vislam2tag.preparation.registration.record import Registration, RegistrationSettings
-from vislam2tag.site.names import portable_name
+from vislam2tag.site.model import portable_name
 from vislam2tag.site.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
 from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.site.site_file import FloorPart, has_site_file, read_site_file

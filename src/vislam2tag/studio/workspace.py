@@ -33,8 +33,7 @@ from vislam2tag.site.links import (
     outside_link,
     shared_site,
 )
-from vislam2tag.site.model import Floor, SessionKey, SessionRef, Site, Survey
-from vislam2tag.site.names import session_slugs
+from vislam2tag.site.model import Floor, SessionKey, SessionRef, Site, Survey, session_slugs
 from vislam2tag.studio.messages import Versions
 from vislam2tag.studio.outputs import BEFORE, LABELS, Output, Track
 
@@ -147,8 +146,8 @@ class Workspace:
 
     def _shared(self, files: SurveyFiles) -> SurveyFiles:
         """What of a survey may be shown to others; notes what is left out."""
-        site = shared_site(self.root, files.site, files.findings)
-        odd_folders = shared_site(self.root, files.site, files.odd_folders).findings
+        site, findings = shared_site(self.root, files.site, files.findings)
+        _, odd_folders = shared_site(self.root, files.site, files.odd_folders)
         kept = tuple(found for found in files.sessions if not found.from_outside)
         ids = session_slugs([found.key for found in files.sessions])
         gone = [id for id, found in zip(ids, files.sessions, strict=True) if found.from_outside]
@@ -160,12 +159,12 @@ class Workspace:
             )
         named = [left_out_sessions(gone, named=True)] if gone else []
         counted = [left_out_sessions(gone, named=False)] if gone else []
-        self.left_out = (*named, *left_out_of(site.findings))
+        self.left_out = (*named, *left_out_of(findings))
         return SurveyFiles(
             files.root,
-            site.site,
+            site,
             kept,
-            (*site.findings, *counted),
+            (*findings, *counted),
             tuple(finding for finding in odd_folders if finding.kind != "from_outside"),
         )
 

@@ -22,7 +22,7 @@ from vislam2tag.datasets.format_registry import ImportContext, import_format_of
 from vislam2tag.datasets.formats.ilc20 import find_sites, read
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.sessions.formats.ilc20 import parse_trace
-from vislam2tag.site.names import floor_number
+from vislam2tag.site.model import floor_number
 
 T = 1574149352000
 

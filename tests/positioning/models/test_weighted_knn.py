@@ -13,7 +13,7 @@ from tests.positioning.test_radio_scans import scans_from
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.datasets.format_registry import ImportContext
-from vislam2tag.datasets.formats.tampere import TABLES
+from vislam2tag.datasets.formats.published_sets import TAMPERE
 from vislam2tag.datasets.point_fingerprints import OFFICIAL
 from vislam2tag.positioning.learning_data import learning_data
 from vislam2tag.positioning.metrics import score
@@ -136,7 +136,7 @@ def test_wrong_parameters_are_told(parameters: dict[str, object], message: str) 
 
 def test_the_public_set_gives_its_known_figures(tmp_path: Path) -> None:
     """../shared/algorithms.md, section 4: the nearest neighbour's mean error and floor hit on the official split."""
-    dataset = TABLES.read(shared_folder("tampere"), ImportContext(Folder.at(tmp_path)))
+    dataset = TAMPERE.read(shared_folder("tampere"), ImportContext(Folder.at(tmp_path)))
     split = dataset.splits[OFFICIAL]
     train, test = learning_data(dataset).train_test(split, split.info.folds[0])
     model = model_named("weighted-knn", k=1, distance="euclidean", representation="positive")

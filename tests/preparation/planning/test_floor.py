@@ -118,16 +118,14 @@ def test_a_spacing_that_cannot_be_met_is_told_with_its_place() -> None:
 
 
 def test_one_landmark_more_gains_what_is_told(design: FloorDesign) -> None:
-    (further,) = design.further
-    assert further.gain_m > 0
+    ((place, gain_m),) = design.further
+    assert gain_m > 0
     paths = typical_walks(ring()[1])
     before = mean_error_m(expected_on_walks(paths, design.landmarks, SETTINGS.survey_sigma_m))
-    foot = design.stations.point[design.places.station[further.place]]
-    more = design.landmarks.with_one(
-        design.places.position[further.place], foot, float(design.places.pass_m[further.place])
-    )
+    foot = design.stations.point[design.places.station[place]]
+    more = design.landmarks.with_one(design.places.position[place], foot, float(design.places.pass_m[place]))
     after = mean_error_m(expected_on_walks(paths, more, SETTINGS.survey_sigma_m))
-    assert before - after == pytest.approx(further.gain_m)
+    assert before - after == pytest.approx(gain_m)
     none = np.zeros(len(design.places.station), dtype=np.bool_)
     assert further_landmarks(paths, design.landmarks, design.places, design.stations, none, 2, 0.02) == []
 
@@ -192,7 +190,7 @@ def test_no_two_landmarks_hang_at_one_station(changed: ChangedPlan) -> None:
 def test_one_landmark_less_leaves_a_longer_way_and_one_more_a_smaller_error(changed: ChangedPlan) -> None:
     design = changed.design
     assert changed.expectation(design.place[1:]).longest_m > design.longest_m
-    assert changed.further(design.place, 1) == [design.further[0].place]
+    assert changed.further(design.place, 1) == [design.further[0][0]]
 
 
 CAMERA = CameraSettings()

@@ -13,7 +13,7 @@ from tests.cli.three_plans import HEIGHT_M, WIDTH_M, room_names, walls
 from tests.site.walkable.hand_made import rectangles
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths, points_along
-from vislam2tag.site.floors import RoomName, names_on_plan
+from vislam2tag.site.floors import names_on_plan
 from vislam2tag.site.plans.source import FloorPlan, PlanText
 from vislam2tag.site.walkable.graph import corridor_graph
 from vislam2tag.site.walkable.space import walkable_space
@@ -70,7 +70,7 @@ def test_rooms_are_called_by_the_text_that_stands_in_them() -> None:
 def test_a_name_on_a_wall_is_that_of_the_room_beside_it_and_the_first_one_counts() -> None:
     bare = office().with_names([])
     areas = Areas(bare.space, bare.number, bare.is_room, bare.middle_m, bare.area_m2, ("",) * len(bare.area_m2))
-    beside, later, far = RoomName("Lab", (4.0, -0.5)), RoomName("later", (4.0, 2.0)), RoomName("far", (90.0, 0.0))
+    beside, later, far = PlanText("Lab", (4.0, -0.5)), PlanText("later", (4.0, 2.0)), PlanText("far", (90.0, 0.0))
     named = areas.with_names([beside, later, far])
     assert named.of_place((4.0, 2.0)) == "room Lab"
     assert sum(map(bool, named.names)) == 1

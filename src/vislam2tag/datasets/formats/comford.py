@@ -27,6 +27,7 @@ from vislam2tag.datasets.writing import (
     SET,
     UNKNOWN_LEVELS,
     csv_file,
+    in_neither_part,
     labelled_by_session,
     labelled_fingerprints,
     seconds_text,
@@ -192,24 +193,24 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
 
     Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
     """
-    parts = train_test_assignment(dataset, context)
+    parts, chosen = train_test_assignment(dataset, context)
     fingerprints, findings = labelled_fingerprints(dataset, uncertain=False)
-    sets = parts.part.select("scan_id", set=pl.col("part").replace_strict(SETS))
+    sets = parts.select("scan_id", set=pl.col("part").replace_strict(SETS))
     extra = sets.lazy().join(with_unix_time(dataset), on="scan_id", how="full", coalesce=True).collect()
     unknown_levels = 0
     with ExitStack() as stack:
         samples, rssi, aps = (
             stack.enter_context(csv_file(folder, f"{FOLDER}/{name}", separator=";", null=UNKNOWN)) for name in FILES
         )
-        aps.add(_transmitter_rows(dataset.access_points.collect()))
+        aps(_transmitter_rows(dataset.access_points.collect()))
         for tables in labelled_by_session(dataset, fingerprints, context.progress):
-            samples.add(_sample_rows(tables.fingerprints, extra))
-            rssi.add(_reading_rows(tables.readings))
+            samples(_sample_rows(tables.fingerprints, extra))
+            rssi(_reading_rows(tables.readings))
             unknown_levels += tables.readings["rssi_dbm"].null_count()
     return (
         *findings,
-        *parts.findings,
-        *parts.neither(fingerprints),
+        *chosen,
+        *in_neither_part(fingerprints, parts),
         *finding_if(unknown_levels, "unknown_levels_left_out", UNKNOWN_LEVELS),
     )
 

@@ -24,7 +24,7 @@ from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Floor
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.sessions.formats.getsensordata import LoggedTaps, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.site.georeference import Georeference, from_wgs84
-from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.model import unique_slugs
 
 ORIGIN_STEP_DEG = 1e-4
 """Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""

@@ -54,8 +54,7 @@ from vislam2tag.sessions.registry import at_hand, format_of, open_survey
 from vislam2tag.site.corrections.file import session_start
 from vislam2tag.site.discover import read_site, session_folders
 from vislam2tag.site.links import left_out_files, outside_link
-from vislam2tag.site.model import SessionKey, SessionRef
-from vislam2tag.site.names import session_slugs
+from vislam2tag.site.model import SessionKey, SessionRef, session_slugs
 from vislam2tag.site.plans.load import plan_file
 
 TECHNOLOGY = "wifi"

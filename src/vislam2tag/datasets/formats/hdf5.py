@@ -31,10 +31,11 @@ from vislam2tag.datasets.writing import (
     ONE_SPLIT,
     SET,
     SPLITS,
-    MatrixLosses,
     labelled_by_session,
     labelled_fingerprints,
     matrices,
+    matrix_loss_findings,
+    matrix_losses,
 )
 
 if TYPE_CHECKING:
@@ -383,13 +384,13 @@ def _technology(
     write_texts(group, "access_points/bssid", transmitters["bssid"])
     write_texts(group, "access_points/ssid", transmitters["ssid"].fill_null(""))
     group["access_points/frequency_mhz"] = transmitters["frequency_mhz"].to_numpy()
-    losses = MatrixLosses(NOT_HEARD_DBM)
+    lost = np.zeros(3, dtype=np.int64)
     for tables in labelled_by_session(dataset, fingerprints, context.progress):
-        losses.add(tables.readings)
+        lost += matrix_losses(tables.readings, NOT_HEARD_DBM)
         for rows, matrix in matrices(tables, transmitters["bssid"], NOT_HEARD_DBM):
             filling.add(rows.with_columns(pl.Series(_LEVELS, matrix, dtype=pl.Array(pl.Float32, matrix.shape[1]))))
     write_splits(group, dataset.splits, ids)
-    return losses.findings
+    return matrix_loss_findings(lost, NOT_HEARD_DBM)
 
 
 WRITES = ExportFormat("hdf5", HOLDS, write=write)

@@ -27,7 +27,7 @@ from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M,
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.sessions.formats.ilc20 import parse_trace
-from vislam2tag.site.names import floor_number, unique_slugs
+from vislam2tag.site.model import floor_number, unique_slugs
 
 TRACES = "path_data_files"
 INFO = "floor_info.json"

@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -154,11 +153,8 @@ def _of_readings(session: LabelledSession, private: PrivateLabels) -> Iterator[M
             yield f"/labels/{name}", _READING, time_ns, text.encode()
 
 
-@dataclass(frozen=True)
-class _Plan:
-    floor: FloorRecord
-    image: tuple[str, bytes] | None
-    """Its format by Foxglove's word, and its file."""
+_Plan = tuple[FloorRecord, tuple[str, bytes] | None]
+"""A floor and the image of its plan: its format by Foxglove's word, and its file."""
 
 
 def _plans(context: ExportContext, floors: tuple[FloorRecord, ...]) -> tuple[list[_Plan], list[Finding]]:
@@ -173,22 +169,23 @@ def _plans(context: ExportContext, floors: tuple[FloorRecord, ...]) -> tuple[lis
     for floor in floors:
         file = files.get(floor.number)
         kind = None if file is None else _IMAGES.get(file.suffix.lower())
-        plans.append(_Plan(floor, (kind, read_bytes(file)) if file is not None and kind is not None else None))
+        plans.append((floor, (kind, read_bytes(file)) if file is not None and kind is not None else None))
     return plans, left_out
 
 
 def _of_plans(plans: list[_Plan], time_ns: int) -> Iterator[Message]:
     """Outline of each floor whose extent is known, as a scene, and the image of its plan."""
     stamp = _stamp(time_ns)
-    for plan in plans:
-        floor, frame = plan.floor, _frame(plan.floor.number)
+    for floor, image in plans:
+        frame = _frame(floor.number)
         if floor.width_m is not None and floor.height_m is not None:
             scene = {"deletions": [], "entities": [_outline(floor, stamp, frame)]}
             yield _message(f"/plan/{frame}", "foxglove.SceneUpdate", time_ns, scene)
-        if plan.image is not None:
-            image = {"timestamp": stamp, "frame_id": frame, "format": plan.image[0]}
-            data = base64.b64encode(plan.image[1]).decode()
-            yield _message(f"/plan_image/{frame}", "foxglove.CompressedImage", time_ns, image | {"data": data})
+        if image is not None:
+            kind, content = image
+            data = base64.b64encode(content).decode()
+            picture = {"timestamp": stamp, "frame_id": frame, "format": kind, "data": data}
+            yield _message(f"/plan_image/{frame}", "foxglove.CompressedImage", time_ns, picture)
 
 
 def _outline(floor: FloorRecord, stamp: dict[str, int], frame: str) -> dict[str, object]:

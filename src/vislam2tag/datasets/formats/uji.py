@@ -7,7 +7,7 @@ ours tell by name. Written piece by piece.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,12 +29,13 @@ from vislam2tag.datasets.point_fingerprints import PointFingerprints
 from vislam2tag.datasets.writing import (
     ONE_SPLIT,
     SET,
-    CsvFile,
-    MatrixLosses,
     csv_file,
+    in_neither_part,
     labelled_by_session,
     labelled_fingerprints,
     matrices,
+    matrix_loss_findings,
+    matrix_losses,
     train_test_assignment,
     with_unix_time,
 )
@@ -186,7 +187,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     The wide matrix is made piece by piece. Raises DatasetError where no Wi-Fi fingerprint has a position, UsageError
     for a split that is not there.
     """
-    parts = train_test_assignment(dataset, context)
+    parts, chosen = train_test_assignment(dataset, context)
     fingerprints, findings = labelled_fingerprints(dataset, TECHNOLOGY, uncertain=False)
     transmitters = (
         dataset.access_points.filter(pl.col("technology") == TECHNOLOGY)
@@ -198,16 +199,17 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     write_csv(escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
     numbers = {name: _write_numbers(folder, name, fingerprints, context.escape_formulas) for name in NUMBERINGS}
     whole = _all_whole(dataset)
-    extra = parts.part.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
-    losses = MatrixLosses(NOT_HEARD)
+    extra = parts.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
+    lost = np.zeros(3, dtype=np.int64)
     with ExitStack() as stack:
-        there = fingerprints.join(parts.part.lazy(), on="scan_id").select(pl.col("part").unique()).collect()["part"]
+        there = fingerprints.join(parts.lazy(), on="scan_id").select(pl.col("part").unique()).collect()["part"]
         files = {part: stack.enter_context(csv_file(folder, name)) for part, name in FILES.items() if part in there}
         for tables in labelled_by_session(dataset, fingerprints, context.progress):
-            losses.add(tables.readings)
+            lost += matrix_losses(tables.readings, NOT_HEARD)
             for rows, levels in matrices(tables, transmitters["bssid"], NOT_HEARD):
                 _add(files, _with_numbers(rows, extra, numbers), _cells(levels, columns, whole=whole))
-    return (*findings, *parts.findings, *parts.neither(fingerprints), *losses.findings)
+    losses = matrix_loss_findings(lost, NOT_HEARD)
+    return (*findings, *chosen, *in_neither_part(fingerprints, parts), *losses)
 
 
 def wap_columns(count: int) -> list[str]:
@@ -255,10 +257,10 @@ def _with_numbers(rows: pl.DataFrame, extra: pl.DataFrame, numbers: Mapping[str,
     )
 
 
-def _add(files: Mapping[str, CsvFile], rows: pl.DataFrame, cells: pl.DataFrame) -> None:
+def _add(files: Mapping[str, Callable[[pl.DataFrame], None]], rows: pl.DataFrame, cells: pl.DataFrame) -> None:
     table = pl.concat([cells, rows], how="horizontal")
-    for part, file in files.items():
-        file.add(table.filter(pl.col("part") == part).drop("part"))
+    for part, add in files.items():
+        add(table.filter(pl.col("part") == part).drop("part"))
 
 
 register(

@@ -40,7 +40,7 @@ from vislam2tag.pipeline.labels.walked_floors import walked_floors
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_sessions
-from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.model import unique_slugs
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.walked import WalkedFloor
 

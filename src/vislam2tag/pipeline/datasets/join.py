@@ -53,17 +53,17 @@ def join(
     """
     base, later, out = Path(base), Path(later), Path(out)
     first, second = (open_dataset_to_share(folder, follow_links=follow_links) for folder in (base, later))
-    joined = join_datasets(first, second)
-    both = sorted(_technologies(first) & _technologies(joined.news))
-    changes = [survey_changes(first, joined.news, technology, cell_m) for technology in both]
+    joined, news = join_datasets(first, second)
+    both = sorted(_technologies(first) & _technologies(news))
+    changes = [survey_changes(first, news, technology, cell_m) for technology in both]
     record = survey_record(first.info.name, second.info.name, changes)
     with dataset_folder(out, "join", replace) as folder:
-        folder.add_tables(joined.dataset.tables)
-        folder.add_splits(joined.dataset.splits)
-        folder.add_files(joined.dataset.files)
+        folder.add_tables(joined.tables)
+        folder.add_splits(joined.splits)
+        folder.add_files(joined.files)
         write_changes(folder.out.folder(CHANGES), record, changes)
-        _draw(joined.dataset, changes, folder.out.folder(CHANGES))
-        finish_dataset(folder, _info(joined.dataset.info, record))
+        _draw(joined, changes, folder.out.folder(CHANGES))
+        finish_dataset(folder, _info(joined.info, record))
     return record
 
 

@@ -25,7 +25,7 @@ from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.radio_maps import FloorMaps, RadioMap, radio_maps
 from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.site.georeference import Georeference
-from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.model import unique_slugs
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.radio_map_page import MapFloor, access_point_map, contact_sheet, write_radio_map_page
 

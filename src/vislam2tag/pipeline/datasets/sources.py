@@ -41,7 +41,7 @@ from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 from vislam2tag.sessions.registry import slugs_from_outside
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_of
-from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.model import unique_slugs
 from vislam2tag.site.plans.load import plan_file
 from vislam2tag.site.walkable.walked import RADIUS_M
 

@@ -29,8 +29,7 @@ from vislam2tag.sessions.companions import OtherRecording, read_recording
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import UNKNOWN_FORMAT, format_in_zip, format_of, read_session
 from vislam2tag.site.discover import zip_of
-from vislam2tag.site.model import SessionKey, SessionRef
-from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.model import SessionKey, SessionRef, unique_slugs
 
 LEVER_ARM_M = 0.3
 """Two devices that one person carries are about so far apart."""

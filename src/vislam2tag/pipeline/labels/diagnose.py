@@ -45,11 +45,10 @@ from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_pla
 from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.quality.self_check import expected_error_m
 from vislam2tag.quality.self_check_record import DoubtfulFix
-from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session, read_corrected
 from vislam2tag.sessions.registry import true_keys
-from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes, floors_told
+from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes, floors_told, walk_id_shift
 from vislam2tag.site.corrections.edits import with_entries
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.discover import session_folders

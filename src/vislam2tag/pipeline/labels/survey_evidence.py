@@ -20,8 +20,8 @@ from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.labeling.results import PassesRecord
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.sessions.id_findings import walk_id_shift
 from vislam2tag.sessions.prepared import PreparedSession
+from vislam2tag.sessions.session_landmarks import walk_id_shift
 from vislam2tag.site.model import SessionKey, SessionRef, Site, Survey
 
 if TYPE_CHECKING:

@@ -11,8 +11,9 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.site.floors import RoomName, names_on_plan, read_room_names
+from vislam2tag.site.floors import names_on_plan, read_room_names
 from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.plans.source import PlanText
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.walked import (
@@ -79,7 +80,7 @@ def _floor_walked(root: Path, floor: Floor, walks: list[WalkPlaces], settings: W
     return FloorWalked(record.model_copy(update={"findings": findings}), space)
 
 
-def floor_areas(floor: Floor, names: Sequence[RoomName], settings: WalkableSettings | None = None) -> Areas:
+def floor_areas(floor: Floor, names: Sequence[PlanText], settings: WalkableSettings | None = None) -> Areas:
     """Rooms and corridors of a floor's plan, called by these names, else as the plan calls them.
 
     Raises SurveyError where there is no plan that can be walked, ModuleNotFoundError where an extra lacks.

@@ -59,7 +59,7 @@ from vislam2tag.positioning.benchmark_tables import (
 )
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.registry import model_modules
-from vislam2tag.site.names import unique_slugs
+from vislam2tag.site.model import unique_slugs
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.positioning_figures import (
     ErrorFloor,

@@ -18,8 +18,7 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.floors import INFO_FILE, OUTLINES
 from vislam2tag.site.links import survey_output, write_in_survey
-from vislam2tag.site.model import ControlPoints, Floor
-from vislam2tag.site.names import floor_number
+from vislam2tag.site.model import ControlPoints, Floor, floor_number
 from vislam2tag.site.plans.drawing import NO_SCALE, Bounds
 from vislam2tag.site.plans.load import PlanLook, floor_plan, look_at_plan, plan_called
 from vislam2tag.site.plans.source import Extent, PlanSource

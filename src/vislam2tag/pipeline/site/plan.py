@@ -97,7 +97,7 @@ def write_plans(
     """
     site_folder, out = Path(site_folder), Path(out)
     site, findings = read_site(site_folder, follow_links=True)
-    shown = shared_site(site_folder, site, findings, follow_links=request.follow_links).site
+    shown, _ = shared_site(site_folder, site, findings, follow_links=request.follow_links)
     refuse_unknown_floors(site, request.floors)
     floors = [floor for floor in site.floors if not request.floors or floor.number in request.floors]
     for floor in () if request.follow_links else floors:

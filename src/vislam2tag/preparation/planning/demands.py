@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
@@ -152,16 +152,6 @@ class Demands:
     gaps: tuple[Gap, ...]
 
 
-@dataclass(frozen=True)
-class Window:
-    """A stretch of a walk: the stations on it in order, its length, where it starts and ends."""
-
-    stations: tuple[int, ...]
-    length_m: float
-    start: tuple[float, float]
-    stop: tuple[float, float]
-
-
 class CorridorWalks:
     """Walks along the corridors past those stations that ``usable`` (s,) marks."""
 
@@ -191,12 +181,13 @@ class CorridorWalks:
 
     def windows(
         self, half: int, offset_m: float, spacing_m: float, most: int, chosen: BoolArray | None = None
-    ) -> list[Window]:
+    ) -> list[tuple[tuple[int, ...], Gap]]:
         """Follow all walks from a place for ``spacing_m``; without any station on it a walk is followed to the first.
 
+        Returns the stations on each in order, and the stretch as the gap that it is if it is too long.
         With ``chosen`` (s,) only walks that pass none of those. A walk into an open area ends there without a window.
         """
-        found: list[Window] = []
+        found: list[tuple[tuple[int, ...], Gap]] = []
         begin = max(offset_m, 0.0)
         todo: list[tuple[int, float, float, tuple[int, ...]]] = [(half, offset_m, -begin, ())]
         while todo and len(found) < most:
@@ -206,7 +197,7 @@ class CorridorWalks:
                 continue
             passed, end_m, done = step
             if done:
-                found.append(Window(passed, end_m, self._at(half, begin), self._at(here, end_m - gone)))
+                found.append((passed, Gap("spacing", self._at(half, begin), self._at(here, end_m - gone), end_m)))
                 continue
             gone += float(self.corridors.length_m[here // 2])
             if not self.corridors.is_open[self.corridors.stop(here)]:
@@ -251,12 +242,12 @@ def demands_of(
     rows: set[StationSet] = set()
     gaps: dict[tuple[tuple[float, float], ...], Gap] = {}
     for half, offset in walks.starts():
-        for window in walks.windows(half, offset, spacing_m, MOST_WINDOWS):
-            if window.length_m > spacing_m + SLACK_M:
-                where = (min(window.start, window.stop), max(window.start, window.stop))
-                gaps[where] = Gap("spacing", window.start, window.stop, round(window.length_m, 2))
-            if window.stations:
-                rows.add(frozenset(window.stations))
+        for passed, gap in walks.windows(half, offset, spacing_m, MOST_WINDOWS):
+            if gap.length_m > spacing_m + SLACK_M:
+                where = (min(gap.start, gap.stop), max(gap.start, gap.stop))
+                gaps[where] = replace(gap, length_m=round(gap.length_m, 2))
+            if passed:
+                rows.add(frozenset(passed))
     turns, turn_gaps = turn_rows(corridors, stations, usable, short_m)
     halls, hall_gaps = open_area_rows(corridors, stations, usable, spacing_m / 2)
     ordered = without_supersets([*turns, *halls, *sorted(rows, key=sorted)])
@@ -374,7 +365,7 @@ def broken_spacing(
     walks = CorridorWalks(corridors, stations, usable)
     found: set[StationSet] = set()
     for half, offset in walks.starts_after(chosen):
-        for window in walks.windows(half, offset, spacing_m, most, chosen):
-            if window.stations:
-                found.add(frozenset(window.stations))
+        for passed, _ in walks.windows(half, offset, spacing_m, most, chosen):
+            if passed:
+                found.add(frozenset(passed))
     return found

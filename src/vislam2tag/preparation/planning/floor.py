@@ -31,7 +31,6 @@ from vislam2tag.preparation.planning.prediction import (
 )
 from vislam2tag.preparation.planning.refine import (
     DistanceClass,
-    FurtherPlace,
     SigmaMap,
     choose_walls,
     distance_classes,
@@ -90,7 +89,8 @@ class FloorDesign:
     expected: tuple[ExpectedLabels, ...]
     sigma: SigmaMap
     classes: tuple[DistanceClass, ...]
-    further: tuple[FurtherPlace, ...]
+    further: tuple[tuple[int, float], ...]
+    """As :func:`further_landmarks` proposes them."""
     tour: Tour
 
     @property
@@ -362,7 +362,7 @@ class ChangedPlan:
             count,
             self._settings.survey_sigma_m,
         )
-        return [one.place for one in found]
+        return [place for place, _ in found]
 
     def designed(self, place: IntArray) -> FloorDesign:
         """The whole plan with landmarks at places (m,)."""

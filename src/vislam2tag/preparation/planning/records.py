@@ -163,11 +163,11 @@ def _further(design: FloorDesign) -> tuple[FurtherLandmark, ...]:
     """The landmarks that would help most beside those of the plan."""
     return tuple(
         FurtherLandmark(
-            x_m=_metres(design.places.position[one.place, 0]),
-            y_m=_metres(design.places.position[one.place, 1]),
-            gain_m=_metres(one.gain_m, 4),
+            x_m=_metres(design.places.position[place, 0]),
+            y_m=_metres(design.places.position[place, 1]),
+            gain_m=_metres(gain_m, 4),
         )
-        for one in design.further
+        for place, gain_m in design.further
     )
 
 

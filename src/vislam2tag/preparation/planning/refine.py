@@ -169,14 +169,6 @@ MOST_WALKS = 12
 """Gains are looked for on so many walks, spread evenly over all."""
 
 
-@dataclass(frozen=True)
-class FurtherPlace:
-    """One more landmark: the ``place``, and by how much the mean error to expect falls with it and those before it."""
-
-    place: int
-    gain_m: float
-
-
 def further_landmarks(
     paths: Sequence[FloatArray],
     sheets: PassedLandmarks,
@@ -185,9 +177,12 @@ def further_landmarks(
     free: BoolArray,
     count: int,
     survey_sigma_m: float,
-) -> list[FurtherPlace]:
-    """Propose ``count`` more landmarks at ``free`` (p,) places, the best first; each gain is solved for anew."""
-    found: list[FurtherPlace] = []
+) -> list[tuple[int, float]]:
+    """Propose ``count`` more landmarks at ``free`` (p,) places, the best first.
+
+    With each place comes by how much, metres, the mean error to expect falls with it and those before it.
+    """
+    found: list[tuple[int, float]] = []
     errors = [_errors_m(path, sheets, survey_sigma_m) for path in paths]
     promised = _first_order_gains(paths, sheets, survey_sigma_m)
     feet = stations.point[places.station]
@@ -203,7 +198,7 @@ def further_landmarks(
             _errors_m(path, sheets, survey_sigma_m) if passes_near(path, feet[best]) else error
             for path, error in zip(paths, errors, strict=True)
         ]
-        found.append(FurtherPlace(best, _mean(errors) - _mean(after)))
+        found.append((best, _mean(errors) - _mean(after)))
         errors = after
         value[np.linalg.norm(feet - feet[best], axis=1) < APART_M] = 0.0
     return found

@@ -11,7 +11,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.intake.ids import IdComparison, NamedIds, compare_ids
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 
 PlaceByPoint = Mapping[str, complex]
 """Where points are by name, x + iy, metres."""

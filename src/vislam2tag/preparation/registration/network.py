@@ -73,14 +73,6 @@ class Shot(Measurement):
 
 
 @dataclass(frozen=True)
-class DistanceScale:
-    """How much longer distances are in the building than the stations have them: 1, and its standard deviation."""
-
-    value: float
-    sigma: float
-
-
-@dataclass(frozen=True)
 class PlaneFit:
     """The adjusted network; rows 2i and 2i + 1 of ``adjusted`` are x and y of measurement i, shots first."""
 
@@ -91,7 +83,8 @@ class PlaneFit:
     places: Mapping[str, complex]
     """Every point's adjusted place in the building, metres."""
     adjusted: Adjusted
-    scale: DistanceScale | None
+    scale: tuple[float, float] | None
+    """How much longer distances are in the building than the stations have them, and its standard deviation."""
     """None where it was held at 1."""
     _first_point: int
 
@@ -247,7 +240,7 @@ class _State:
             maps=maps,
             places={name: complex(place) for name, place in zip(self.points, self.place, strict=True)},
             adjusted=adjusted,
-            scale=DistanceScale(self.scale, float(np.sqrt(variance))) if free_scale else None,
+            scale=(self.scale, float(np.sqrt(variance))) if free_scale else None,
             _first_point=first,
         )
 

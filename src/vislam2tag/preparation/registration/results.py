@@ -17,7 +17,6 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.registration.least_squares import SingularError
 from vislam2tag.preparation.registration.names import Role, role_of
 from vislam2tag.preparation.registration.network import (
-    DistanceScale,
     HeightFit,
     KnownPoint,
     PlaneFit,
@@ -35,7 +34,7 @@ from vislam2tag.preparation.registration.tape_and_clicks import Click
 from vislam2tag.preparation.registration.trilateration import TapedLandmark, TapeResult
 from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
 from vislam2tag.site.landmark_states import LandmarkState, StateRow, read_states
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, SiteTable, finite_or_none, read_site_table
 
 LEAST_SIGMA_M = 0.002
@@ -156,7 +155,7 @@ def _rounded(value: float | None, digits: int) -> float | None:
 
 def scale_test(fit: PlaneFit) -> ScaleTest | None:
     """Tell whether distances differ between stations and building; None where nothing tells (too few points)."""
-    scale: DistanceScale | None = fit.scale
+    scale = fit.scale
     if scale is None:
         try:
             scale = adjust_plane(fit.shots, fit.known, fit.maps, free_scale=True).scale
@@ -164,8 +163,8 @@ def scale_test(fit: PlaneFit) -> ScaleTest | None:
             return None
     if scale is None:
         return None
-    off = abs(scale.value - 1) > CERTAIN_SIGMAS * scale.sigma
-    return ScaleTest(value=round(scale.value, 7), sigma=round(scale.sigma, 7), off=off)
+    value, sigma = scale
+    return ScaleTest(value=round(value, 7), sigma=round(sigma, 7), off=abs(value - 1) > CERTAIN_SIGMAS * sigma)
 
 
 def station_rows(fit: PlaneFit) -> tuple[StationRow, ...]:

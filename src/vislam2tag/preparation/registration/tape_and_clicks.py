@@ -12,7 +12,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.preparation.registration.point_file import TextTable, read_text_table
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.site.landmark_file import GREATEST_M
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import LineCounts
 
 LONGEST_M = 200.0

@@ -108,14 +108,6 @@ class View:
     """Standard deviation of the sensor's noise, grey levels."""
 
 
-@dataclass(frozen=True)
-class CameraFrame:
-    """A camera frame and where the image's corners (4, 2) truly lie in it, pixels: from the upper left, clockwise."""
-
-    image: GreyImage
-    corners: FloatArray
-
-
 def bordered(image: GreyImage) -> tuple[GreyImage, Rectangle]:
     """Put a white border around an image (height, width), as the paper that it is printed on."""
     height, width = image.shape
@@ -123,9 +115,12 @@ def bordered(image: GreyImage) -> tuple[GreyImage, Rectangle]:
     return np.pad(image, edge, constant_values=255), (edge, edge, width, height)
 
 
-def camera_frame(paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: int = 0) -> CameraFrame:
+def camera_frame(
+    paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: int = 0
+) -> tuple[GreyImage, FloatArray]:
     """Look at a sheet of paper (height, width) on a wall; ``image`` is where on the paper the image stands.
 
+    Returns the camera frame, and where the image's corners (4, 2) lie in it, pixels: from the upper left, clockwise.
     ``wall`` has the frame's size and is what stands behind the sheet.
     """
     left, top, width, height = image
@@ -140,7 +135,7 @@ def camera_frame(paper: GreyImage, image: Rectangle, view: View, wall: GreyImage
         frame = cv2.GaussianBlur(frame, (0, 0), view.blur_px)
     noise = np.random.default_rng(seed).normal(0, view.noise, frame.shape)
     lit: GreyImage = np.clip(frame * view.light + noise, 0, 255).astype(np.uint8)
-    return CameraFrame(lit, cv2.perspectiveTransform(corners[None], frame_T_image)[0])
+    return lit, cv2.perspectiveTransform(corners[None], frame_T_image)[0]
 
 
 def _projection(view: View, width: int, height: int) -> FloatArray:

@@ -38,7 +38,7 @@ from vislam2tag.preparation.sheets.features import (
     reference,
     sighting,
 )
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.plans.images import load_plan, on_paper
 
 SIDE_PX = 640
@@ -280,7 +280,7 @@ def reference_features(image: GreyImage) -> Features:
 def quality_of(image: GreyImage, features: Features) -> ImageQuality:
     """Measure an image (height, width) whose :func:`reference_features` are known."""
     wall = np.full((FRAME_PX[1], FRAME_PX[0]), 180, np.uint8)
-    frame = camera_frame(*bordered(image), HARD_VIEW, wall)
+    frame, _ = camera_frame(*bordered(image), HARD_VIEW, wall)
     every = features_of(reference(image), orb(_COUNTED))
     return ImageQuality(
         shorter_side_px=min(image.shape),
@@ -289,7 +289,7 @@ def quality_of(image: GreyImage, features: Features) -> ImageQuality:
         spread=round(_spread(every), 3),
         repeats=round(_repeats(features), 3),
         holds_code=_holds_code(reference(image)),
-        inliers=sighting(features_of(frame.image, orb(FRAME_FEATURES)), features).inliers,
+        inliers=sighting(features_of(frame, orb(FRAME_FEATURES)), features).inliers,
     )
 
 

@@ -28,7 +28,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.settings import QUIET_M, SHEET_SIZES, SheetSize
 from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 
 SCALE_BAR_M = 0.100
 """Length of the scale bar, on every size of paper: what a ruler shows."""

@@ -48,7 +48,7 @@ from vislam2tag.preparation.sheets.page import (
 )
 from vislam2tag.preparation.sheets.settings import SheetSettings, SheetSize, sheet_size
 from vislam2tag.preparation.sheets.sheet_requests import MOST_SHEETS, SheetRequest, requested_sheets
-from vislam2tag.site.names import is_reserved, landmark_id, unique_slugs
+from vislam2tag.site.model import is_reserved, landmark_id, unique_slugs
 
 
 def image_names(ids: Sequence[str]) -> tuple[str, ...]:

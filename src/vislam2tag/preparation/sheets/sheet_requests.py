@@ -14,7 +14,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.preparation.sheets.settings import SheetSize, sheet_size
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.landmark_file import LANDMARK_FILE
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_file import has_site_file, read_site_file
 from vislam2tag.site.site_table import LANDMARKS, SiteTable, finite_or_none, is_number, read_site_table, readable_table
 

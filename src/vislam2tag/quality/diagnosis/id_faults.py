@@ -18,7 +18,7 @@ from vislam2tag.quality.diagnosis.displaced import SLACK_M, TOGETHER
 from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, listed
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.quality.diagnosis.search import LEAST_GAIN
-from vislam2tag.sessions.id_findings import SAME_IDS, compared_with_logs
+from vislam2tag.sessions.session_landmarks import SAME_IDS, compared_with_logs
 from vislam2tag.site.landmark_states import LandmarkCounts, names_shown
 
 Walk = tuple[WalkPasses, dict[str, tuple[int, complex]]]

@@ -101,7 +101,7 @@ def _stray_lens(path: Path) -> FloatArray:
 
 def _polycam_frame(values: Mapping[str, Any]) -> Keyframe:
     matrix = np.array([[float(values[f"t_{row}{column}"]) for column in range(4)] for row in range(3)])
-    return Keyframe(int(values["timestamp"]) * 1000, matrix, np.array([float(values[name]) for name in LENS]))
+    return int(values["timestamp"]) * 1000, matrix, np.array([float(values[name]) for name in LENS])
 
 
 def _polycam_picture(file: Path) -> Path:
@@ -111,7 +111,7 @@ def _polycam_picture(file: Path) -> Path:
 def _scanner_frame(values: Mapping[str, Any]) -> Keyframe:
     matrix = np.reshape(np.asarray(values["cameraPoseARFrame"], dtype=np.float64), (4, 4))[:3]
     lens = np.reshape(np.asarray(values["intrinsics"], dtype=np.float64), (3, 3))
-    return Keyframe(round(float(values["time"]) * 1e9), matrix, lens[_FROM_MATRIX])
+    return round(float(values["time"]) * 1e9), matrix, lens[_FROM_MATRIX]
 
 
 class Record3dFormat:

@@ -17,8 +17,7 @@ from pydantic import (
 
 from vislam2tag.common.files.toml_file import read_toml
 from vislam2tag.common.records import Record
-from vislam2tag.site.model import SessionKey
-from vislam2tag.site.names import landmark_id
+from vislam2tag.site.model import SessionKey, landmark_id
 
 CORRECTIONS_FILE = "corrections.toml"
 UNITS_M = {"ft": 0.3048, "in": 0.0254, "cm": 0.01, "mm": 0.001}

@@ -18,7 +18,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import line_length
-from vislam2tag.site.floors import RoomName
+from vislam2tag.site.plans.source import PlanText
 from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WALKING_M_S, WalkingDistances, covering_stops, short_order
 
@@ -69,13 +69,13 @@ class Areas:
         area = self._beside(np.array(place_m))
         return self.called(area) if area >= 0 and self.names[area] else ""
 
-    def with_names(self, names: Sequence[RoomName]) -> Areas:
+    def with_names(self, names: Sequence[PlanText]) -> Areas:
         """Call each area as the first of the names that stand in it, or beside it where none does."""
         called = list(self.names)
         for one in names:
             area = self._beside(np.array(one.place_m))
             if area >= 0 and not called[area]:
-                called[area] = one.name
+                called[area] = one.text
         return replace(self, names=tuple(called))
 
     def _beside(self, place_m: FloatArray) -> int:

@@ -12,7 +12,7 @@ from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.sessions.phone_app import RECORD_FILE
 from vislam2tag.site.discover import floor_folders
-from vislam2tag.site.names import same_name
+from vislam2tag.site.model import same_name
 from vislam2tag.studio.receiving.zips import (
     SUMS_FILE,
     AppPlace,

@@ -22,7 +22,7 @@ from vislam2tag.sessions.apps import AppFormat
 from vislam2tag.sessions.formats.phone import FILE_NAMES
 from vislam2tag.sessions.phone_app import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
-from vislam2tag.site.names import is_portable, portable_name, same_name
+from vislam2tag.site.model import is_portable, portable_name, same_name
 from vislam2tag.site.site_table import is_file
 
 SUMS_FILE = "SHA256SUMS"

@@ -1,0 +1,199 @@
+"""Published sets that are tables of levels, a description each: Tampere, UJI's library, UTSIndoorLoc and WiFine.
+
+Tampere (Lohan et al., Data 2017, 2(4), 32): ``Training_rss_*.csv``, ``..._coordinates_*.csv``, ``..._device_*.csv``,
+``..._date_*.csv`` and the same of ``Test_``, without headers, a row a fingerprint. x, y, z in metres in a local frame;
+floors are 3.7 m apart.
+
+UJI's long-term library set (Mendoza-Silva et al., Data 2018, 3(1), 3): a folder a month, in it ``trnNNrss.csv``
+(levels, 100: not heard), ``...crd.csv`` (x, y in metres, floor), ``...tms.csv`` (local time as digits from year to
+millisecond) and ``...ids.csv``, and the same of ``tst``, without headers. In the split that comes along the first
+month's ``trn`` trains and what is later tests; the first month's own tests say nothing of change and are in neither
+part.
+
+UTSIndoorLoc (Song et al., CNNLoc, IEEE Access 2019): ``UTS_training.csv`` and ``UTS_test.csv``, a row a fingerprint:
+589 columns of levels (100: not heard), then ``Pos_x``, ``Pos_y`` in metres and ``Floor_ID``; the published files have
+further columns, of which building, user and phone are taken. Which rows belong to one walk is not known: each file is
+one session.
+
+WiFine (Khassanov et al. 2021): trajectories of scans, a CSV and a session each, in the folders ``train``, ``val`` and
+``test``: columns of levels (-100: not heard) named by numbers from 0, then ``num_visible_APs``, ``timestamp`` in
+seconds since the walk's start, ``x``, ``y``, ``z`` in metres and ``floorID``.
+"""
+
+from __future__ import annotations
+
+import re
+
+import polars as pl
+
+from vislam2tag.datasets.fingerprint_tables import FILE, FOLDER, WALK, FingerprintTables, RowCheck, SetDescription
+from vislam2tag.datasets.model import TEST, TRAIN
+
+STOREY_M = 3.7
+_OFF_FLOOR_M = 0.05
+"""A height farther than this from every floor is a finding; it goes to the nearest."""
+_STOREY = pl.col("z") / STOREY_M
+_FLOOR = _STOREY.round().cast(pl.Int32, strict=False)
+_TAMPERE_TIME = pl.col("date").str.to_datetime("%Y-%m-%d %H:%M:%S", time_unit="ns", strict=False)
+TAMPERE = FingerprintTables(
+    SetDescription(
+        "tampere",
+        name="tampere",
+        title="Wi-Fi Crowdsourced Fingerprinting Dataset for Indoor Positioning (Tampere)",
+        description="One university building, crowdsourced; times are the phones' local time.",
+        licence="CC-BY-4.0",
+        creators=(
+            "Elena Simona Lohan",
+            "Joaquín Torres-Sospedra",
+            "Helena Leppäkoski",
+            "Philipp Richter",
+            "Zhe Peng",
+            "Joaquín Huerta",
+        ),
+        storey_m=STOREY_M,
+    ),
+    files=re.compile(r"(?P<walk>Training|Test)_(?P<role>rss|coordinates|device|date)(_.*)?\.csv", re.IGNORECASE),
+    none_found="holds no Training_rss_*.csv or Test_rss_*.csv; expected the Tampere quartet",
+    missing="has no {walk} {role}.csv; expected rss, coordinates, device, date of each part",
+    companions={
+        "coordinates": dict.fromkeys("xyz", pl.Float64()),
+        "device": {"device": pl.String()},
+        "date": {"date": pl.String()},
+    },
+    optional=("device", "date"),
+    fields={
+        **{name: pl.col(name) for name in ("x", "y", "z", "device")},
+        "floor": _FLOOR,
+        "time_ns": _TAMPERE_TIME.cast(pl.Int64),
+        "date": _TAMPERE_TIME.cast(pl.Date),
+        "part": pl.col(WALK).replace_strict({"training": TRAIN, "test": TEST}),
+        "session": pl.concat_str("device", _TAMPERE_TIME.cast(pl.Date), separator=" ", ignore_nulls=True),
+    },
+    checks=(
+        RowCheck(
+            "height_off_floor",
+            "coordinates",
+            ((_STOREY - _FLOOR) * STOREY_M).abs() > _OFF_FLOOR_M,
+            "heights are no multiple of 3.7 m; the nearest floor counts",
+        ),
+        RowCheck(
+            "unreadable_dates",
+            "date",
+            _TAMPERE_TIME.is_null() & pl.col("date").is_not_null(),
+            "dates are not like 2017-08-18 11:59:23; they are left out",
+        ),
+    ),
+)
+TAMPERE.register()
+
+
+_UJI_TIME = pl.col("time").str.to_datetime("%Y%m%d%H%M%S%3f", time_unit="ns", strict=False)
+UJI_LIBRARY = FingerprintTables(
+    SetDescription(
+        "uji-library",
+        name="uji-library",
+        title="Long-Term Wi-Fi fingerprinting dataset for robust indoor positioning",
+        description="Two floors of a university library, walked each month with one phone.",
+        licence="CC-BY-4.0",
+        creators=(
+            "Germán Martín Mendoza-Silva",
+            "Philipp Richter",
+            "Joaquín Torres-Sospedra",
+            "Elena Simona Lohan",
+            "Joaquín Huerta",
+        ),
+    ),
+    files=re.compile(r"(?P<walk>(trn|tst)\d\d)(?P<role>rss|crd|tms|ids)\.csv", re.IGNORECASE),
+    none_found="holds no MM/trnNNrss.csv; expected UJI's long-term library set",
+    missing="month {folder} has no {walk}{role}.csv; expected rss, crd, tms",
+    by_folder=True,
+    companions={"crd": dict.fromkeys(("x", "y", "floor"), pl.Float64()), "tms": {"time": pl.String()}},
+    fields={
+        **{name: pl.col(name) for name in "xy"},
+        "floor": pl.col("floor").cast(pl.Int32),
+        "time_ns": _UJI_TIME.cast(pl.Int64),
+        "date": _UJI_TIME.cast(pl.Date),
+        "session": pl.format("month_{}.{}", FOLDER, WALK),
+        "part": pl.when(pl.col(FOLDER) > pl.col(FOLDER).min())
+        .then(pl.lit(TEST))
+        .when(pl.col(WALK).str.starts_with("trn"))
+        .then(pl.lit(TRAIN)),
+    },
+    checks=(
+        RowCheck(
+            "unreadable_dates",
+            "tms",
+            _UJI_TIME.is_null() & pl.col("time").is_not_null(),
+            "times are not digits from year to millisecond; they are left out",
+        ),
+    ),
+)
+UJI_LIBRARY.register()
+
+
+_UTS_PLACE = ("Pos_x", "Pos_y", "Floor_ID")
+UTS = FingerprintTables(
+    SetDescription(
+        "uts",
+        name="uts",
+        title="UTSIndoorLoc",
+        description="One university building of several floors.",
+        clock="none",
+    ),
+    files=re.compile(r"UTS_(training|test)\.csv", re.IGNORECASE),
+    none_found="holds no UTS_training.csv or UTS_test.csv; expected UTSIndoorLoc's files",
+    columns={
+        **dict.fromkeys(_UTS_PLACE, pl.Float64()),
+        **dict.fromkeys(("Building_ID", "User_ID", "Phone_type"), pl.String()),
+    },
+    access_points=re.compile(r"W?AP[_ ]?\d+", re.IGNORECASE),
+    needed=_UTS_PLACE,
+    gaps_allowed=True,
+    fields={
+        "building": pl.col("Building_ID"),
+        "floor": pl.col("Floor_ID").cast(pl.Int32, strict=False),
+        "x": pl.col("Pos_x"),
+        "y": pl.col("Pos_y"),
+        "device": pl.col("Phone_type"),
+        "user": pl.col("User_ID"),
+        "session": pl.col(FILE),
+        "part": pl.col(WALK).replace_strict({"uts_training": TRAIN, "uts_test": TEST}),
+    },
+)
+UTS.register()
+
+
+WIFINE = FingerprintTables(
+    SetDescription(
+        "wifine",
+        name="wifine",
+        title="WiFine: finer-level sequential WiFi-based indoor localization",
+        description="One university building, three floors, walked with one phone.",
+        licence="MIT",
+        creators=(
+            "Yerbolat Khassanov",
+            "Mukhamet Nurpeiissov",
+            "Azamat Sarkytbayev",
+            "Askat Kuzdeuov",
+            "Huseyin Atakan Varol",
+        ),
+        clock="boot",
+    ),
+    files=re.compile(r"(train|val|test)_[0-9a-z_]+\.csv", re.IGNORECASE),
+    recognised_by=re.compile(r"(train|val|test)/\1_[0-9a-z_]+\.csv", re.IGNORECASE),
+    none_found="holds no train/train_*.csv, val/val_*.csv or test/test_*.csv of WiFine",
+    columns=dict.fromkeys(("num_visible_APs", "timestamp", "x", "y", "z", "floorID"), pl.Float64()),
+    access_points=re.compile(r"\d+"),
+    access_point_name="ap{}",
+    needed=("x", "y", "floorID"),
+    not_heard=-100.0,
+    lone_part=False,
+    fields={
+        **{name: pl.col(name) for name in "xyz"},
+        "floor": pl.col("floorID").cast(pl.Int32),
+        "session": pl.col(FILE),
+        "time_ns": (pl.col("timestamp") * 1e9).round().cast(pl.Int64),
+        "part": pl.when(pl.col(WALK).str.starts_with("train")).then(pl.lit(TRAIN)).otherwise(pl.lit(TEST)),
+    },
+)
+WIFINE.register()
