@@ -226,11 +226,6 @@ def test_a_wrong_offset_is_told_where_to_go_on(phone: Phone) -> None:
     assert phone.state()["received"] == 100
 
 
-def test_a_wrong_offset_does_not_begin_an_upload(phone: Phone) -> None:
-    assert phone.bring(DATA, 5, 2 * len(DATA)).status_code == 409
-    assert phone.bring(DATA).json()["state"] == "filed"
-
-
 def test_so_many_uploads_wait_and_no_more(phone: Phone, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vislam2tag.studio.receiving.uploads.MOST_WAITING", 2)
     for name in ("a", "b", "c"):

@@ -82,20 +82,6 @@ def test_two_do_not_write_one_upload(uploads: Uploads) -> None:
         pass
 
 
-def test_an_upload_keeps_its_length(uploads: Uploads) -> None:
-    brought(uploads, b"1", length=10)
-    with pytest.raises(RefusalError, match="Upload-Length"), uploads.writing(NAME, 11, 1):
-        pass
-
-
-def test_another_checksum_is_refused_and_forgotten(uploads: Uploads) -> None:
-    wrong = DATA[:-1] + bytes([DATA[-1] ^ 1])
-    brought(uploads, wrong)
-    with pytest.raises(RefusedZipError, match="SHA-256"):
-        uploads.finish(NAME)
-    assert uploads.state(NAME) == UploadState("none")
-
-
 def test_a_refused_session_is_forgotten(uploads: Uploads, tmp_path: Path) -> None:
     data = session_zip(CameraPose_csv=b"other")
     brought(uploads, data, len(data), digest(data))
