@@ -24,7 +24,6 @@ from vislam2tag.quality.landmark_gain import (
     SURVEY_SIGMA_M,
     GainMap,
     Gains,
-    SessionGains,
     gains,
     positions_each_metre,
     session_gains,
@@ -124,7 +123,7 @@ def test_a_long_walk_is_cut_to_the_reach_of_a_landmark() -> None:
 NONE = landmarks_at({})
 
 
-def session(cells: dict[tuple[int, int, int], float], factor: float = 1.0) -> SessionGains:
+def session(cells: dict[tuple[int, int, int], float], factor: float = 1.0) -> GainMap:
     """Gains by floor and cell of a session with 10 frames on floor 1 and 30 on floor 2, expected errors 0.2 m."""
     found = Gains(
         cell=np.array([key[1:] for key in cells], dtype=np.int64).reshape(-1, 2),

@@ -12,12 +12,12 @@ from tests.site.walkable.hand_made import CORRIDOR, HEIGHT_M, MARGIN_M, WIDTH_M,
 from vislam2tag.cli import main
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.tracks import Landmarks
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.settings import TrackerSettings, WalkSettings
 from vislam2tag.simulation.site_building import (
     PASSED_M,
     SiteFloor,
-    SiteLandmarks,
     site_building,
     site_floors,
     site_paths,
@@ -77,17 +77,19 @@ PLACES = np.array([(2.0, LOW + 0.1), (8.5, HIGH - 0.1), (16.0, HIGH - 0.1), (22.
 """Four sheets in the corridor and one in the hall."""
 
 
-def landmarks(places: FloatArray = PLACES, width_m: float = np.nan) -> SiteLandmarks:
+def landmarks(places: FloatArray = PLACES) -> Landmarks:
     unknown = np.full(len(places), np.nan)
     ids = tuple(str(number) for number in range(1, len(places) + 1))
-    return SiteLandmarks(ids, places, unknown, np.full(len(places), 0.02), unknown, np.full(len(places), width_m))
+    covariance = np.broadcast_to(0.02**2 * np.eye(2), (len(places), 2, 2))
+    return Landmarks(ids, np.zeros(len(places), dtype=np.int64), places, covariance, unknown, unknown, unknown)
 
 
 @cache
 def floor() -> SiteFloor:
     drawn = plan()
     space = walkable_space(drawn)
-    return SiteFloor(0, "Ground", drawn.extent_m, None, space, corridor_graph(space), landmarks())
+    width_m = np.full(len(PLACES), np.nan)
+    return SiteFloor(0, "Ground", drawn.extent_m, None, space, corridor_graph(space), landmarks(), width_m)
 
 
 def walk(seed: int = 0, minutes: float = 4) -> TrueWalk:
@@ -133,7 +135,7 @@ def test_the_tracker_sees_sheets_but_not_through_walls() -> None:
 
 
 def test_larger_sheets_are_seen_from_farther() -> None:
-    (made,) = site_building([replace(floor(), landmarks=landmarks(width_m=0.4))], 7).floors
+    (made,) = site_building([replace(floor(), width_m=np.full(len(PLACES), 0.4))], 7).floors
     assert made.sheet_reach == pytest.approx(0.4 / 0.19)
 
 
@@ -228,7 +230,7 @@ def test_landmarks_of_a_plan_replace_the_sites_own(site: Path, tmp_path: Path) -
     )
     (floor,) = site_floors(site, landmark_file=planned)
     assert floor.landmarks.ids == ("7", "8")
-    assert floor.landmarks.width_m.tolist() == [0.277, 0.19]
+    assert floor.width_m.tolist() == [0.277, 0.19]
 
 
 def test_a_mask_corrects_one_floor(site: Path, tmp_path: Path) -> None:

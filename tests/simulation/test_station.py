@@ -9,9 +9,9 @@ from tests.simulation.hand_made import make_floor, make_test_walk
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.station import (
-    SimulatedStationTrack,
     StationSettings,
     StationSetup,
+    TimedPoints,
     place_station,
     shoot_points,
     simulate_station,
@@ -26,9 +26,7 @@ def from_local(setup: StationSetup, local: FloatArray) -> FloatArray:
     return np.column_stack((turn.real, turn.imag)) + setup.position_bcs
 
 
-def tracked(
-    settings: StationSettings, walls: FloatArray | None = None, duration_s: float = 30.0
-) -> SimulatedStationTrack:
+def tracked(settings: StationSettings, walls: FloatArray | None = None, duration_s: float = 30.0) -> TimedPoints:
     walk = make_test_walk(duration_s)
     return simulate_station(walk, make_floor(walls=walls), SETUP, settings, np.random.default_rng(3))
 

@@ -34,7 +34,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.views.conflict_page import write_conflict_page
-from vislam2tag.views.result_pages import IndexLink, write_index_page
+from vislam2tag.views.result_pages import write_index_page
 
 LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -206,10 +206,10 @@ def _collect(
 
 
 _LINKS = (
-    IndexLink(f"{LABELS}/report.html", "Report", "every walk on the plan, what has no position and why, all findings"),
-    IndexLink(CONFLICTS_PAGE, "Conflicts", "which references agree, and which contradict all others"),
-    IndexLink(f"{CHECK}/{CHECK_PAGE}", "Check", "how good the labels are, bad landmarks, where one more would help"),
-    IndexLink(f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
+    (f"{LABELS}/report.html", "Report", "every walk on the plan, what has no position and why, all findings"),
+    (CONFLICTS_PAGE, "Conflicts", "which references agree, and which contradict all others"),
+    (f"{CHECK}/{CHECK_PAGE}", "Check", "how good the labels are, bad landmarks, where one more would help"),
+    (f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
 )
 
 

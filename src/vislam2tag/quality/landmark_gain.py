@@ -9,9 +9,9 @@ the cost grows linearly with the walk.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -175,36 +175,27 @@ BESIDE_M = 3.0
 """... and from landmarks that hang there: who passes one passes the other."""
 
 Cell = tuple[int, int]
-
-
-@dataclass(frozen=True)
-class SessionGains:
-    """What one session adds to its floors: ``gains`` of its places, and for each floor the number of its frames and the
-    sum of their expected errors, metres.
-    """
-
-    gains: Gains
-    frames: dict[int, int]
-    expected_m: dict[int, float]
+_Key = TypeVar("_Key", bound=Hashable)
+_Number = TypeVar("_Number", int, float)
 
 
 @dataclass
 class GainMap:
-    """Sums over sessions; their size grows with the building, not with the survey."""
+    """Sums over sessions, or of one; their size grows with the building, not with the survey."""
 
-    frames: dict[int, int] = field(default_factory=lambda: defaultdict(int))
-    expected_m: dict[int, float] = field(default_factory=lambda: defaultdict(float))
-    gain_m: dict[int, dict[Cell, float]] = field(default_factory=lambda: defaultdict(lambda: defaultdict(float)))
-    """By floor and cell, summed over frames."""
+    frames: dict[int, int] = field(default_factory=dict)
+    """Number of frames by floor."""
+    expected_m: dict[int, float] = field(default_factory=dict)
+    """Sum of the frames' expected errors by floor, metres."""
+    gain_m: dict[int, dict[Cell, float]] = field(default_factory=dict)
+    """By floor and cell, summed over frames, metres."""
 
-    def add(self, session: SessionGains) -> None:
-        """Add a session."""
-        for number, frames in session.frames.items():
-            self.frames[number] += frames
-            self.expected_m[number] += session.expected_m[number]
-        found = session.gains
-        for floor, cell, gain in zip(found.floor.tolist(), found.cell.tolist(), found.gain_m.tolist(), strict=True):
-            self.gain_m[floor][cell[0], cell[1]] += gain
+    def add(self, other: GainMap) -> None:
+        """Add the sums of other sessions."""
+        _add(self.frames, other.frames)
+        _add(self.expected_m, other.expected_m)
+        for floor, gains in other.gain_m.items():
+            _add(self.gain_m.setdefault(floor, {}), gains)
 
     def floors(self, landmarks: Landmarks) -> list[FloorCheck]:
         """What was found of each floor, by its number; ``landmarks`` are those that hang there."""
@@ -220,7 +211,7 @@ class GainMap:
 
     def mean_gain_m(self, number: int) -> dict[Cell, float]:
         """By how much the mean expected error of a floor falls with a landmark in each of its cells."""
-        return {cell: gain / self.frames[number] for cell, gain in sorted(self.gain_m[number].items())}
+        return {cell: gain / self.frames[number] for cell, gain in sorted(self.gain_m.get(number, {}).items())}
 
     def _best(self, number: int, landmarks: Landmarks) -> list[ProposedPlace]:
         chosen: list[ProposedPlace] = []
@@ -239,12 +230,20 @@ class GainMap:
         return chosen
 
 
-def session_gains(gains: Gains, factor: float, floor: IntArray, expected_m: FloatArray) -> SessionGains:
+def session_gains(gains: Gains, factor: float, floor: IntArray, expected_m: FloatArray) -> GainMap:
     """Reduce a session: its gains and the expected errors (n,) of its frames on floors (n,), all times a factor."""
     numbers = sorted(set(floor.tolist()))
-    scaled = Gains(gains.cell, gains.floor, gains.gain_m * factor)
-    return SessionGains(
-        scaled,
+    gain_m: dict[int, dict[Cell, float]] = {}
+    cells = ((x, y) for x, y in gains.cell.tolist())
+    for number, cell, gain in zip(gains.floor.tolist(), cells, (gains.gain_m * factor).tolist(), strict=True):
+        _add(gain_m.setdefault(number, {}), {cell: gain})
+    return GainMap(
         {number: int((floor == number).sum()) for number in numbers},
         {number: float(expected_m[floor == number].sum()) * factor for number in numbers},
+        gain_m,
     )
+
+
+def _add(sums: dict[_Key, _Number], more: Mapping[_Key, _Number]) -> None:
+    for key, value in more.items():
+        sums[key] = sums.get(key, 0) + value

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.simulation.beacons import BleLog
 from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.imu import ImuLog
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, TrackerLog, TrueWalk, position_at
 from vislam2tag.simulation.radio import PhoneReceiver, RangeLog, WifiLog
 from vislam2tag.simulation.settings import stream
-from vislam2tag.simulation.station import SimulatedStationTrack
+from vislam2tag.simulation.station import TimedPoints
 
 
 @dataclass(frozen=True)
@@ -95,21 +95,13 @@ FIX_DELAY_S = 0.1
 """From being there to saying so."""
 
 
-@dataclass(frozen=True)
-class SimulatedFixes:
-    """``time_ns`` (k,) boot clock, ``position_bcs`` (k, 2) metres."""
-
-    time_ns: IntArray
-    position_bcs: FloatArray
-
-
-def simulate_fixes(walk: TrueWalk, rng: np.random.Generator) -> SimulatedFixes:
+def simulate_fixes(walk: TrueWalk, rng: np.random.Generator) -> TimedPoints:
     """Say where the walker was at the start, every :data:`FIX_INTERVAL_S` and near the end."""
     first, last = int(walk.time_ns[0]) + 200_000_000, int(walk.time_ns[-1]) - 200_000_000
     count = max(round((last - first) * 1e-9 / FIX_INTERVAL_S), 1)
     time_ns = np.linspace(first, last, count + 1).astype(np.int64)
     place = position_at(walk, time_ns - int(FIX_DELAY_S * 1e9))[:, :2]
-    return SimulatedFixes(time_ns, place + rng.normal(0, FIX_SIGMA_M, place.shape))
+    return TimedPoints(time_ns, place + rng.normal(0, FIX_SIGMA_M, place.shape))
 
 
 @dataclass(frozen=True)
@@ -128,7 +120,7 @@ class SimulatedSession:
     """None where the phone logs no BLE."""
     ranges: RangeLog | None = None
     """None where the phone measures no ranges to access points."""
-    fixes: SimulatedFixes | None = None
-    """None where the phone has a tracker."""
-    station: SimulatedStationTrack | None = None
+    fixes: TimedPoints | None = None
+    """Places in the BCS that the walker knows; None where the phone has a tracker."""
+    station: TimedPoints | None = None
     station_offset_ns: int = 0

@@ -66,7 +66,7 @@ def session_text(session: SimulatedSession) -> SessionText:
         presses: _Columns = {"n": np.arange(len(session.presses_ns)), "t": session.presses_ns}
         text["presses"] = _csv(presses, ".")
     if session.fixes is not None:
-        x, y = session.fixes.position_bcs.T
+        x, y = session.fixes.position.T
         text["fixes"] = _csv({"t": session.fixes.time_ns, "x": x, "y": y}, ".")
     if session.station is not None:
         time_ns = session.station.time_ns + session.station_offset_ns

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, time, timedelta
 from itertools import product
@@ -138,8 +137,9 @@ def regular_survey(
     level, climb = severity_level(severity), more.get("climb")
     if climb is not None and len(floors) < 2:
         raise ValueError("walks that change floors need two floors at least")
-    walks = _Walks(seed, level, devices, sessions, duration_s, more.get("walk"), more.get("day", WALKING_DAY))
-    planned = tuple(replace(session, climb=climb) for session in walks.on(floors))
+    walk, day = more.get("walk"), more.get("day", WALKING_DAY)
+    walks = _planned_walks(floors, devices, sessions, seed, level, duration_s, day, walk)
+    planned = tuple(replace(session, climb=climb) for session in walks)
     made = make_building(building or BuildingSettings(), seed, floors, distinct_ids=climb is not None)
     pressure, ble, rtt = more.get("pressure", False), more.get("ble", False), more.get("rtt", False)
     return Scenario(seed, level, made, planned, pressure, ble, rtt, settings=building)
@@ -162,34 +162,30 @@ def site_survey(
     """
     level = severity_level(severity)
     day = day or WALKING_DAY + timedelta(days=seed % _MOST_DAYS)
-    planned = _Walks(seed, level, devices, sessions, duration_s, None, day).on([one.number for one in building.floors])
+    floors = tuple(one.number for one in building.floors)
+    planned = _planned_walks(floors, devices, sessions, seed, level, duration_s, day)
     return Scenario(seed, level, building, tuple(planned), site=site, site_seed=SITE_SEED)
 
 
-@dataclass(frozen=True)
-class _Walks:
+def _planned_walks(
+    floors: tuple[int, ...],
+    devices: tuple[str, ...],
+    sessions: int,
+    seed: int,
+    level: float,
+    duration_s: float,
+    day: date,
+    walk: WalkSettings | None = None,
+) -> list[PlannedSession]:
     """Walks of a survey over every floor with every device."""
-
-    seed: int
-    level: float
-    devices: tuple[str, ...]
-    sessions: int
-    duration_s: float
-    walk: WalkSettings | None
-    day: date
-
-    def on(self, floors: Sequence[int]) -> list[PlannedSession]:
-        """Those on some floors."""
-        planned = []
-        for floor, device in product(floors, self.devices):
-            offset = float(stream(self.seed, "faults", floor, device).uniform())
-            for number in range(self.sessions):
-                later = timedelta(minutes=47 * number + 7 * len(device), days=floor % 25)
-                start = datetime.combine(self.day, time(9)) + later
-                key = SessionKey(floor, device, start.isoformat())
-                rank = (offset + number * GOLDEN) % 1.0
-                planned.append(_planned(self.seed, self.level, key, rank, self.duration_s, walk=self.walk))
-        return planned
+    planned = []
+    for floor, device in product(floors, devices):
+        offset = float(stream(seed, "faults", floor, device).uniform())
+        for number in range(sessions):
+            later = timedelta(minutes=47 * number + 7 * len(device), days=floor % 25)
+            key = SessionKey(floor, device, (datetime.combine(day, time(9)) + later).isoformat())
+            planned.append(_planned(seed, level, key, (offset + number * GOLDEN) % 1.0, duration_s, walk=walk))
+    return planned
 
 
 def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:

@@ -148,20 +148,6 @@ _OFF_FLOOR_M = 1.0
 
 
 @dataclass(frozen=True)
-class SiteLandmarks:
-    """Landmarks of one floor: ``position`` (m, 2) BCS, ``z_m`` and ``heading_rad`` (m,), NaN where unknown,
-    ``sigma_m`` (m,) as surveyed, ``width_m`` (m,) of the image, NaN where it is on A4.
-    """
-
-    ids: tuple[str, ...]
-    position: FloatArray
-    z_m: FloatArray
-    sigma_m: FloatArray
-    heading_rad: FloatArray
-    width_m: FloatArray
-
-
-@dataclass(frozen=True)
 class SiteFloor:
     """One floor of a site, as the simulator needs it; ``extent_m`` is left, right, lower, upper, BCS."""
 
@@ -171,7 +157,10 @@ class SiteFloor:
     elevation_m: float | None
     space: WalkableSpace
     graph: CorridorGraph
-    landmarks: SiteLandmarks
+    landmarks: Landmarks
+    """Those of the floor that have a position."""
+    width_m: FloatArray
+    """(m,) of each landmark's image, NaN where it is on A4."""
 
 
 def site_building(
@@ -191,10 +180,10 @@ def site_building(
 def _simulated_floor(floor: SiteFloor, settings: SiteBuildingSettings, rng: np.random.Generator) -> SimulatedFloor:
     marks = floor.landmarks
     _check(floor)
-    heading = np.where(np.isnan(marks.heading_rad), _along_wall(floor.space, marks.position), marks.heading_rad)
+    heading = np.where(np.isnan(marks.heading_rad), _along_wall(floor.space, marks.position_bcs), marks.heading_rad)
     drawn = LANDMARK_HEIGHT_M + LANDMARK_HEIGHT_SIGMA_M * rng.standard_normal(len(marks.ids))
     z_m = np.where(np.isnan(marks.z_m), drawn, marks.z_m)
-    ways = site_paths(floor.graph, floor.space, marks.position, heading)
+    ways = site_paths(floor.graph, floor.space, marks.position_bcs, heading)
     left, right, low, high = floor.extent_m
     return SimulatedFloor(
         number=floor.number,
@@ -206,15 +195,15 @@ def _simulated_floor(floor: SiteFloor, settings: SiteBuildingSettings, rng: np.r
         nodes=ways.nodes,
         edges=ways.edges,
         landmark_ids=marks.ids,
-        landmark_position=np.column_stack((marks.position, z_m)).round(4),
+        landmark_position=np.column_stack((marks.position_bcs, z_m)).round(4),
         landmark_heading_rad=heading,
         control_points=_control_points(floor.graph, CONTROL_POINT_SPACING_M, rng),
         lower_left_m=(left, low),
         rooms=ways.rooms,
         space=floor.space,
         surveyed_z_m=marks.z_m,
-        surveyed_sigma_m=marks.sigma_m,
-        sheet_reach=np.maximum(np.nan_to_num(marks.width_m, nan=0.0) / SHEET_SIZES["A4"].image_m, 1.0),
+        surveyed_sigma_m=np.sqrt(marks.covariance_bcs[:, 0, 0]).round(6),
+        sheet_reach=np.maximum(np.nan_to_num(floor.width_m, nan=0.0) / SHEET_SIZES["A4"].image_m, 1.0),
     )
 
 
@@ -225,10 +214,10 @@ def _check(floor: SiteFloor) -> None:
             f"floor {floor.number}: has {len(floor.landmarks.ids)} landmarks with a position, a survey needs two; plan "
             "some: vislam2tag plan"
         )
-    off = _off_walls(floor.space, floor.landmarks.position)[0]
-    far = np.flatnonzero((off > _OFF_FLOOR_M) & ~floor.space.inside(floor.landmarks.position))
+    off = _off_walls(floor.space, floor.landmarks.position_bcs)[0]
+    far = np.flatnonzero((off > _OFF_FLOOR_M) & ~floor.space.inside(floor.landmarks.position_bcs))
     if len(far):
-        x, y = floor.landmarks.position[far[0]].tolist()
+        x, y = floor.landmarks.position_bcs[far[0]].tolist()
         raise SurveyError(
             f"floor {floor.number}: landmark {floor.landmarks.ids[far[0]]} at ({x:.2f}, {y:.2f}) lies "
             f"{off[far[0]]:.1f} m off the walkable space; correct its position or the walkable space (--mask)"
@@ -316,14 +305,8 @@ def _site_floor(
         elevation_m=floor.elevation_m,
         space=space,
         graph=corridor_graph(space),
-        landmarks=SiteLandmarks(
-            ids=here.ids,
-            position=here.position_bcs,
-            z_m=here.z_m,
-            sigma_m=np.sqrt(here.covariance_bcs[:, 0, 0]).round(6),
-            heading_rad=here.heading_rad,
-            width_m=_column(here.ids, widths),
-        ),
+        landmarks=here,
+        width_m=_column(here.ids, widths),
     )
 
 

@@ -39,8 +39,8 @@ class StationSetup:
 
 
 @dataclass(frozen=True)
-class SimulatedStationTrack:
-    """Measured points: ``time_ns`` (k,) boot clock of the phone, ``position`` (k, 2) in the station's frame, metres."""
+class TimedPoints:
+    """``position`` (k, 2) of points, metres, in the station's frame or the BCS; ``time_ns`` (k,) by the boot clock."""
 
     time_ns: IntArray
     position: FloatArray
@@ -67,7 +67,7 @@ def _distance_to_segment(points: FloatArray, segment: FloatArray) -> FloatArray:
 
 def simulate_station(
     walk: TrueWalk, floor: SimulatedFloor, setup: StationSetup, settings: StationSettings, rng: np.random.Generator
-) -> SimulatedStationTrack:
+) -> TimedPoints:
     """Measure the prism (taken to be at the camera) wherever no wall and nobody stands between."""
     step_ns = int(1e9 / settings.rate_hz)
     time_ns = np.arange(walk.time_ns[0] + int(rng.integers(0, step_ns)), walk.time_ns[-1], step_ns)
@@ -76,7 +76,7 @@ def simulate_station(
     start = np.broadcast_to(setup.position_bcs, position.shape)
     seen = (count_crossings(start, position, floor.walls) == 0) & ~_blocked(time_ns, settings, rng)
     measured = setup.local(position[seen]) + rng.normal(0, settings.noise_m, (int(seen.sum()), 2))
-    return SimulatedStationTrack(time_ns[seen], measured)
+    return TimedPoints(time_ns[seen], measured)
 
 
 def shoot_points(

@@ -45,8 +45,8 @@ def track(
     faults = faults.postponed(_about(np.asarray(sightings.seen.any(axis=1)), round(settings.frame_rate_hz)))
     together = np.zeros(len(frames.plane))
     if len(walk.floor_at):
-        errors = vertical_errors(faults, frames, settings, rng)
-        odometry, together = replace(odometry, height=odometry.height + errors.camera_m), errors.map_m
+        camera_m, map_m = vertical_errors(faults, frames, settings, rng)
+        odometry, together = replace(odometry, height=odometry.height + camera_m), map_m
     mapped, factor, shift = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), odometry, faults)
     mapped = replace(mapped, height=mapped.height + together[:, None])
     odometry = replace(odometry, height=odometry.height + together)

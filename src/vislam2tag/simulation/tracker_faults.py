@@ -221,18 +221,13 @@ def with_rides(
     return replace(faults, lost=runs[np.argsort(runs[:, 0], kind="stable")], breaks=ordered)
 
 
-@dataclass(frozen=True)
-class VerticalErrors:
-    """What is added to heights at each frame (f,), metres: to the camera and what it sees then, and to everything."""
-
-    camera_m: FloatArray
-    map_m: FloatArray
-
-
 def vertical_errors(
     faults: FaultPlan, frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator
-) -> VerticalErrors:
-    """Draw the vertical part of a walk's faults, and the error of the height climbed."""
+) -> tuple[FloatArray, FloatArray]:
+    """Draw the vertical part of a walk's faults, and the error of the height climbed.
+
+    What is added to heights at each frame (f,), metres: to the camera and what it sees then, and to everything.
+    """
     count, severity = len(frames.plane), settings.severity
     seen = frames.height - frames.unseen
     camera = severity * CLIMBED_SIGMA * float(rng.standard_normal()) * (seen - seen[0])
@@ -243,4 +238,4 @@ def vertical_errors(
     together = np.zeros(count)
     for update in faults.updates:
         together[update.frame : update.until] += severity * UPDATE_M * rng.standard_normal()
-    return VerticalErrors(camera, together)
+    return camera, together

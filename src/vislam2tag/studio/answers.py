@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import permutations
 from typing import TypeAlias
 
@@ -118,26 +118,24 @@ def without_addresses(text: str) -> str:
     return _ADDRESS.sub("(address)", text)
 
 
-class Hiding:
-    """Takes out of sentences what the tables do not tell either."""
+def hidden_texts(workspace: Workspace) -> list[str]:
+    """What sentences about a survey must not show: folders of its files, and the reasons of its corrections."""
+    here = {str(folder) for place in (workspace.root, workspace.out) for folder in (place, place.resolve())}
+    folders = here | {with_addresses(folder) for folder in here}
+    corrections = workspace.now.corrections
+    entries = (entry for name in type(corrections).model_fields for entry in getattr(corrections, name))
+    return [
+        *(f"{folder}/" for folder in sorted(folders, key=len, reverse=True) if folder not in (".", "/")),
+        *{f" ({entry.reason})" for entry in entries if entry.reason},
+    ]
 
-    def __init__(self, workspace: Workspace) -> None:
-        """Of a survey: the folders of its files, with what they stand for, and the reasons of its corrections."""
-        here = {str(folder) for place in (workspace.root, workspace.out) for folder in (place, place.resolve())}
-        folders = here | {with_addresses(folder) for folder in here}
-        corrections = workspace.now.corrections
-        entries = (entry for name in type(corrections).model_fields for entry in getattr(corrections, name))
-        self._hidden = [
-            *(f"{folder}/" for folder in sorted(folders, key=len, reverse=True) if folder not in (".", "/")),
-            *{f" ({entry.reason})" for entry in entries if entry.reason},
-        ]
 
-    def json(self, record: FiniteRecord) -> bytes:
-        """A record as JSON, of whose texts these are taken out and addresses of radios replaced."""
-        text = record.model_dump_json()
-        for hidden in self._hidden:
-            text = text.replace(_quoted(hidden), "")
-        return without_addresses(text).encode()
+def json_without(record: FiniteRecord, hidden: Sequence[str]) -> bytes:
+    """A record as JSON, of whose texts the hidden ones are taken out and addresses of radios replaced."""
+    text = record.model_dump_json()
+    for one in hidden:
+        text = text.replace(_quoted(one), "")
+    return without_addresses(text).encode()
 
 
 def _quoted(text: str) -> str:

@@ -32,7 +32,6 @@ from vislam2tag.studio.endpoints import Studio
 from vislam2tag.studio.events import Events
 from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, Guard, OwnHeaders
 from vislam2tag.studio.jobs import JobQueue, Worker
-from vislam2tag.studio.messages import NoQuery
 from vislam2tag.studio.preparing import MOST_FILE, DroppedFiles
 from vislam2tag.studio.routing import ENDPOINTS, Binary, Endpoint
 from vislam2tag.studio.work_messages import EnterRequest, Problem
@@ -143,10 +142,10 @@ async def _answer(studio: Studio, endpoint: Endpoint, request: Request) -> Respo
         raise RefusedError(428, "invalid", "the header If-Match must hold the version that was changed")
     try:
         query = endpoint.query.model_validate(dict(request.query_params))
-        body = NoQuery() if endpoint.body is NoQuery else await _body_record(endpoint.body, request)
+        body = None if endpoint.body is None else await _body_record(endpoint.body, request)
         content = await _file(request) if endpoint.takes_file else b""
-        named = {"query": query, "body": body, "version": request.headers.get("if-match"), "content": content}
-        found = await run_in_threadpool(endpoint.answered, studio, request.path_params | named)
+        asked = {"body": body, "version": request.headers.get("if-match"), "content": content}
+        found = await run_in_threadpool(endpoint.answered, studio, query, request.path_params | asked)
     except RefusedError:
         raise
     except Exception as error:

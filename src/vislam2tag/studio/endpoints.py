@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import count
+from typing import Annotated, TypeAlias
 from urllib.parse import quote
 
 import numpy as np
+from pydantic import Field
 
 from vislam2tag.common.addresses import code_of, url_for
 from vislam2tag.site.plans.source import PlanSource
@@ -23,26 +25,22 @@ from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue, Worker
 from vislam2tag.studio.layer_registry import LAYERS
 from vislam2tag.studio.messages import (
-    CompareQuery,
-    FloorQuery,
-    OfOutput,
-    PlanQuery,
-    RadioQuery,
-    SeriesQuery,
+    MOST_PIXELS,
+    RadioLayer,
     SessionDetail,
     SessionList,
     SurveyView,
     TapsView,
+    Text,
     WindowQuery,
 )
-from vislam2tag.studio.outputs import ARROW, FULL, arrow, arrow_stream, window
+from vislam2tag.studio.outputs import ARROW, FULL, LABELS, arrow, arrow_stream, window
 from vislam2tag.studio.preparing import (
     AddedFloor,
     DroppedFile,
     DroppedFiles,
-    FileQuery,
     FloorRequest,
-    LookQuery,
+    Name,
     PlanChange,
     PlanLookView,
     PlannedView,
@@ -77,6 +75,15 @@ from vislam2tag.studio.work_messages import (
 )
 from vislam2tag.studio.workspace import Workspace
 
+Side: TypeAlias = Annotated[int, Field(ge=64, le=MOST_PIXELS)]
+"""Longer side of a picture, pixels."""
+Points: TypeAlias = Annotated[int, Field(ge=2, le=100_000)]
+"""How many points of each series may come, of a walk between two times:"""
+From: TypeAlias = Annotated[float, Field(alias="from")]
+To: TypeAlias = Annotated[float, Field(alias="to")]
+"""Seconds after its first frame."""
+PlanPage: TypeAlias = Annotated[int, Field(ge=1)]
+
 
 @dataclass(frozen=True)
 class Studio:
@@ -99,8 +106,9 @@ def _survey(studio: Studio) -> SurveyView:
 
 
 @endpoint("GET", "/api/floors/{number:short}/plan")
-def _plan(studio: Studio, number: int, query: PlanQuery) -> Binary:
-    picture = survey_view.plan_png(studio.workspace.now.survey.site.floor(number), query.side)
+def _plan(studio: Studio, number: int, side: Side = 2048, stamp: Text = "") -> Binary:
+    del stamp  # of the plan, by which the browser keeps its picture
+    picture = survey_view.plan_png(studio.workspace.now.survey.site.floor(number), side)
     return Binary(picture, "image/png", {"Cache-Control": "private, max-age=86400"})
 
 
@@ -120,8 +128,8 @@ def _taps(studio: Studio, id: str) -> TapsView:
 
 
 @endpoint("GET", "/api/tracks")
-def _overview(studio: Studio, query: OfOutput) -> Binary:
-    workspace, output = studio.workspace, query.output
+def _overview(studio: Studio, output: Text = LABELS) -> Binary:
+    workspace = studio.workspace
     stamp = workspace.outputs[output].stamp()
     version = f"{output}-{stamp}-{workspace.refresh().sessions}-{len(workspace.before_slugs)}"
     columns, stride = session_view.overview(workspace, output)
@@ -143,25 +151,30 @@ def _window(studio: Studio, query: WindowQuery) -> Binary:
 
 
 @endpoint("GET", "/api/sessions/{id}/track")
-def _track(studio: Studio, id: str, query: SeriesQuery) -> Binary:
-    track = studio.workspace.track(id, query.output)
+def _track(
+    studio: Studio, id: str, output: Text = LABELS, points: Points = 2000, start: From = -1e9, end: To = 1e9
+) -> Binary:
+    del points  # all of them are given
+    track = studio.workspace.track(id, output)
     if track is None:
         return Binary(arrow([], tuple(FULL)), ARROW)
     t = track.columns["t"]
-    inside = np.asarray((t >= query.start) & (t <= query.end))
+    inside = np.asarray((t >= start) & (t <= end))
     index = studio.workspace.now.ids.index(id)
     return Binary(arrow([(index, track.rows(inside))], tuple(FULL)), ARROW)
 
 
 @endpoint("GET", "/api/sessions/{id}/series")
-def _series(studio: Studio, id: str, query: SeriesQuery) -> Binary:
-    found = charts.session_series(studio.workspace, id, query.output)
-    return Binary(arrow_stream(charts.series_columns(found, query.points, (query.start, query.end))), ARROW)
+def _series(
+    studio: Studio, id: str, output: Text = LABELS, points: Points = 2000, start: From = -1e9, end: To = 1e9
+) -> Binary:
+    found = charts.session_series(studio.workspace, id, output)
+    return Binary(arrow_stream(charts.series_columns(found, points, (start, end))), ARROW)
 
 
 @endpoint("GET", "/api/scans")
-def _scans(studio: Studio, query: OfOutput) -> Binary:
-    table = charts.scans_table(studio.workspace, query.output)
+def _scans(studio: Studio, output: Text = LABELS) -> Binary:
+    table = charts.scans_table(studio.workspace, output)
     return Binary(arrow_stream({name: table[name].to_numpy() for name in table.columns}), ARROW)
 
 
@@ -211,8 +224,8 @@ def _diagnosis(studio: Studio) -> DiagnosisView:
 
 
 @endpoint("GET", "/api/compare")
-def _compare(studio: Studio, query: CompareQuery) -> ComparisonView:
-    return survey_view.comparison(studio.workspace, query.a, query.b)
+def _compare(studio: Studio, a: Text, b: Text) -> ComparisonView:
+    return survey_view.comparison(studio.workspace, a, b)
 
 
 @endpoint("GET", "/api/layers")
@@ -221,8 +234,8 @@ def _layers(_studio: Studio) -> Layers:
 
 
 @endpoint("GET", "/api/layers/{name}")
-def _layer(studio: Studio, name: str, query: FloorQuery) -> LayerView:
-    return LayerView(features=LAYERS.all()[name].features(studio.workspace, query.floor))
+def _layer(studio: Studio, name: str, floor: int) -> LayerView:
+    return LayerView(features=LAYERS.all()[name].features(studio.workspace, floor))
 
 
 @endpoint("GET", "/api/radio")
@@ -234,10 +247,10 @@ def _radio(studio: Studio) -> RadioView:
 
 
 @endpoint("GET", "/api/radio/map")
-def _radio_map(studio: Studio, query: RadioQuery) -> Binary:
+def _radio_map(studio: Studio, floor: int, technology: Text, layer: RadioLayer, bssid: Text = "") -> Binary:
     if studio.jobs.radio is None:
         raise KeyError("radio map")
-    _, cells = studio.jobs.radio[0].layer(query.floor, query.technology, query.layer, query.bssid)
+    _, cells = studio.jobs.radio[0].layer(floor, technology, layer, bssid)
     return Binary(arrow_stream({"v": cells.ravel()}), ARROW)
 
 
@@ -273,19 +286,19 @@ def _invite(studio: Studio) -> Invitation:
 
 
 @endpoint("POST", "/api/prepare/files")
-def _drop(studio: Studio, query: FileQuery, content: bytes) -> DroppedFile:
-    return studio.dropped.keep(query.name, content)
+def _drop(studio: Studio, name: Name, content: bytes) -> DroppedFile:
+    return studio.dropped.keep(name, content)
 
 
 @endpoint("GET", "/api/prepare/files/{number:short}/look")
-def _look(studio: Studio, number: int, query: LookQuery) -> PlanLookView:
-    source = PlanSource(file="plan", page=query.page, level=query.level)
+def _look(studio: Studio, number: int, page: PlanPage = 1, level: str | None = None) -> PlanLookView:
+    source = PlanSource(file="plan", page=page, level=level)
     return preparing.look(studio.dropped.path(number), source, studio.workspace.root)
 
 
 @endpoint("GET", "/api/prepare/files/{number:short}/picture")
-def _picture(studio: Studio, number: int, query: LookQuery) -> Binary:
-    source = PlanSource(file="plan", page=query.page, level=query.level)
+def _picture(studio: Studio, number: int, page: PlanPage = 1, level: str | None = None) -> Binary:
+    source = PlanSource(file="plan", page=page, level=level)
     return Binary(preparing.picture_png(studio.dropped.path(number), source), "image/png")
 
 

@@ -28,7 +28,15 @@ from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.pipeline.datasets.build import BuildOptions, SessionStep, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE
-from vislam2tag.studio.answers import Hiding, export_privacy, plan_file, shown_outputs, survey_answers, walk_answer
+from vislam2tag.studio.answers import (
+    export_privacy,
+    hidden_texts,
+    json_without,
+    plan_file,
+    shown_outputs,
+    survey_answers,
+    walk_answer,
+)
 from vislam2tag.studio.guard import CONTENT_POLICY, PAGE
 from vislam2tag.studio.outputs import FULL, joined
 from vislam2tag.studio.radio import NUMBER, STRONGEST, Radio, made_radio, radio_job
@@ -112,21 +120,21 @@ def write_survey(
         workspace.leave_out_links()
     outputs = shown_outputs(workspace)
     steps = len(workspace.now.ids) * (1 + len(outputs)) + _OUTSIDE_WALKS
-    hiding = Hiding(workspace)
+    hidden = hidden_texts(workspace)
 
     radio = _radio(workspace, key, follow_links)
     if radio is not None:
         write_radio(radio, folder.folder("radio"))
     progress("radio maps", steps)
     for address, record in survey_answers(workspace, radio):
-        folder.write(f"{address}.json", hiding.json(record))
+        folder.write(f"{address}.json", json_without(record, hidden))
     for floor in workspace.now.survey.site.floors:
         if floor.plan is not None and floor.extent_m is not None:
             folder.write(plan_file(floor.number), plan_png(floor, PLAN_PIXELS))
     progress("survey", steps)
     for id in workspace.now.ids:
         address, record = walk_answer(workspace, id)
-        folder.write(f"{address}.json", hiding.json(record))
+        folder.write(f"{address}.json", json_without(record, hidden))
         progress(id, steps)
     for output in outputs:
         write_output(workspace, output, folder.folder(f"tracks/{output}"), lambda id: progress(id, steps))

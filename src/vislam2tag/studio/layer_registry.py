@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from vislam2tag.common import plugins
 from vislam2tag.common.plugins import Registry
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
 
+Features: TypeAlias = Callable[[Workspace, int], list[Feature]]
+"""Draws something of the survey or its labels on a floor; raises SurveyError or UsageError, which the page shows."""
 
-class Layer(Protocol):
-    """Draws something of the survey or its labels on each floor."""
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer of the map; ``shown`` without being asked for."""
 
     name: str
     title: Title
-    shown: bool
-    """Without being asked for."""
-
-    def features(self, workspace: Workspace, floor: int) -> list[Feature]:
-        """What it draws on a floor; raises SurveyError or UsageError, which the page tells, where it cannot."""
-        ...
+    features: Features
+    shown: bool = False
 
 
 LAYERS: Registry[Layer] = Registry(plugins.STUDIO_LAYERS)

@@ -259,19 +259,10 @@ MOST_PIXELS = 4096
 Text = Annotated[str, Field(max_length=300)]
 
 
-class NoQuery(FiniteRecord):
-    """An endpoint without parameters."""
-
-
-class OfOutput(FiniteRecord):
-    """Of which labels."""
-
-    output: Text = LABELS
-
-
-class WindowQuery(OfOutput):
+class WindowQuery(FiniteRecord):
     """Part of a floor, metres in its BCS; ``sessions``: indices with commas, absent: all; ``points`` at most."""
 
+    output: Text = LABELS
     floor: int
     left: float
     right: float
@@ -286,41 +277,4 @@ class WindowQuery(OfOutput):
         return [part for part in value.split(",") if part] if isinstance(value, str) else value
 
 
-class SeriesQuery(OfOutput):
-    """A span of a walk, seconds after its first frame, and how many points of each series may come."""
-
-    points: Annotated[int, Field(ge=2, le=100_000)] = 2000
-    start: float = Field(default=-1e9, alias="from")
-    end: float = Field(default=1e9, alias="to")
-
-
-class PlanQuery(FiniteRecord):
-    """Longer side of the picture, pixels; ``stamp`` is the plan's, for the browser to keep it."""
-
-    side: Annotated[int, Field(ge=64, le=MOST_PIXELS)] = 2048
-    stamp: Text = ""
-
-
-class CompareQuery(FiniteRecord):
-    """Names of two outputs."""
-
-    a: Text
-    b: Text
-
-
 RadioLayer: TypeAlias = Literal["strongest", "number", "mean_dbm", "deviation_db", "sigma_db", "heard"]
-
-
-class RadioQuery(FiniteRecord):
-    """A layer of the radio maps of a floor; ``bssid`` where it is of one access point."""
-
-    floor: int
-    technology: Text
-    layer: RadioLayer
-    bssid: Text = ""
-
-
-class FloorQuery(FiniteRecord):
-    """A floor by its number."""
-
-    floor: int

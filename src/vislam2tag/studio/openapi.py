@@ -17,7 +17,7 @@ import vislam2tag.studio.endpoints  # noqa: F401  (each adds itself to ENDPOINTS
 from vislam2tag.common.files.whole_file import write_file
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.studio.fleet import FleetView
-from vislam2tag.studio.messages import NewLabels, NoQuery, Versions
+from vislam2tag.studio.messages import NewLabels, Versions
 from vislam2tag.studio.routing import ENDPOINTS, Endpoint
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 
@@ -33,7 +33,7 @@ _FURTHER: set[type[FiniteRecord]] = {EnterRequest}
 def openapi() -> dict[str, Any]:
     """The description of all endpoints that answer or take JSON, and of the records in events."""
     given: set[type[FiniteRecord]] = {e.gives for e in ENDPOINTS if e.gives is not None}
-    taken: set[type[FiniteRecord]] = {e.body for e in ENDPOINTS if e.body is not NoQuery}
+    taken: set[type[FiniteRecord]] = {e.body for e in ENDPOINTS if e.body is not None}
     records = [
         *((record, "serialization") for record in sorted(given | _EVENTS | _OF_EXPORTS, key=_name)),
         *((record, "validation") for record in sorted(taken | _FURTHER, key=_name)),
@@ -73,7 +73,7 @@ def _operation(endpoint: Endpoint, references: Any) -> dict[str, Any]:
     }
     if endpoint.takes_file:
         operation["requestBody"] = {"required": True, "content": {"application/octet-stream": {}}}
-    if endpoint.body is not NoQuery:
+    if endpoint.body is not None:
         operation["requestBody"] = {"required": True} | _content(references[endpoint.body, "validation"])
     return operation
 

@@ -28,24 +28,11 @@ from vislam2tag.studio.workspace import Workspace
 Name = Annotated[str, Field(min_length=1, max_length=300)]
 
 
-class FileQuery(FiniteRecord):
-    """The name of a file that is brought."""
-
-    name: Name
-
-
 class DroppedFile(FiniteRecord):
     """A file that was brought; later requests name it by its number."""
 
     id: int
     name: str
-
-
-class LookQuery(FiniteRecord):
-    """Which part of a plan's file is looked at."""
-
-    page: Annotated[int, Field(ge=1)] = 1
-    level: str | None = None
 
 
 class PlanLookView(FiniteRecord):

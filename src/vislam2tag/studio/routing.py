@@ -6,12 +6,14 @@ Routes and ``openapi.json`` are both made of :data:`ENDPOINTS`.
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar, get_type_hints
 
+from pydantic import create_model
+
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.studio.messages import NoQuery
 
 _Answering = TypeVar("_Answering", bound=Callable[..., "FiniteRecord | Binary"])
 
@@ -33,38 +35,24 @@ class Endpoint:
     method: str
     path: str
     answer: Callable[..., FiniteRecord | Binary]
-    """Takes the studio, and by name: what stands in the path, ``query`` and ``body`` as records, ``version`` (the
-    header If-Match), ``content`` (a file in place of JSON).
+    """Takes the studio, and by name: what stands in the path, ``body`` (a record), ``version`` (the header If-Match),
+    ``content`` (a file in place of JSON), and the parameters of the query, each alone or all as a record ``query``.
     """
     status: int
-    kinds: dict[str, Any]
+    query: type[FiniteRecord]
+    """Record of what stands behind the question mark."""
+    body: type[FiniteRecord] | None
+    """Record of its JSON."""
+    gives: type[FiniteRecord] | None
+    """Record of the answer; None: no JSON."""
+    takes_file: bool
+    """Whether the body is a file in place of JSON."""
 
-    @property
-    def query(self) -> type[FiniteRecord]:
-        """Record of what stands behind the question mark."""
-        query: type[FiniteRecord] = self.kinds.get("query", NoQuery)
-        return query
-
-    @property
-    def body(self) -> type[FiniteRecord]:
-        """Record of its JSON."""
-        body: type[FiniteRecord] = self.kinds.get("body", NoQuery)
-        return body
-
-    @property
-    def gives(self) -> type[FiniteRecord] | None:
-        """Record of the answer; None: no JSON."""
-        return None if self.kinds["return"] is Binary else self.kinds["return"]
-
-    @property
-    def takes_file(self) -> bool:
-        """Whether the body is a file in place of JSON."""
-        return "content" in self.kinds
-
-    def answered(self, studio: object, asked: dict[str, object]) -> FiniteRecord | Binary:
+    def answered(self, studio: object, query: FiniteRecord, asked: dict[str, object]) -> FiniteRecord | Binary:
         """Answer with those of the things asked by name that the function takes."""
+        named = {**asked, **dict(query), "query": query}
         names = inspect.signature(self.answer).parameters
-        return self.answer(studio, **{name: value for name, value in asked.items() if name in names})
+        return self.answer(studio, **{name: value for name, value in named.items() if name in names})
 
 
 ENDPOINTS: list[Endpoint] = []
@@ -75,7 +63,24 @@ def endpoint(method: str, path: str, status: int = 200) -> Callable[[_Answering]
     """Let a function answer at an address."""
 
     def register(function: _Answering) -> _Answering:
-        ENDPOINTS.append(Endpoint(method, path, function, status, get_type_hints(function)))
+        kinds = get_type_hints(function, include_extras=True)
+        gives = None if kinds["return"] is Binary else kinds["return"]
+        query = kinds.get("query") or _query(path, function, kinds)
+        ENDPOINTS.append(
+            Endpoint(method, path, function, status, query, kinds.get("body"), gives, takes_file="content" in kinds)
+        )
         return function
 
     return register
+
+
+def _query(path: str, function: Callable[..., object], kinds: dict[str, Any]) -> type[FiniteRecord]:
+    """Record of a function's parameters that come neither from the path nor from the request's body or headers."""
+    _, *parameters = inspect.signature(function).parameters.values()
+    others = {"body", "version", "content", *re.findall(r"\{(\w+)", path)}
+    fields: dict[str, Any] = {
+        one.name: (kinds[one.name], ... if one.default is one.empty else one.default)
+        for one in parameters
+        if one.name not in others
+    }
+    return create_model("Query", __base__=FiniteRecord, **fields)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import compress
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,8 @@ import numpy as np
 from vislam2tag.core.cell_grid import around_most
 from vislam2tag.quality.landmark_gain import CELL_M, Cell, GainMap
 from vislam2tag.quality.self_check_record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
-from vislam2tag.site.model import Floor, Survey
-from vislam2tag.site.walkable.walked import WalkedFloor, WalkedSpace
+from vislam2tag.site.model import Survey
+from vislam2tag.site.walkable.walked import WalkedSpace
 from vislam2tag.views.floor_map import drawn_plan, site_figure, walk_to_fill
 from vislam2tag.views.layers import BLUE, GREEN, ORANGE, RED, Trace, arrows, cells, colour_bar, plotly_text, scatter
 from vislam2tag.views.page import write_page
@@ -27,19 +26,6 @@ FAULTS = {
 """What a reader should make of each fault."""
 _SHADED_STEPS = 2
 """Places of the walkable space to the side of a shaded square: finer than anybody walks."""
-
-
-@dataclass(frozen=True)
-class CheckedFloor:
-    """A floor's map and what was found there."""
-
-    floor: Floor
-    check: FloorCheck
-    figure: str
-    note: str
-    """Why there is no plan; empty where there is one."""
-    walked: WalkedFloor | None
-    """What was walked of it; None where that was not asked for."""
 
 
 def write_check_page(
@@ -81,7 +67,8 @@ def median_left_out_m(session: SessionCheck) -> float | None:
 
 def _checked_floor(
     survey: Survey, check: SurveyCheck, floor: FloorCheck, gains: dict[Cell, float], space: WalkedSpace | None
-) -> CheckedFloor:
+) -> dict[str, Any]:
+    """A floor's map and findings; ``note`` says why there is no plan, ``walked`` is None if not asked for."""
     site = survey.site.floor(floor.number)
     plan, note = drawn_plan(site)
     bad = [found for found in check.bad_landmarks if found.floor == floor.number]
@@ -95,7 +82,7 @@ def _checked_floor(
         _best(floor),
     ]
     figure = site_figure(site, survey.site.landmarks, plan, [_gain_map(gains), *unwalked], above)
-    return CheckedFloor(site, floor, figure, note, walked)
+    return {"floor": site, "check": floor, "figure": figure, "note": note, "walked": walked}
 
 
 def _unwalked(space: WalkedSpace) -> Trace:

@@ -4,26 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.quality.diagnosis.record import Reference, References
-from vislam2tag.site.model import Floor, Survey
+from vislam2tag.site.model import Survey
 from vislam2tag.views.floor_map import drawn_plan, site_figure
 from vislam2tag.views.layers import GREEN, RED, Trace, arrows, plotly_text, scatter
 from vislam2tag.views.page import write_page
-
-
-@dataclass(frozen=True)
-class FloorOfConflicts:
-    """A floor's map of references."""
-
-    floor: Floor
-    figure: str
-    note: str
-    """Why there is no plan; empty where there is one."""
-    references: tuple[Reference, ...]
 
 
 def write_conflict_page(out_file: Path, survey: Survey, found: References) -> None:
@@ -50,14 +39,15 @@ def named(one: Reference) -> str:
     return f"survey of {one.landmark}" if one.session is None else f"{one.landmark} as seen by {one.session}"
 
 
-def _floors(survey: Survey, found: References) -> Iterator[FloorOfConflicts]:
+def _floors(survey: Survey, found: References) -> Iterator[dict[str, Any]]:
+    """Each floor's map of references; ``note`` says why there is no plan, empty if there is one."""
     numbers = {one.floor for one in found.compared}
     for floor in survey.site.floors:
         if floor.number in numbers:
             here = found.on_floor(floor.number)
             plan, note = drawn_plan(floor)
             figure = site_figure(floor, survey.site.landmarks, plan, [], [*_landmarks(here), _contradicting(here)])
-            yield FloorOfConflicts(floor, figure, note, here)
+            yield {"floor": floor, "figure": figure, "note": note, "references": here}
 
 
 def _landmarks(references: Sequence[Reference]) -> list[Trace]:

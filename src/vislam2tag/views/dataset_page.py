@@ -15,7 +15,7 @@ from plotly.colors import qualitative
 from vislam2tag import __version__
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.coverage import FloorCoverage, GapWalk, coverage, gap_walks
-from vislam2tag.datasets.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
+from vislam2tag.datasets.leakage import ALL_FOLDS, SplitLeakage, leakage
 from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.datasets.statistics_record import UNKNOWN, DatasetStatistics, Table3
@@ -28,25 +28,6 @@ from vislam2tag.views.page import page_text
 
 MOST_SESSIONS = 300
 """Walks listed at most; all are in sessions.parquet."""
-
-
-@dataclass(frozen=True)
-class SplitView:
-    """One split, as far as it concerns the fingerprints of one technology."""
-
-    split: SplitLeakage
-    technology: str
-
-    @property
-    def folds(self) -> list[FoldLeakage]:
-        """Its folds."""
-        return [fold for fold in self.split.folds if fold.of == self.technology and fold.fold != ALL_FOLDS]
-
-    @property
-    def whole(self) -> FoldLeakage | None:
-        """All folds together; None where nothing tests."""
-        together = [fold for fold in self.split.folds if fold.of == self.technology and fold.fold == ALL_FOLDS]
-        return next(iter(together or self.folds), None)
 
 
 def dataset_page(
@@ -76,11 +57,19 @@ def dataset_page(
         "charts": charts(technology, statistics.sessions, name, colours) if technology else [],
         "transmitters": _transmitters(dataset),
         "radius_m": CoverageSettings().radius_m,
-        "splits": [SplitView(split, name) for split in leakage(dataset, dataset.splits)],
+        "splits": [_split_view(split, name) for split in leakage(dataset, dataset.splits)],
         "sessions": statistics.sessions[:MOST_SESSIONS],
         "main": name,
     }
     return page_text("dataset.html.j2", context)
+
+
+def _split_view(split: SplitLeakage, technology: str) -> dict[str, Any]:
+    """A split, its folds for the fingerprints of one technology, and all of them together (None if nothing tests)."""
+    own = [fold for fold in split.folds if fold.of == technology]
+    folds = [fold for fold in own if fold.fold != ALL_FOLDS]
+    together = [fold for fold in own if fold.fold == ALL_FOLDS]
+    return {"split": split, "folds": folds, "whole": next(iter(together or folds), None)}
 
 
 def _transmitters(dataset: Dataset) -> list[dict[str, Any]]:

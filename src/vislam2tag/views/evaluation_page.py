@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,24 +27,6 @@ MEANINGS = {
 _BEST_FIRST = tuple(MEANINGS)
 _COMPLETE = 0.9
 """A strategy that labels less than this share of what the most complete one labels is not called the best."""
-
-
-@dataclass(frozen=True)
-class TruthView:
-    """One truth, made by one method: its rows over all walks and over their points, over the walks of each floor and
-    each device, and its figures.
-    """
-
-    name: str
-    meaning: str
-    sigma_m: float | None
-    """How exactly its positions are known along each axis, root mean square over walks; None where nothing tells."""
-    walks: Sequence[ErrorRow]
-    points: Sequence[ErrorRow]
-    groups: Sequence[ErrorRow]
-    curves: str
-    movement: str | None
-    """None where no walk tells."""
 
 
 def write_evaluation_page(out_file: Path, title: str, evaluation: SurveyEvaluation) -> None:
@@ -86,19 +68,21 @@ def _name(truth: TruthKind, method: str) -> str:
     return "the whole true path" if truth is TruthKind.DENSE else truth_name(truth, method)
 
 
-def _truths(evaluation: SurveyEvaluation) -> Iterator[TruthView]:
+def _truths(evaluation: SurveyEvaluation) -> Iterator[dict[str, Any]]:
+    """Each truth by one method: rows over all walks, over their points and of each floor and device, and figures."""
     for (truth, method), group in groupby(evaluation.rows, key=lambda row: (row.truth, row.method)):
         rows = list(group)
-        yield TruthView(
-            name=_name(truth, method),
-            meaning=MEANINGS[truth],
-            sigma_m=truth_sigma_m([one for session in evaluation.sessions for one in session.measured], truth, method),
-            walks=[row for row in rows if row.group == ALL and row.over == OVER_WALKS],
-            points=[row for row in rows if row.group == ALL and row.over == OVER_POINTS],
-            groups=[row for row in rows if row.group != ALL and row.over == OVER_WALKS],
-            curves=cdf_figure(evaluation, truth, method),
-            movement=movement_figure(evaluation, truth, method),
-        )
+        measured = [one for session in evaluation.sessions for one in session.measured]
+        yield {
+            "name": _name(truth, method),
+            "meaning": MEANINGS[truth],
+            "sigma_m": truth_sigma_m(measured, truth, method),
+            "walks": [row for row in rows if row.group == ALL and row.over == OVER_WALKS],
+            "points": [row for row in rows if row.group == ALL and row.over == OVER_POINTS],
+            "groups": [row for row in rows if row.group != ALL and row.over == OVER_WALKS],
+            "curves": cdf_figure(evaluation, truth, method),
+            "movement": movement_figure(evaluation, truth, method),
+        }
 
 
 def truth_sigma_m(measured: Sequence[StrategyErrors], truth: TruthKind, method: str) -> float | None:

@@ -7,7 +7,6 @@ fleet.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from markupsafe import Markup
@@ -79,24 +78,16 @@ def _parts(rows: Sequence[_Row]) -> Iterator[tuple[Sequence[_Row], str, list[str
         yield rows[number * ROWS : (number + 1) * ROWS], name, names
 
 
-@dataclass
-class _Site:
-    site: str
-    surveys: int = 0
-    sessions: int = 0
-    failed: int = 0
-    distance_m: float = 0.0
-
-
-def _sums(rows: Sequence[_Row]) -> list[_Site]:
-    sites: dict[str, _Site] = {}
+def _sums(rows: Sequence[_Row]) -> list[dict[str, Any]]:
+    """Each site's number of surveys, and what they have together; the one with the most sessions first."""
+    sites: dict[str, dict[str, Any]] = {}
     for row in rows:
-        site = sites.setdefault(row["site"], _Site(row["site"]))
-        site.surveys += 1
-        site.sessions += row["sessions"]
-        site.failed += row["failed"]
-        site.distance_m += row["distance_m"]
-    return sorted(sites.values(), key=lambda site: (-site.sessions, site.site))
+        nothing = {"site": row["site"], "surveys": 0, "sessions": 0, "failed": 0, "distance_m": 0.0}
+        site = sites.setdefault(row["site"], nothing)
+        site["surveys"] += 1
+        for name in ("sessions", "failed", "distance_m"):
+            site[name] += row[name]
+    return sorted(sites.values(), key=lambda site: (-site["sessions"], site["site"]))
 
 
 def _map(drawing: Drawing) -> Markup | None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib import colormaps
@@ -19,7 +20,7 @@ from PIL import Image
 
 from vislam2tag import __version__
 from vislam2tag.datasets.map_process import MapKernel
-from vislam2tag.datasets.radio_maps import FloorMaps, RadioMap
+from vislam2tag.datasets.radio_maps import FloorMaps
 from vislam2tag.site.model import Floor
 from vislam2tag.views.floor_map import drawn_plan
 from vislam2tag.views.page import data_uri, write_page
@@ -35,18 +36,10 @@ from vislam2tag.views.panels import (
     show,
 )
 
+SignalClass: TypeAlias = tuple[str, str, float]
+"""A class of the strongest signal on a floor: its name, colour, and the share of the known cells, 0 to 1."""
 _STOPS = 9
 """Colours of a legend's gradient."""
-
-
-@dataclass(frozen=True)
-class MapTile:
-    """One access point: what is said of it, and its maps as images by layer."""
-
-    map: RadioMap
-    images: dict[str, str]
-    file: str
-    """Its GeoTIFF."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +59,8 @@ class MapFloor:
     kernel: MapKernel
     heard_width_m: float
     offsets_db: dict[str, float]
-    tiles: tuple[MapTile, ...]
+    tiles: tuple[dict[str, Any], ...]
+    """Of each access point its ``map``, its maps as ``images`` by layer and its GeoTIFF ``file``."""
     strongest: str
     """How loud the loudest access point is, as an image."""
     classes: tuple[SignalClass, ...]
@@ -77,7 +71,7 @@ class MapFloor:
 
     def louder_share(self, threshold_dbm: float) -> float:
         """Share of the mapped area where some access point has at least a threshold of :data:`THRESHOLDS_DBM`."""
-        return sum(one.share for one in self.classes[: 1 + THRESHOLDS_DBM.index(threshold_dbm)])
+        return sum(share for _, _, share in self.classes[: 1 + THRESHOLDS_DBM.index(threshold_dbm)])
 
     @classmethod
     def of(cls, maps: FloorMaps, floor: Floor, stem: str, files: Sequence[str]) -> MapFloor:
@@ -114,9 +108,9 @@ class MapFloor:
         )
 
 
-def _tile(maps: FloorMaps, number: int, file: str) -> MapTile:
+def _tile(maps: FloorMaps, number: int, file: str) -> dict[str, Any]:
     images = {layer: data_uri(thumbnail(getattr(maps, layer)[number], scale)) for layer, scale in SCALES.items()}
-    return MapTile(maps.maps[number], images, file)
+    return {"map": maps.maps[number], "images": images, "file": file}
 
 
 def write_radio_map_page(out_file: Path, title: str, floors: Sequence[MapFloor]) -> None:
@@ -212,15 +206,6 @@ THRESHOLDS_DBM = (-55.0, -67.0, -75.0, -85.0)
 _CLASS_COLOURS = ("#fde725", "#5ec962", "#21918c", "#3b528b", "#440154")
 
 
-@dataclass(frozen=True)
-class SignalClass:
-    """One class of the strongest signal on a floor: its name, colour, and the share of the known cells, 0 to 1."""
-
-    name: str
-    colour: str
-    share: float
-
-
 def strongest_signal(maps: FloorMaps) -> tuple[bytes, list[SignalClass]]:
     """Image (PNG, one pixel a cell) and classes of the loudest mean of any access point in each cell."""
     strongest = np.fmax.reduce(maps.mean_dbm, axis=0)
@@ -230,7 +215,7 @@ def strongest_signal(maps: FloorMaps) -> tuple[bytes, list[SignalClass]]:
     pixels = np.array([to_rgba(colour) for colour in _CLASS_COLOURS])[of_cell]
     pixels[~known] = 0
     shares = [float((of_cell[known] == number).mean()) if known.any() else 0.0 for number in range(len(names))]
-    classes = [SignalClass(*each) for each in zip(names, _CLASS_COLOURS, shares, strict=True)]
+    classes = list(zip(names, _CLASS_COLOURS, shares, strict=True))
     return _png((255 * pixels).astype(np.uint8)), classes
 
 

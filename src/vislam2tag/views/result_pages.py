@@ -140,26 +140,17 @@ def _models(found: Benchmark) -> list[tuple[str, str]]:
     return [(name, json.dumps(own, sort_keys=True)) for name, own in parameters.items()]
 
 
-@dataclass(frozen=True)
-class IndexLink:
-    """A page to go to."""
-
-    href: str
-    """Relative to the index."""
-    title: str
-    about: str
-
-
 def write_index_page(
     out_file: Path,
     title: str,
     summary: Summary,
     check: SurveyCheck,
     faults: Sequence[str],
-    links: Sequence[IndexLink],
+    links: Sequence[tuple[str, str, str]],
 ) -> None:
     """Write the page: how good the labels are, what is wrong, and where to read on.
 
+    ``links`` are pages to go to: address relative to this one, title, and what it is about.
     Raises OutputError where it cannot be written.
     """
     context = {

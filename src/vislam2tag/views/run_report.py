@@ -99,7 +99,7 @@ def _context(
         "survey": survey,
         "names": {ref.slug: str(ref.key) for ref in survey.sessions},
         "summary": summary,
-        "overview": Overview(summary),
+        "overview": _overview(summary),
         "accuracy": accuracy_sentence(summary),
         "problems": problems(summary, survey.findings),
         "uncertainty": UncertaintyView(summary, settings.labels.max_sigma_m),
@@ -208,44 +208,19 @@ class SessionView:
         )
 
 
-@dataclass(frozen=True)
-class Overview:
-    """The whole run in a few numbers."""
-
-    summary: Summary
-
-    @property
-    def labelled_time(self) -> float | None:
-        """Share of the walked time with a label, 0 to 1; None where nothing was walked."""
-        return next((time.share for time in status_times(self.summary.frame_seconds) if time.style.label == "ok"), None)
-
-    @property
-    def uncertain_time(self) -> float:
-        """Share of the walked time with an uncertain position, 0 to 1."""
-        shares = {time.style.label: time.share for time in status_times(self.summary.frame_seconds)}
-        return shares.get(Status.UNCERTAIN.label, 0.0)
-
-    @property
-    def shares(self) -> dict[str, float | None]:
-        """Share labelled of the frames and of each table, 0 to 1."""
-        tables = {table: labelled_share(counts) for table, counts in self.summary.readings.items()}
-        return {"frames": labelled_share(self.summary.frames), **tables}
-
-    @property
-    def readings(self) -> dict[str, int]:
-        """Number of rows of each table, Wi-Fi first."""
-        tables = sorted(self.summary.readings, key=lambda table: (table != "wifi", table))
-        return {table: sum(self.summary.readings[table].values()) for table in tables}
-
-    @property
-    def lost(self) -> list[StatusTime]:
-        """Time without a position over all sessions, the longest first."""
-        return lost_times(self.summary.frame_seconds)
-
-    @property
-    def findings(self) -> list[tuple[str, int]]:
-        """Kinds of findings with their counts, the most frequent first."""
-        return sorted(self.summary.findings.items(), key=lambda item: (-item[1], item[0]))
+def _overview(summary: Summary) -> dict[str, Any]:
+    """The whole run in a few numbers: shares labelled and uncertain of the time walked, of frames and of each table."""
+    times = {time.style.label: time.share for time in status_times(summary.frame_seconds)}
+    tables = {table: labelled_share(counts) for table, counts in summary.readings.items()}
+    wifi_first = sorted(summary.readings, key=lambda table: (table != "wifi", table))
+    return {
+        "labelled_time": times.get("ok"),
+        "uncertain_time": times.get(Status.UNCERTAIN.label, 0.0),
+        "shares": {"frames": labelled_share(summary.frames), **tables},
+        "readings": {table: sum(summary.readings[table].values()) for table in wifi_first},
+        "lost": lost_times(summary.frame_seconds),
+        "findings": sorted(summary.findings.items(), key=lambda item: (-item[1], item[0])),
+    }
 
 
 _TOLERANCE_M = 1.0

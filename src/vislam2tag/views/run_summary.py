@@ -227,14 +227,6 @@ TOGETHER = "let the walks tell one another where they were: process --together"
 
 
 @dataclass(frozen=True)
-class ExpectedError:
-    """What the stated sigmas say of the errors of all positions, metres; ``p95_m``: 95 % are smaller."""
-
-    mean_m: float
-    p95_m: float
-
-
-@dataclass(frozen=True)
 class Problem:
     """One thing that is wrong, what to do about it, and an anchor of the page that tells more (may be empty)."""
 
@@ -243,25 +235,25 @@ class Problem:
     anchor: str = ""
 
 
-def expected_error(sigma: SigmaStatistics) -> ExpectedError:
-    """Mean and quantile of errors drawn from circular normal distributions with the sigmas that were counted."""
+def expected_error(sigma: SigmaStatistics) -> tuple[float, float]:
+    """Mean and 95 % quantile, metres, of errors drawn from circular normal distributions with the counted sigmas."""
     bins = np.array(sorted(sigma.frames))
     frames = np.array([sigma.frames[index] for index in bins.tolist()], dtype=np.float64)
     sigma_m = np.array([log_bins.lower_edge_m(index + 0.5) for index in bins.tolist()])
     share = frames / frames.sum()
     mean_m = float(np.sqrt(np.pi / 2) * (share * sigma_m).sum())
     within = lambda steps: float((share * np.exp(-((steps * STEP_M) ** 2) / (2 * sigma_m**2))).sum()) <= 0.05
-    return ExpectedError(mean_m, STEP_M * bisect_left(range(int(10 * sigma_m.max() / STEP_M)), True, key=within))
+    return mean_m, STEP_M * bisect_left(range(int(10 * sigma_m.max() / STEP_M)), True, key=within)
 
 
 def accuracy_sentence(summary: Summary) -> str:
     """How far positions are off: as expected and, where a truth is known, as measured; empty where nothing tells."""
     sentences = []
     if summary.sigma is not None and summary.sigma.frames:
-        expected = expected_error(summary.sigma)
+        mean_m, p95_m = expected_error(summary.sigma)
         sentences.append(
-            f"Positions are expected to be {expected.mean_m:.2f} m off on average, 95 % of them less than "
-            f"{expected.p95_m:.2f} m" + (", if landmarks hang where the survey has them" * bool(summary.contradictions))
+            f"Positions are expected to be {mean_m:.2f} m off on average, 95 % of them less than "
+            f"{p95_m:.2f} m" + (", if landmarks hang where the survey has them" * bool(summary.contradictions))
         )
     curve = coverage_curve(summary.errors) if summary.errors is not None else None
     if curve is not None and summary.errors is not None:

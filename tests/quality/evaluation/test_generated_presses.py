@@ -42,7 +42,7 @@ def labels(walk: TrueWalk, shift: tuple[float, float] = (0.0, 0.0)) -> Trajector
 def test_presses_are_told_from_good_labels(walk: TrueWalk, points: FloatArray) -> None:
     presses_ns = simulate_presses(walk, HAND, np.random.default_rng(1))
     truth = press_truth(labels(walk), presses_ns, floor_with(points))
-    assert truth.identities.point.tolist() == walk.pressed_point.tolist()
+    assert truth.point.tolist() == walk.pressed_point.tolist()
     assert truth.lead.lead_s == pytest.approx(-HAND.lead_s, abs=4 * truth.lead.sigma_s)
     with_lead = press_errors(labels(walk), truth).error_m
     assert press_errors(labels(walk), truth, without_lead=True).error_m.mean() < with_lead.mean()
@@ -56,7 +56,7 @@ def test_labels_aside_of_the_truth_do_not_deceive(
     aside = labels(walk, shift)
     truth = press_truth(aside, presses_ns, floor_with(points))
     clear = truth.identified
-    assert (truth.identities.point == walk.pressed_point)[clear].all()
+    assert (truth.point == walk.pressed_point)[clear].all()
     assert clear.mean() > 0.9
     assert press_errors(aside, truth).error_m.mean() == pytest.approx(np.hypot(*shift), abs=0.1)
     assert nearest_point_errors(aside, presses_ns, floor_with(points)).error_m.mean() < 0.97 * np.hypot(*shift)

@@ -18,8 +18,8 @@ PLACES = np.array([[0.0, 0.0], [6.0, 0.0], [12.0, 0.0], [12.0, 6.0], [6.0, 8.0],
 
 def identified(labels: FloatArray, points: FloatArray, route: IntArray | None = None) -> list[int]:
     time_ns = np.arange(len(labels), dtype=np.int64) * 6_000_000_000
-    found = identify_presses(time_ns, labels, np.full(len(labels), np.nan), points, route)
-    return [int(point) for point in found.point]
+    found, _ = identify_presses(time_ns, labels, np.full(len(labels), np.nan), points, route)
+    return [int(point) for point in found]
 
 
 def test_good_labels_tell_their_points_in_any_order() -> None:
@@ -69,10 +69,10 @@ def test_a_single_point_and_no_press() -> None:
 def test_an_uncertain_label_is_clear_no_longer() -> None:
     time_ns = np.zeros(1, dtype=np.int64)
     label, points = np.array([[1.5, 0.0]]), PLACES[:2]
-    sure = identify_presses(time_ns, label, np.array([0.1]), points)
-    unsure = identify_presses(time_ns, label, np.array([4.0]), points)
-    assert (sure.point[0], unsure.point[0]) == (0, -1)
-    assert 0.5 < unsure.probability[0] < sure.probability[0] <= 1
+    sure, sure_probability = identify_presses(time_ns, label, np.array([0.1]), points)
+    unsure, unsure_probability = identify_presses(time_ns, label, np.array([4.0]), points)
+    assert (sure[0], unsure[0]) == (0, -1)
+    assert 0.5 < unsure_probability[0] < sure_probability[0] <= 1
 
 
 @settings(max_examples=50)
@@ -83,9 +83,9 @@ def test_identity_does_not_depend_on_the_frame(seed: int, turn: float, shift: fl
     labels = PLACES[order] + rng.normal(0, 1.5, (10, 2))
     matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     time_ns, unknown = np.arange(10, dtype=np.int64) * 6_000_000_000, np.full(10, np.nan)
-    plain = identify_presses(time_ns, labels, unknown, PLACES)
-    moved = identify_presses(time_ns, labels @ matrix.T + shift, unknown, PLACES @ matrix.T + shift)
-    assert moved.probability == pytest.approx(plain.probability, abs=1e-6)
+    _, plain = identify_presses(time_ns, labels, unknown, PLACES)
+    _, moved = identify_presses(time_ns, labels @ matrix.T + shift, unknown, PLACES @ matrix.T + shift)
+    assert moved == pytest.approx(plain, abs=1e-6)
 
 
 def test_stated_probabilities_come_true() -> None:
@@ -94,10 +94,10 @@ def test_stated_probabilities_come_true() -> None:
     for _ in range(150):
         order = rng.integers(0, len(PLACES), 8)
         labels = PLACES[order] + rng.normal(0, 2.0, (8, 2))
-        found = identify_presses(np.arange(8) * 6_000_000_000, labels, np.full(8, 2.0), PLACES)
-        clear = found.point >= 0
-        right += (found.point == order)[clear].tolist()
-        stated += found.probability[clear].tolist()
+        found, probability = identify_presses(np.arange(8) * 6_000_000_000, labels, np.full(8, 2.0), PLACES)
+        clear = found >= 0
+        right += (found == order)[clear].tolist()
+        stated += probability[clear].tolist()
     assert len(right) > 300
     assert np.mean(right) == pytest.approx(np.mean(stated), abs=0.05)
 

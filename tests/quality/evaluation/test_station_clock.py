@@ -97,7 +97,7 @@ def test_one_clock_for_all_walks_of_a_device() -> None:
     found = align_device(walks)
     assert (found.adjustment.clock_ns - CLOCK_NS) * 1e-9 == pytest.approx(4.23, abs=1e-3)
     assert found.clock_sigma_s < 1e-3
-    assert found.prism.ahead_m.value == pytest.approx(0, abs=0.01)
+    assert found.prism_ahead_m.value == pytest.approx(0, abs=0.01)
     for walk, truth in zip(walks, found.truths, strict=True):
         assert truth is not None
         assert station_point_errors(walk.reference, truth).error_m.max() < 0.02
@@ -141,8 +141,8 @@ def test_prism_and_drift_are_found_and_taken_off() -> None:
     exact = three_walks()
     walks = [StationWalk(walk, measured(walk, 0.8, (0.25, -0.1), 40.0, 1001.0), frame()) for walk in exact]
     plain, free = align_device(walks), align_device(walks, FreeParameters(drift=True, prism=True))
-    assert free.prism.ahead_m.value == pytest.approx(0.25, abs=0.02)
-    assert free.prism.left_m.value == pytest.approx(-0.1, abs=0.02)
+    assert free.prism_ahead_m.value == pytest.approx(0.25, abs=0.02)
+    assert free.prism_left_m.value == pytest.approx(-0.1, abs=0.02)
     assert free.drift_ppm is not None
     assert free.drift_ppm.value == pytest.approx(40.0, abs=4.0)
     assert plain.drift_ppm is None

@@ -28,7 +28,7 @@ from vislam2tag.estimation.strategies.smoother import Smoother
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 from vislam2tag.pipeline.run.failures import done_or_failed
-from vislam2tag.quality.landmark_gain import SessionGains, gains, positions_each_metre, session_gains
+from vislam2tag.quality.landmark_gain import GainMap, gains, positions_each_metre, session_gains
 from vislam2tag.quality.self_check import LeftOut, error_factor, estimate_accuracy, expected_error_m, leave_out
 from vislam2tag.quality.self_check_record import DoubtfulFix, LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
@@ -106,7 +106,7 @@ class CheckedSession:
     """What the worker tells the main process; ``gains`` and ``places`` are None where it could not be mapped."""
 
     record: SessionCheck
-    gains: SessionGains | None = None
+    gains: GainMap | None = None
     places: WalkPlaces | None = None
 
 

@@ -196,7 +196,7 @@ def _at_control_points(
         for name, trajectory in mapped.items():
             points = points_within_sigma(compare(trajectory), job.max_sigma_m(session))
             found.measured.append(strategy_errors(points, method, name))
-    names = [floor.control_points.ids[point] for point in truth.identities.point[truth.identified].tolist()]
+    names = [floor.control_points.ids[point] for point in truth.point[truth.identified].tolist()]
     found.presses += press_offsets(names, press_errors(reference, truth, own))
     found.findings += press_truth_findings(truth)
     found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}

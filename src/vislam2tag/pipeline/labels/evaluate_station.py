@@ -191,7 +191,7 @@ def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, 
 
 
 def _estimates(frame: StationFrame, alignment: DeviceAlignment) -> dict[str, float | None]:
-    prism, drift = alignment.prism, alignment.drift_ppm
+    ahead, left, drift = alignment.prism_ahead_m, alignment.prism_left_m, alignment.drift_ppm
     drifting = {} if drift is None else {"station_drift_ppm": drift.value, "station_drift_sigma_ppm": drift.sigma}
     return {
         **{name: rounded(value) for name, value in drifting.items()},
@@ -199,8 +199,8 @@ def _estimates(frame: StationFrame, alignment: DeviceAlignment) -> dict[str, flo
         "station_clock_sigma_s": rounded(alignment.clock_sigma_s),
         "station_frame_worst_m": rounded(float(frame.residual_m.max())),
         "station_frame_scale": rounded(frame.scale),
-        "prism_ahead_m": rounded(prism.ahead_m.value),
-        "prism_ahead_sigma_m": rounded(prism.ahead_m.sigma),
-        "prism_left_m": rounded(prism.left_m.value),
-        "prism_left_sigma_m": rounded(prism.left_m.sigma),
+        "prism_ahead_m": rounded(ahead.value),
+        "prism_ahead_sigma_m": rounded(ahead.sigma),
+        "prism_left_m": rounded(left.value),
+        "prism_left_sigma_m": rounded(left.sigma),
     }

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from itertools import combinations, permutations
 from math import comb
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,21 +15,16 @@ from vislam2tag.quality.diagnosis.evidence import Evidence, Hypothesis, Mark, ch
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.site.corrections.file import UNITS_M
 
-
-@dataclass(frozen=True)
-class _Change:
-    """``unit`` of the coordinates ('' metres), and whether x runs the other way."""
-
-    unit: str
-    mirrored: bool
-
-    def of(self, place: complex, width_m: float) -> complex:
-        """A place of the table where this change puts it."""
-        scaled = place * UNITS_M.get(self.unit, 1.0)
-        return complex(width_m - scaled.real, scaled.imag) if self.mirrored else scaled
+_Change: TypeAlias = tuple[str, bool]
+"""Unit of the coordinates ('' metres), and whether x runs the other way."""
+CHANGES: list[_Change] = [(unit, mirrored) for unit in ("", *UNITS_M) for mirrored in (False, True)][1:]
 
 
-CHANGES = [_Change(unit, mirrored) for unit in ("", *UNITS_M) for mirrored in (False, True)][1:]
+def _changed(place: complex, change: _Change, width_m: float) -> complex:
+    """A place of the table where this change puts it."""
+    unit, mirrored = change
+    scaled = place * UNITS_M.get(unit, 1.0)
+    return complex(width_m - scaled.real, scaled.imag) if mirrored else scaled
 
 
 def changed_tables(evidence: Evidence) -> Iterator[Hypothesis]:
@@ -37,30 +33,31 @@ def changed_tables(evidence: Evidence) -> Iterator[Hypothesis]:
         width_m = evidence.table.size_m.get(floor, (0.0, 0.0))[0]
         for change in CHANGES:
             places = {
-                (number, row): change.of(complex(walk.target[row]), width_m)
+                (number, row): _changed(complex(walk.target[row]), change, width_m)
                 for number, walk in enumerate(evidence.walks)
                 for row, mark in enumerate(walk.marks)
                 if mark.floor == floor and mark in evidence.table.place
             }
-            table = {mark: change.of(evidence.table.place[mark], width_m) for mark in evidence.table.on(floor)}
+            table = {mark: _changed(evidence.table.place[mark], change, width_m) for mark in evidence.table.on(floor)}
             describe = partial(_table_fault, floor, change, width_m)
             yield Hypothesis(evidence.moved(places), choices(len(CHANGES)), describe, table, ("frame", floor))
 
 
 def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence) -> Fault:
+    unit, mirrored = change
     fits = sum(int(walk.alignment.fits.sum()) for walk in evidence.walks if walk.passes.key.floor == floor)
     told = f"{fits} passes of landmarks fit then, and else hardly any"
     entries = []
     parts = []
-    if change.unit:
-        parts.append(f"in {change.unit}, not in metres")
-        entries.append(proposed("landmark_units", floor=floor, unit=change.unit))
-    if change.mirrored:
+    if unit:
+        parts.append(f"in {unit}, not in metres")
+        entries.append(proposed("landmark_units", floor=floor, unit=unit))
+    if mirrored:
         parts.append("mirrored")
         told += "; that the table is mirrored is sure, that it is so from left to right is not: look at the plan"
         entries.append(proposed("turn_landmarks", floor=floor, mirrored=True, shift_m=[width_m, 0.0]))
     return Fault(
-        kind=FaultKind.UNITS if change.unit else FaultKind.MIRRORED,
+        kind=FaultKind.UNITS if unit else FaultKind.MIRRORED,
         floor=floor,
         summary=f"the landmark table of floor {floor} is {' and '.join(parts)}",
         evidence=told,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -77,16 +78,6 @@ CLEAR = 10.0
 
 
 @dataclass(frozen=True)
-class PressIdentities:
-    """``point`` (k,) index of the control point of each press, -1 where it is not clear; ``probability`` (k,) of the
-    best one, clear or not.
-    """
-
-    point: IntArray
-    probability: FloatArray
-
-
-@dataclass(frozen=True)
 class _Chain:
     """States ``s``: the point (s,) that each stands for, probabilities to start in (s,) and to go on to (s, s)."""
 
@@ -101,8 +92,9 @@ def identify_presses(
     sigma_m: FloatArray,
     points_bcs: FloatArray,
     route: IntArray | None = None,
-) -> PressIdentities:
-    """Tell at which of the points (p, 2) each press was made.
+) -> tuple[IntArray, FloatArray]:
+    """At which of the points (p, 2) each press was made: their indices (k,), -1 where it is not clear, and the
+    probability (k,) of the best one, clear or not.
 
     ``time_ns`` (k,) of the presses, rising; ``label_bcs`` (k, 2) metres, NaN without a label, and ``sigma_m`` (k,),
     NaN where not stated, are where a strategy puts them; ``route`` (r,) are the indices of the points in the order in
@@ -110,11 +102,11 @@ def identify_presses(
     """
     chain = _free_chain(len(points_bcs)) if route is None else _route_chain(route)
     if not len(time_ns):
-        return PressIdentities(np.empty(0, dtype=np.int64), np.empty(0))
+        return np.empty(0, dtype=np.int64), np.empty(0)
     errors = label_bcs[:, None] - points_bcs[chain.point]
-    likelihoods = _Likelihoods(errors, np.nan_to_num(sigma_m), np.diff(time_ns) * 1e-9)
+    found = _posterior(chain, errors, np.nan_to_num(sigma_m), np.diff(time_ns) * 1e-9)
     posterior = np.zeros((len(time_ns), len(points_bcs)))
-    np.add.at(posterior.T, chain.point, _posterior(chain, likelihoods).T)
+    np.add.at(posterior.T, chain.point, found.T)
     return _clear_ones(posterior)
 
 
@@ -133,33 +125,21 @@ def _route_chain(route: IntArray) -> _Chain:
     return _Chain(route, (1 - SKIPPED) * SKIPPED**place, onward + AGAIN * np.eye(len(route)))
 
 
-@dataclass(frozen=True)
-class _Likelihoods:
-    """Of the labels' errors (k, s, 2) at each press in each state, given those of the press before."""
+def _between(error_bcs: FloatArray, sigma_m: FloatArray, gap_s: FloatArray, press: int) -> FloatArray:
+    """Density (s, s) of the labels' errors (k, s, 2) at a press in each state, from each state of the one before."""
+    alone = np.broadcast_to(_alone(error_bcs[press], sigma_m[press]), (error_bcs.shape[1],) * 2)
+    change = error_bcs[press] - error_bcs[press - 1][:, None]
+    if not np.isfinite(change).all():
+        return alone
+    scale = np.hypot(np.sqrt(2) * HAND_M, DRIFT_M_PER_S * gap_s[press - 1])
+    return ANEW * alone + (1 - ANEW) * _heavy_tailed(change, float(scale))
 
-    error_bcs: FloatArray
-    sigma_m: FloatArray
-    gap_s: FloatArray
 
-    def first(self) -> FloatArray:
-        """(s,) for the first press."""
-        return self._anew(0)
-
-    def between(self, press: int) -> FloatArray:
-        """(s, s) from each state of the press before to each of this one."""
-        anew = np.broadcast_to(self._anew(press), (self.error_bcs.shape[1],) * 2)
-        change = self.error_bcs[press] - self.error_bcs[press - 1][:, None]
-        if not np.isfinite(change).all():
-            return anew
-        scale = np.hypot(np.sqrt(2) * HAND_M, DRIFT_M_PER_S * self.gap_s[press - 1])
-        return ANEW * anew + (1 - ANEW) * _heavy_tailed(change, float(scale))
-
-    def _anew(self, press: int) -> FloatArray:
-        """Density (s,) of the error at a press, whatever it was at the one before."""
-        error = self.error_bcs[press]
-        if not np.isfinite(error).all():
-            return np.ones(len(error))
-        return _heavy_tailed(error, float(np.hypot(HAND_M, self.sigma_m[press])))
+def _alone(error_bcs: FloatArray, sigma_m: float) -> FloatArray:
+    """Density (s,) of the errors (s, 2) at a press, whatever they were at the one before."""
+    if not np.isfinite(error_bcs).all():
+        return np.ones(len(error_bcs))
+    return _heavy_tailed(error_bcs, float(np.hypot(HAND_M, sigma_m)))
 
 
 def _heavy_tailed(error_m: FloatArray, scale_m: float) -> FloatArray:
@@ -168,17 +148,18 @@ def _heavy_tailed(error_m: FloatArray, scale_m: float) -> FloatArray:
     return np.asarray((1 + squared / 2) ** -2 / (2 * np.pi * scale_m**2))
 
 
-def _posterior(chain: _Chain, likelihoods: _Likelihoods) -> FloatArray:
+def _posterior(chain: _Chain, error_bcs: FloatArray, sigma_m: FloatArray, gap_s: FloatArray) -> FloatArray:
     """Probability (k, s) of each state at each press, given all labels."""
-    presses = len(likelihoods.error_bcs)
+    between = partial(_between, error_bcs, sigma_m, gap_s)
+    presses = len(error_bcs)
     forward = np.empty((presses, len(chain.point)))
-    forward[0] = _normalised(chain.start * likelihoods.first())
+    forward[0] = _normalised(chain.start * _alone(error_bcs[0], sigma_m[0]))
     for press in range(1, presses):
-        forward[press] = _normalised(forward[press - 1] @ (chain.onward * likelihoods.between(press)))
+        forward[press] = _normalised(forward[press - 1] @ (chain.onward * between(press)))
     backward = np.ones(len(chain.point))
     posterior = forward.copy()
     for press in range(presses - 1, 0, -1):
-        backward = _normalised((chain.onward * likelihoods.between(press)) @ backward)
+        backward = _normalised((chain.onward * between(press)) @ backward)
         posterior[press - 1] = _normalised(forward[press - 1] * backward)
     return posterior
 
@@ -188,9 +169,9 @@ def _normalised(values: FloatArray) -> FloatArray:
     return np.asarray(values / values.sum())
 
 
-def _clear_ones(posterior: FloatArray) -> PressIdentities:
-    """The best point (k,) of each press by its probabilities (k, p)."""
+def _clear_ones(posterior: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The best point (k,) of each press by its probabilities (k, p), and its own."""
     best = posterior.argmax(axis=1)
     ranked = np.sort(np.column_stack((np.zeros(len(posterior)), posterior)), axis=1)
     clear = ranked[:, -1] >= CLEAR * ranked[:, -2]
-    return PressIdentities(np.where(clear, best, -1).astype(np.int64), ranked[:, -1])
+    return np.where(clear, best, -1).astype(np.int64), ranked[:, -1]

@@ -17,7 +17,7 @@ from vislam2tag.core.interpolation import Labels, label_by_interpolation
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
-from vislam2tag.quality.evaluation.press_identity import PressIdentities, identify_presses
+from vislam2tag.quality.evaluation.press_identity import identify_presses
 from vislam2tag.quality.evaluation.truth import (
     MAX_GAP_S,
     PointErrors,
@@ -86,7 +86,8 @@ class PressTruth:
 
     time_ns: IntArray
     """(k,) boot-clock nanoseconds, rising."""
-    identities: PressIdentities
+    point: IntArray
+    """(k,) index of the control point of each, -1 where it is not clear."""
     points_bcs: FloatArray
     """(p, 2) of the floor's control points, metres."""
     lead: PressLead
@@ -103,7 +104,7 @@ class PressTruth:
     @property
     def identified(self) -> BoolArray:
         """Mask (k,) of the presses whose point is clear."""
-        return self.identities.point >= 0
+        return self.point >= 0
 
     @property
     def ambiguous(self) -> int:
@@ -130,10 +131,10 @@ def press_truth(reference: Trajectory, presses_ns: IntArray, floor: Floor, route
     presses_ns, elsewhere = presses_ns[here], int((~here).sum())
     labels = label_by_interpolation(presses_ns, reference, MAX_GAP_S)
     plane = labels.position_bcs[:, :2]
-    identities = identify_presses(presses_ns, plane, labels.sigma_m, points, route)
+    point, _ = identify_presses(presses_ns, plane, labels.sigma_m, points, route)
     velocity = walking_velocity(presses_ns, *usable_path(reference))
-    lead = _lead(plane - _places(points, identities.point), velocity)
-    return PressTruth(presses_ns, identities, points, lead, route is not None, outside, elsewhere, velocity)
+    lead = _lead(plane - _places(points, point), velocity)
+    return PressTruth(presses_ns, point, points, lead, route is not None, outside, elsewhere, velocity)
 
 
 def press_errors(
@@ -149,7 +150,7 @@ def press_errors(
     earlier_ns = (np.nan_to_num(lead_s) * 1e9).astype(np.int64)
     labels = label_by_interpolation(truth.time_ns[keep] - earlier_ns, trajectory, MAX_GAP_S)
     known = np.where(np.isnan(lead_s)[:, None], np.nan, labels.position_bcs)
-    places = truth.points_bcs[truth.identities.point[keep]]
+    places = truth.points_bcs[truth.point[keep]]
     labels = replace(labels, position_bcs=known)
     return _compared(truth.time_ns[keep], places, labels, truth.velocity_bcs[keep], settings)
 

@@ -198,14 +198,6 @@ class UncertainValue:
 
 
 @dataclass(frozen=True)
-class PrismOffset:
-    """Where the prism is as seen from the camera, in the walking frame, metres."""
-
-    ahead_m: UncertainValue
-    left_m: UncertainValue
-
-
-@dataclass(frozen=True)
 class DeviceAlignment:
     """What was estimated for a device, and its walks' truth."""
 
@@ -214,8 +206,10 @@ class DeviceAlignment:
     clock_sigma_s: float
     drift_ppm: UncertainValue | None
     """None where the clocks were taken to run alike."""
-    prism: PrismOffset
-    """Estimated in any case; corrected for only where asked for."""
+    prism_ahead_m: UncertainValue
+    """How far the prism is before the camera as one walks; estimated in any case, corrected for only if asked for."""
+    prism_left_m: UncertainValue
+    """How far it is to the left."""
     prism_applied: bool
     folds: int
     truths: tuple[Truth | None, ...]
@@ -253,10 +247,8 @@ def align_device(walks: Sequence[StationWalk], freedom: FreeParameters | None = 
         adjustment=best,
         clock_sigma_s=_jackknife_sigma([(one.clock_ns - best.clock_ns) * 1e-9 for one in without]),
         drift_ppm=drift,
-        prism=PrismOffset(
-            _estimate(free.ahead_m, [one.ahead_m for one in free_without]),
-            _estimate(free.left_m, [one.left_m for one in free_without]),
-        ),
+        prism_ahead_m=_estimate(free.ahead_m, [one.ahead_m for one in free_without]),
+        prism_left_m=_estimate(free.left_m, [one.left_m for one in free_without]),
         prism_applied=freedom.prism,
         folds=len(folds),
         truths=tuple(truths),

@@ -57,8 +57,8 @@ def with_station_sigma(truth: Truth, alignment: DeviceAlignment, settings: Truth
     """
     speed_m_s = np.linalg.norm(walking_velocity(truth.time_ns, truth.time_ns, truth.position_bcs), axis=1)
     clock_m2 = (alignment.clock_sigma_s * np.nan_to_num(speed_m_s)) ** 2 / 2
-    prism = alignment.prism
-    prism_m2 = 0.0 if alignment.prism_applied else (prism.ahead_m.value**2 + prism.left_m.value**2) / 2
+    prism_m = (alignment.prism_ahead_m.value, alignment.prism_left_m.value)
+    prism_m2 = 0.0 if alignment.prism_applied else (prism_m[0] ** 2 + prism_m[1] ** 2) / 2
     return replace(truth, sigma_m=np.sqrt(settings.station_sigma_m**2 + clock_m2 + prism_m2))
 
 

@@ -233,7 +233,7 @@ def pressed_points(reference: Trajectory, track: StationTrack, presses: PressTru
     """
     lead_s = presses.lead.lead_s if np.isfinite(presses.lead.lead_s) else 0.0
     moment_ns = presses.time_ns[presses.identified] - round(lead_s * 1e9) + clock_by_speed(reference, track)
-    point = presses.identities.point[presses.identified]
+    point = presses.point[presses.identified]
     prism = _position_at(track, moment_ns)
     seen = np.isfinite(prism).all(axis=1)
     names = tuple(f"point {number}" for number in point[seen].tolist())

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from vislam2tag.common.findings import Severity
 from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.quality.diagnosis.record import Reference
-from vislam2tag.studio.layer_registry import register
+from vislam2tag.studio.layer_registry import Layer, register
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
 
@@ -15,20 +15,16 @@ _AGREES, _ALONE = "#00664a", "#6e7781"
 """As on the page of conflicts."""
 
 
-class Conflicts:
-    """A dot for each landmark; a line to where each survey or walk has it that contradicts the others."""
+def conflicts(workspace: Workspace, floor: int) -> list[Feature]:
+    """A dot for each landmark; a line to where each survey or walk has it that contradicts the others.
 
-    name = "conflicts"
-    title = Title(en="Conflicts, by the last diagnosis", de="Konflikte, nach der letzten Diagnose")
-    shown = False
-
-    def features(self, workspace: Workspace, floor: int) -> list[Feature]:
-        """Dots and lines of one floor; none before a diagnosis of the survey as it is."""
-        found = workspace.diagnosis
-        if found is None or found[1] != workspace.refresh().sessions:
-            return []
-        here = found[0].references.on_floor(floor)
-        return [*_dots(here), *_lines(here)]
+    None before a diagnosis of the survey as it is.
+    """
+    found = workspace.diagnosis
+    if found is None or found[1] != workspace.refresh().sessions:
+        return []
+    here = found[0].references.on_floor(floor)
+    return [*_dots(here), *_lines(here)]
 
 
 def _dots(here: Sequence[Reference]) -> Iterator[Feature]:
@@ -36,7 +32,7 @@ def _dots(here: Sequence[Reference]) -> Iterator[Feature]:
     compared = {one.landmark for one in here if one.verdict is not Verdict.NOTHING}
     for one in {one.landmark: one for one in here}.values():
         yield Feature(
-            id=f"{Conflicts.name}:{one.floor}:{one.landmark}",
+            id=f"conflicts:{one.floor}:{one.landmark}",
             shape="point",
             floor=one.floor,
             coordinates=[(one.x_m, one.y_m)],
@@ -50,7 +46,7 @@ def _lines(here: Sequence[Reference]) -> Iterator[Feature]:
         if one.verdict is Verdict.CONTRADICTS and one.offset_m is not None:
             x, y = one.offset_m
             yield Feature(
-                id=f"{Conflicts.name}:{one.floor}:{one.landmark}:{number}",
+                id=f"conflicts:{one.floor}:{one.landmark}:{number}",
                 shape="line",
                 floor=one.floor,
                 coordinates=[(one.x_m, one.y_m), (one.x_m + x, one.y_m + y)],
@@ -59,4 +55,5 @@ def _lines(here: Sequence[Reference]) -> Iterator[Feature]:
             )
 
 
-register(Conflicts())
+_TITLE = Title(en="Conflicts, by the last diagnosis", de="Konflikte, nach der letzten Diagnose")
+register(Layer("conflicts", _TITLE, conflicts))

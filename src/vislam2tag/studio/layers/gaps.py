@@ -7,7 +7,7 @@ import numpy as np
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.studio.collecting import covered
-from vislam2tag.studio.layer_registry import register
+from vislam2tag.studio.layer_registry import Layer, register
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
@@ -16,38 +16,29 @@ _WAY = "#a8447f"
 """Of no walk's status."""
 
 
-class Gaps:
-    """Areas of what lacks, a line through them, and its first stop."""
-
-    name = "gaps"
-    title = Title(en="Not walked yet, and the way there", de="Noch nicht begangen, und der Weg dorthin")
-    shown = False
-
-    def features(self, workspace: Workspace, floor: int) -> list[Feature]:
-        """Areas, line and stop of one floor; none where it has no plan that can be walked."""
-        record, space = covered(workspace, floor)
-        if space is None:
-            return []
-        step_m = space.distances.step_m
-        features = [
-            Feature(
-                id=f"{self.name}:{floor}:{number}",
-                shape="area",
-                floor=floor,
-                coordinates=outer,
-                holes=holes,
-                severity=Severity.WARNING,
-            )
-            for number, (outer, *holes) in enumerate(outlines(space.places_m[~space.walked], step_m))
-        ]
-        if record.walk is not None:
-            line, stop = record.walk.points_m, record.walk.stops_m[0]
-            way = Feature(id=f"{self.name}:{floor}:way", shape="line", floor=floor, coordinates=line, colour=_WAY)
-            stopped = Feature(
-                id=f"{self.name}:{floor}:next", shape="point", floor=floor, coordinates=[stop], colour=_WAY
-            )
-            features += [way, stopped]
-        return features
+def gaps(workspace: Workspace, floor: int) -> list[Feature]:
+    """Areas of what is missing, a line through them and its first stop; none if the floor has no plan to walk."""
+    record, space = covered(workspace, floor)
+    if space is None:
+        return []
+    step_m = space.distances.step_m
+    features = [
+        Feature(
+            id=f"gaps:{floor}:{number}",
+            shape="area",
+            floor=floor,
+            coordinates=outer,
+            holes=holes,
+            severity=Severity.WARNING,
+        )
+        for number, (outer, *holes) in enumerate(outlines(space.places_m[~space.walked], step_m))
+    ]
+    if record.walk is not None:
+        line, stop = record.walk.points_m, record.walk.stops_m[0]
+        way = Feature(id=f"gaps:{floor}:way", shape="line", floor=floor, coordinates=line, colour=_WAY)
+        stopped = Feature(id=f"gaps:{floor}:next", shape="point", floor=floor, coordinates=[stop], colour=_WAY)
+        features += [way, stopped]
+    return features
 
 
 def outlines(places_m: FloatArray, step_m: float) -> list[list[list[Point]]]:
@@ -70,4 +61,5 @@ def outlines(places_m: FloatArray, step_m: float) -> list[list[list[Point]]]:
     ]
 
 
-register(Gaps())
+_TITLE = Title(en="Not walked yet, and the way there", de="Noch nicht begangen, und der Weg dorthin")
+register(Layer("gaps", _TITLE, gaps))

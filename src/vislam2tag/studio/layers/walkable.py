@@ -7,37 +7,29 @@ import numpy as np
 from vislam2tag.common.extras import import_extra
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
-from vislam2tag.studio.layer_registry import register
+from vislam2tag.studio.layer_registry import Layer, register
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace, plan_stamp
 
+_FOUND: dict[tuple[str, str], list[list[Point]]] = {}
+"""Regions by floor and plan, kept while their plan is as it was."""
 
-class Walkable:
-    """The region of one floor as an area with holes."""
 
-    name = "walkable"
-    title = Title(en="Walkable space", de="Begehbare Fläche")
-    shown = False
+def walkable(workspace: Workspace, floor: int) -> list[Feature]:
+    """The region of one floor; none without a plan. Raises SurveyError if nothing on it can be walked."""
+    chosen = workspace.now.survey.site.floor(floor)
+    if chosen.plan is None:
+        return []
+    import_extra("skimage.measure")
+    from vislam2tag.site.walkable.painted_cells import floor_mask
 
-    def __init__(self) -> None:
-        """Regions are kept while their plan is as it was."""
-        self._found: dict[tuple[str, str], list[list[Point]]] = {}
-
-    def features(self, workspace: Workspace, floor: int) -> list[Feature]:
-        """The region; none where the floor has no plan. Raises SurveyError where nothing on it can be walked."""
-        chosen = workspace.now.survey.site.floor(floor)
-        if chosen.plan is None:
-            return []
-        import_extra("skimage.measure")
-        from vislam2tag.site.walkable.painted_cells import floor_mask
-
-        key = str(chosen), plan_stamp(chosen)
-        if key not in self._found:
-            space = walkable_space(floor_plan(chosen), workspace.settings.walkable, floor_mask(chosen))
-            self._found[key] = rings_of(space)
-        outer, *holes = self._found[key]
-        return [Feature(id=f"{self.name}:{floor}", shape="area", floor=floor, coordinates=outer, holes=holes)]
+    key = str(chosen), plan_stamp(chosen)
+    if key not in _FOUND:
+        space = walkable_space(floor_plan(chosen), workspace.settings.walkable, floor_mask(chosen))
+        _FOUND[key] = rings_of(space)
+    outer, *holes = _FOUND[key]
+    return [Feature(id=f"walkable:{floor}", shape="area", floor=floor, coordinates=outer, holes=holes)]
 
 
 def rings_of(space: WalkableSpace) -> list[list[Point]]:
@@ -48,4 +40,5 @@ def rings_of(space: WalkableSpace) -> list[list[Point]]:
     return [[(round(x, 3), round(y, 3)) for x, y in ring.tolist()] for ring in rings]
 
 
-register(Walkable())
+_TITLE = Title(en="Walkable space", de="Begehbare Fläche")
+register(Layer("walkable", _TITLE, walkable))

@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.sessions.phone_app import RECORD_FILE
+from vislam2tag.sessions.phone_app import RECORD_FILE, PhoneRecord
 from vislam2tag.site.discover import floor_folders
 from vislam2tag.site.model import same_name
 from vislam2tag.studio.receiving.zips import (
@@ -18,7 +18,6 @@ from vislam2tag.studio.receiving.zips import (
     AppPlace,
     AppRecording,
     RefusedZipError,
-    UnpackedSession,
     files_digest,
     holds_all_of,
     is_of_our_app,
@@ -55,9 +54,9 @@ def file_zip(survey: Path, path: Path, max_bytes: int, place: AppPlace | None = 
     with scratch_folder(root.folder(WORK_FOLDER)) as work:
         if not is_of_our_app(path):
             return _file_app(root, work, unpack_app(path, work, max_bytes), place or AppPlace())
-        session = unpack(path, work.folder(_SESSION), max_bytes)
-        target = _place(root.path, session)
-        sums = _digest(session.folder / SUMS_FILE) or ""
+        session = work.folder(_SESSION)
+        target = _place(root.path, *unpack(path, session, max_bytes))
+        sums = _digest(session / SUMS_FILE) or ""
         return FiledSession(target, _move(work, root, target), sums)
 
 
@@ -88,11 +87,11 @@ def _floors(survey: Path) -> dict[int, Path]:
         return {}
 
 
-def _place(survey: Path, session: UnpackedSession) -> str:
+def _place(survey: Path, name: str, record: PhoneRecord) -> str:
     """The session's folder, relative to the survey; a floor that has none yet gets one."""
-    number = session.record.floor
+    number = record.floor
     floor = _floors(survey).get(number, survey / f"floor_{number}")
-    return (_spelled(floor, session.record.device) / session.name).relative_to(survey).as_posix()
+    return (_spelled(floor, record.device) / name).relative_to(survey).as_posix()
 
 
 def _spelled(folder: Path, name: str) -> Path:

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -24,7 +25,6 @@ from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.serving import RefusalLog, admit, blocks, drain
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.site.discover import read_site
@@ -34,13 +34,11 @@ from vislam2tag.site.plans.load import plan_picture
 from vislam2tag.studio.receiving.filing import FiledSession
 from vislam2tag.studio.receiving.token import SCHEME, WRONG_PROOF, Guard, SignedRequest, answer_mac, authorization_mac
 from vislam2tag.studio.receiving.uploads import (
+    BUSY_S,
     UPLOAD_NAME,
-    BusyError,
-    TooManyError,
+    RefusalError,
     Uploads,
     UploadState,
-    WrongLengthError,
-    WrongOffsetError,
 )
 from vislam2tag.studio.receiving.zips import RefusedZipError
 
@@ -48,8 +46,6 @@ MOST_PER_REQUEST = 8 << 20
 """Bytes of a zip that one request may bring."""
 SILENT_S = 10.0
 """A request that brings nothing for so long is broken off: the phone may have left the network without a word."""
-BUSY_S = 3
-"""So long a client waits that finds its upload being written by a connection that may be dead."""
 BODY_SHA256, ANSWER_MAC = "Upload-Body-SHA256", "Upload-Answer-MAC"
 UPLOADS = "/v2/uploads"
 SURVEY, PLANS = "/v2/survey", "/v2/plans"
@@ -67,16 +63,6 @@ class Listener:
     received: Callable[[str, int, int], None] = lambda _name, _received, _length: None
     filed: Callable[[str, FiledSession], None] = lambda _name, _filed: None
     refused: Callable[[str, str], None] = lambda _address, _message: None
-
-
-class RefusalError(Exception):
-    """An answer other than 200: its message, with the upload's state where that helps."""
-
-    def __init__(
-        self, status: int, message: str, headers: dict[str, str] | None = None, state: UploadState | None = None
-    ) -> None:
-        super().__init__(message)
-        self.status, self.message, self.headers, self.state = status, message, headers or {}, state
 
 
 class Receiver:
@@ -111,7 +97,7 @@ class Receiver:
     async def _survey(self, request: Request) -> Response:
         self._prove(request)
         facts = await run_in_threadpool(survey_facts, self._uploads.survey)
-        return self._proved(request, JSONResponse(facts.model_dump(), headers=_HEADERS))
+        return self._proved(request, JSONResponse(facts, headers=_HEADERS))
 
     async def _plan(self, request: Request) -> Response:
         self._prove(request)
@@ -139,16 +125,6 @@ class Receiver:
             if received < length:
                 return self._answer(request, UploadState("partial", received, length))
             return self._answer(request, await self._finish(name))
-        except BusyError:
-            message = "this upload is being written by another connection; ask again"
-            raise RefusalError(423, message, {"Retry-After": str(BUSY_S)}) from None
-        except WrongOffsetError:
-            raise _go_on(f"{state.received} bytes are here; go on from there", state) from None
-        except WrongLengthError:
-            raise RefusalError(400, "Upload-Length is another than when the upload began") from None
-        except TooManyError:
-            message = "too many unfinished uploads wait on the computer: finish them, or remove .receiving there"
-            raise RefusalError(507, message) from None
         except OSError as error:
             raise _storage_refusal(error) from error
 
@@ -308,46 +284,28 @@ PLAN_SIDE_PX = 2000
 _QUALITY = 85
 
 
-class FloorFacts(FiniteRecord):
-    """A floor: its extent left, right, low, high in the BCS, metres (None: not known), whether it has a plan, and where
-    its surveyed landmarks hang, x and y in the BCS, metres.
-    """
+def survey_facts(root: Path) -> dict[str, Any]:
+    """The survey's name (that of ``site.toml``, else the folder's) and its floors, lowest first, as JSON.
 
-    number: int
-    name: str
-    extent_m: tuple[float, float, float, float] | None
-    plan: bool
-    landmarks: dict[str, tuple[float, float]]
-
-
-class SurveyFacts(FiniteRecord):
-    """A survey's name and its floors, lowest first."""
-
-    name: str
-    floors: tuple[FloorFacts, ...]
-
-
-def survey_facts(root: Path) -> SurveyFacts:
-    """Read a survey's site; one without floors has none. The name is that of ``site.toml``, else the folder's.
-
-    What links lead to outside the survey is left out.
+    Of a floor: its extent left, right, low, high in the BCS, metres (None: not known), whether it has a plan, and where
+    its surveyed landmarks hang, x and y in the BCS, metres. What links lead to outside the survey is left out.
     """
     try:
         name = site_name(root)
         site, _ = read_site(root)
     except SurveyError:
-        return SurveyFacts(name=root.resolve().name, floors=())
+        return {"name": root.resolve().name, "floors": []}
     floors = [
-        FloorFacts(
-            number=floor.number,
-            name=floor.name,
-            extent_m=floor.extent_m,
-            plan=_has_plan(floor),
-            landmarks=_places(site.landmarks.on_floor(floor.number)),
-        )
-        for floor in site.floors
+        {
+            "number": floor.number,
+            "name": floor.name,
+            "extent_m": floor.extent_m,
+            "plan": _has_plan(floor),
+            "landmarks": _places(site.landmarks.on_floor(floor.number)),
+        }
+        for floor in sorted(site.floors, key=lambda floor: floor.number)
     ]
-    return SurveyFacts(name=name or root.resolve().name, floors=tuple(sorted(floors, key=lambda floor: floor.number)))
+    return {"name": name or root.resolve().name, "floors": floors}
 
 
 def plan_jpeg(root: Path, number: int) -> bytes | None:

@@ -30,6 +30,8 @@ MOST_WAITING = 100
 """So many uploads may wait to go on ..."""
 MOST_WAITING_SIZES = 20
 """... and so many times the greatest zip may they announce together: what phones leave unfinished fills no disk."""
+BUSY_S = 3
+"""So long a client waits that finds its upload being written by a connection that may be dead."""
 EXPIRY_S = 7 * 24 * 3600.0
 """An unfinished upload that gets no bytes for this long is removed."""
 
@@ -51,20 +53,14 @@ class UploadState:
     session: str | None = None
 
 
-class WrongLengthError(Exception):
-    """An upload goes on with another length than it began with."""
+class RefusalError(Exception):
+    """An answer other than 200: its message, with the upload's state where that helps."""
 
-
-class WrongOffsetError(Exception):
-    """An upload goes on elsewhere than what is kept of it ends."""
-
-
-class TooManyError(Exception):
-    """So many uploads wait to go on that no other may begin."""
-
-
-class BusyError(Exception):
-    """An upload is being written by somebody else."""
+    def __init__(
+        self, status: int, message: str, headers: dict[str, str] | None = None, state: UploadState | None = None
+    ) -> None:
+        super().__init__(message)
+        self.status, self.message, self.headers, self.state = status, message, headers or {}, state
 
 
 class Uploads:
@@ -124,17 +120,17 @@ class Uploads:
     def writing(self, name: str, length: int, offset: int) -> Iterator[io.FileIO]:
         """Open an upload of ``length`` bytes to go on at ``offset``; what is written stays, also after an exception.
 
-        Raises BusyError while another request writes it, WrongLengthError where it began with another length,
-        WrongOffsetError where another offset comes next, TooManyError where it would be one upload too many.
+        Raises RefusalError: 423 while another request writes it, 400 if it began with another length, 409 if another
+        offset comes next, 507 if it would be one upload too many.
         """
-        if name in self._busy:
-            raise BusyError
+        self._refuse_busy(name)
         self._remove_expired()
         part = self._part(name)
         if part is not None and part[1] != length:
-            raise WrongLengthError
-        if offset != (part[0].stat().st_size if part else 0):
-            raise WrongOffsetError
+            raise RefusalError(400, "Upload-Length is another than when the upload began")
+        received = part[0].stat().st_size if part else 0
+        if offset != received:
+            raise RefusalError(409, f"{received} bytes are here; go on from there", state=self.state(name))
         if part is None:
             self._refuse_too_many(length)
         part_name = f"{name}.{length}.part"
@@ -148,17 +144,22 @@ class Uploads:
             if path.is_file() and not path.stat().st_size:
                 self._folder.remove(part_name)
 
+    def _refuse_busy(self, name: str) -> None:
+        if name in self._busy:
+            message = "this upload is being written by another connection; ask again"
+            raise RefusalError(423, message, {"Retry-After": str(BUSY_S)})
+
     def _refuse_too_many(self, length: int) -> None:
         begun = self._parts()
         size = sum(announced for _, _, announced in begun)
         if len(begun) >= MOST_WAITING or size + length > MOST_WAITING_SIZES * self.max_bytes:
-            raise TooManyError
+            message = "too many unfinished uploads wait on the computer: finish them, or remove .receiving there"
+            raise RefusalError(507, message)
 
     @contextmanager
     def finishing(self, name: str) -> Iterator[None]:
-        """Keep others away while an upload is checked and filed; raises BusyError while another request is at it."""
-        if name in self._busy:
-            raise BusyError
+        """Keep others away while an upload is checked and filed; raises RefusalError while another request is at it."""
+        self._refuse_busy(name)
         self._busy.add(name)
         try:
             yield

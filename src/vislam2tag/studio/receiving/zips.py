@@ -43,17 +43,10 @@ class RefusedZipError(SessionError):
     """A zip that is no whole session, or holds what a session does not."""
 
 
-@dataclass(frozen=True)
-class UnpackedSession:
-    """A session's files in a folder of their own."""
-
-    name: str
-    record: PhoneRecord
-    folder: Path
-
-
-def unpack(path: Path, folder: Folder, max_bytes: int) -> UnpackedSession:
+def unpack(path: Path, folder: Folder, max_bytes: int) -> tuple[str, PhoneRecord]:
     """Unpack a session's zip into the new folder ``folder``, at most ``max_bytes`` in all, and check every file.
+
+    Returns the session's name and its record.
 
     Raises RefusedZipError, one sentence for the collector, for a file that is no zip, damaged or encrypted, for names
     that no session has (paths included), links, doubles, too many bytes, missing or wrong checksums, and for a record
@@ -84,7 +77,7 @@ def unpack(path: Path, folder: Folder, max_bytes: int) -> UnpackedSession:
     ) as error:
         raise RefusedZipError(f"the zip is damaged ({first_line(error)}); send it again") from error
     _check_sums(folder.path, sums)
-    return UnpackedSession(name, _record(folder.path, name), folder.path)
+    return name, _record(folder.path, name)
 
 
 def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str, dict[str, zipfile.ZipInfo]]:
