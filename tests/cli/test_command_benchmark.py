@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.positioning.benchmarked import benchmark_dataset
-from vislam2tag.cli.command_benchmark import with_parameters
+from vislam2tag.cli.commands_benchmark import with_parameters
 from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.benchmark_protocol import ModelChoice
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.cli.app import app
-from vislam2tag.cli.command_dataset import seconds_of
+from vislam2tag.cli.commands_datasets import seconds_of
 from vislam2tag.common.errors import UsageError, Vislam2tagError
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.pipeline.labels.process import process

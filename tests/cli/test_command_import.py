@@ -12,7 +12,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.datasets.formats.test_fingerprint_tables import quartet_in
 from tests.datasets.formats.test_getsensordata import walk
 from tests.datasets.formats.test_ilc20 import trace
-from vislam2tag.cli.command_import import degrees_of, floor_words
+from vislam2tag.cli.commands_formats import degrees_of, floor_words
 from vislam2tag.common.errors import UsageError
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.format_registry import import_formats

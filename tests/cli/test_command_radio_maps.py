@@ -8,7 +8,7 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.datasets.factory import bssid, small_dataset
-from vislam2tag.cli.command_radio_maps import metres_of
+from vislam2tag.cli.commands_datasets import metres_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.datasets.folder import write_dataset
 

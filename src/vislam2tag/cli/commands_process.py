@@ -1,4 +1,4 @@
-"""``vislam2tag process``."""
+"""Commands that label whole surveys: ``process``, ``run`` and ``demo``."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from vislam2tag.cli.options import (
     SessionOptions,
     SurveyFolder,
 )
-from vislam2tag.cli.progress import interrupted_with, labels_there, session_bar
-from vislam2tag.cli.records import command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
+from vislam2tag.cli.progress import contents_there, interrupted_with, labels_there, session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from, settings_of
 from vislam2tag.cli.tables import print_warnings
-from vislam2tag.cli.terminal import answer, say
+from vislam2tag.cli.terminal import answer, say, visible_console
 from vislam2tag.common.files.store import shown
 from vislam2tag.common.garbage import keep_freed_memory
 from vislam2tag.common.plugins import STRATEGIES
@@ -33,8 +33,12 @@ from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from vislam2tag.labeling.results import Summary
     from vislam2tag.pipeline.run.workers import Executor
+    from vislam2tag.pipeline.survey_run import SurveyRun
+    from vislam2tag.quality.evaluation.metrics import ErrorSummary
 
 
 DEFAULT_STRATEGY = Settings().strategy
@@ -104,18 +108,18 @@ def process_command(given: ProcessOptions) -> None:
         if given.dry_run:
             _print_dry_run(given, settings, executor)
         summary = _process_with_progress(given, settings, executor)
-    answer(summary, given.json, lambda: _print(summary, given), failed=summary.problem is not None)
+    answer(summary, given.json, lambda: _print_process(summary, given), failed=summary.problem is not None)
 
 
-def _print(summary: Summary, given: ProcessOptions) -> None:
+def _print_process(summary: Summary, given: ProcessOptions) -> None:
     _print_summary(summary, given.out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
     say(f"the survey by its walks: {summary.judgement.sentence}")
-    next_step(_after(summary), survey=given.survey, out=given.out)
+    next_step(_after_process(summary), survey=given.survey, out=given.out)
 
 
-def _after(summary: Summary) -> str:
+def _after_process(summary: Summary) -> str:
     """Name what to go on with."""
     from vislam2tag.views.run_summary import joining_helps
 
@@ -213,3 +217,131 @@ def share_text(counts: dict[str, int]) -> str:
         return "none"
     uncertain = counts.get(Status.UNCERTAIN.label, 0)
     return f"{100 * share:.1f} %" + (f" ({uncertain} uncertain)" if uncertain else "")
+
+
+_PARTS = {
+    "labels/sessions": "labels",
+    "diagnosis.json": "a diagnosis",
+    "check/check.json": "a check",
+    "dataset/dataset.json": "a data set",
+    "index.html": "the page",
+}
+
+
+@command
+def run_command(
+    *,
+    survey: SurveyFolder,
+    out: Path = option(..., "Output folder: new, empty or from an earlier run."),
+    landmarks: LandmarkFile = None,
+    follow_links: FollowLinks = False,
+    jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
+    config: ConfigFile = None,
+    use_planned: bool | None = setting("survey.use_planned"),
+) -> None:
+    """From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
+
+    Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as diagnose), OUT/check (as check),
+    OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything:
+    what is done and unchanged is kept. Each step has a command of its own with more options.
+
+    Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
+    frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
+    interrupted.
+
+    \b
+    Examples:
+      vislam2tag run survey --out out
+      vislam2tag run survey --out out --config settings.toml
+    """
+    from vislam2tag.pipeline.survey_run import run_survey
+
+    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
+    with interrupted_with(lambda: contents_there(out, _PARTS)), session_bar("sessions") as bar:
+
+        def advance(step: tuple[str, str | None], total: int) -> None:
+            bar.enter(f"sessions: {step[0]}")
+            bar.advance(total, step[1])
+
+        made = run_survey(
+            survey,
+            out,
+            settings,
+            landmarks=landmarks,
+            follow_links=follow_links,
+            jobs=jobs,
+            progress=advance,
+            tell=print_warnings,
+        )
+    answer(made, json, lambda: _print_run(made, survey, out), failed=made.labels.problem is not None)
+
+
+def _print_run(made: SurveyRun, survey: Path, out: Path) -> None:
+    labelled = share_text(made.labels.frames)
+    say(f"{made.labels.sessions} sessions ({made.labels.failed} failed); frames labelled: {labelled}")
+    for floor in made.check.floors:
+        say(f"floor {floor.number}: mean error to expect {floor.expected_m:.2f} m")
+    for bad in made.check.bad_landmarks:
+        where = f" ({bad.room})" if bad.room else ""
+        say(f"floor {bad.floor}: landmark {bad.landmark}{where} is off by {bad.size_m:.2f} m")
+    for fault in made.faults:
+        say(f"wrong: {fault}")
+    if made.kept:
+        say(f"unchanged and kept: {', '.join(made.kept)}")
+    say(f"page: {out / 'index.html'}")
+    next_step(_after_run(made), survey=survey, dataset=out / "dataset")
+
+
+def _after_run(made: SurveyRun) -> str:
+    """Name what to go on with."""
+    if made.faults:
+        return "run, faults" if made.correctable else "run, by hand"
+    return "run" if made.labels.problem is None else "process, failed"
+
+
+@command
+def demo_command(
+    *,
+    out: Path = argument("New folder, or that of an earlier demonstration.", Path("vislam2tag-demo")),
+    seed: int = option(1, "Another seed, another building and other walks."),
+    jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
+) -> None:
+    """Simulate a survey, label it with each strategy, score the labels against the truth.
+
+    Leaves OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
+    OUT/scores.csv.
+
+    \b
+    Examples:
+      vislam2tag demo
+      vislam2tag demo somewhere --seed 7
+    """
+    from vislam2tag.pipeline.demo import run_demo
+
+    scores = run_demo(out, jobs=jobs, seed=seed, say=lambda line: say(line, err=json))
+    answer(scores, json, lambda: _print_demo(scores, out))
+
+
+def _print_demo(scores: dict[str, ErrorSummary], out: Path) -> None:
+    from vislam2tag.pipeline.demo import SURVEY
+
+    visible_console().print(_table(scores))
+    say(f"survey as a phone writes it: {out / SURVEY}")
+    say(f"report of every walk, to open in a browser: {out / Settings().strategy / 'report.html'}")
+    next_step("demo", survey=out / SURVEY)
+
+
+def _table(scores: dict[str, ErrorSummary]) -> Table:
+    from rich.table import Table
+
+    table = Table(title="Label error at every camera frame (each walk counts once)")
+    table.add_column("strategy")
+    for column in ("mean", "median", "p75", "p95", "max"):
+        table.add_column(f"{column} [m]", justify="right")
+    table.add_column("labelled", justify="right")
+    for strategy, errors in scores.items():
+        figures = (errors.mean_m, errors.median_m, errors.p75_m, errors.p95_m, errors.max_m)
+        table.add_row(strategy, *(f"{figure:.2f}" for figure in figures), f"{100 * errors.labelled_share:.0f} %")
+    return table

@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import (
-    ALL_CORES,
-    AsJson,
-    DryRun,
-    ExecutorOptions,
-    FollowLinks,
-    Jobs,
-)
+from vislam2tag.cli.options import ALL_CORES, AsJson, DryRun, ExecutorOptions, FollowLinks, Jobs
 from vislam2tag.cli.progress import interrupted_with, session_bar
 from vislam2tag.cli.records import argument, command, group, option
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
