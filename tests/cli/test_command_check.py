@@ -16,7 +16,7 @@ LONG = "Laboratory for Wireless Communication and Localisation West"
 
 @pytest.fixture(scope="module")
 def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_survey(tmp_path_factory.mktemp("check") / "survey", devices=("LG",), sessions=2, seconds=120)
+    return make_survey(tmp_path_factory.mktemp("quality") / "survey", devices=("LG",), sessions=2, seconds=120)
 
 
 def test_tables_and_files(survey: Path, tmp_path: Path) -> None:

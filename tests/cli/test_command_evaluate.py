@@ -13,7 +13,7 @@ from tests.surveys import make_survey
 
 @pytest.fixture(scope="module")
 def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_survey(tmp_path_factory.mktemp("evaluate") / "survey", devices=("LG",), sessions=2, seconds=90)
+    return make_survey(tmp_path_factory.mktemp("quality") / "survey", devices=("LG",), sessions=2, seconds=120)
 
 
 def test_tables_and_files(survey: Path, tmp_path: Path) -> None:

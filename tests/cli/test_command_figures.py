@@ -14,14 +14,14 @@ from vislam2tag.datasets.folder import write_dataset
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    root = tmp_path_factory.mktemp("data") / "set"
-    write_dataset(small_dataset(), root)
-    return root
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("data") / "set"
+    write_dataset(small_dataset(), folder)
+    return folder
 
 
-def test_figures_are_drawn_and_coverage_is_shown(folder: Path, tmp_path: Path) -> None:
-    done = vislam2tag("figures", folder, "--out", tmp_path / "out", "--start", "0:5,11")
+def test_figures_are_drawn_and_coverage_is_shown(dataset: Path, tmp_path: Path) -> None:
+    done = vislam2tag("figures", dataset, "--out", tmp_path / "out", "--start", "0:5,11")
     assert done.returncode == 0, done.stderr
     assert "walk that fills the gaps" in done.stdout
     assert (tmp_path / "out" / "coverage.svg").read_bytes().startswith(b"<?xml")
@@ -36,15 +36,15 @@ def test_figures_are_drawn_and_coverage_is_shown(folder: Path, tmp_path: Path) -
         (("--radius-m", "nan"), "--radius-m nan: Input should be"),
     ],
 )
-def test_wrong_values_are_one_line(folder: Path, tmp_path: Path, arguments: tuple[str, ...], told: str) -> None:
-    assert told in the_error(vislam2tag("figures", folder, "--out", tmp_path / "out", *arguments))
+def test_wrong_values_are_one_line(dataset: Path, tmp_path: Path, arguments: tuple[str, ...], told: str) -> None:
+    assert told in the_error(vislam2tag("figures", dataset, "--out", tmp_path / "out", *arguments))
     assert not (tmp_path / "out").exists()
 
 
-def test_no_data_set_and_foreign_folders_are_one_line(folder: Path, tmp_path: Path) -> None:
+def test_no_data_set_and_foreign_folders_are_one_line(dataset: Path, tmp_path: Path) -> None:
     assert "is no data set" in the_error(vislam2tag("figures", tmp_path, "--out", tmp_path / "out"))
     (tmp_path / "mine").write_text("mine")
-    assert "was not made by vislam2tag figures" in the_error(vislam2tag("figures", folder, "--out", tmp_path))
+    assert "was not made by vislam2tag figures" in the_error(vislam2tag("figures", dataset, "--out", tmp_path))
 
 
 def test_starts_may_name_a_building() -> None:

@@ -12,9 +12,7 @@ from tests.datasets.changing import Survey, bssid, surveyed, usual_places
 from tests.datasets.factory import small_dataset
 from vislam2tag.datasets.folder import write_dataset
 
-pytestmark = pytest.mark.usefixtures("undrawn_figures")
-
-
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_later_survey_joins(tmp_path: Path) -> None:
     places = usual_places()
     del places[8]
@@ -28,6 +26,7 @@ def test_a_later_survey_joins(tmp_path: Path) -> None:
     assert vislam2tag("verify", tmp_path / "joined", tmp_path / "joined").returncode == 0
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_survey_of_another_building_is_doubted(tmp_path: Path) -> None:
     write_dataset(surveyed(Survey("base")), tmp_path / "base")
     others = {100 + index: place for index, place in usual_places().items()}

@@ -8,15 +8,13 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import make_survey
 
-pytestmark = pytest.mark.usefixtures("undrawn_figures")
-
-
 @pytest.fixture(scope="module")
 def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A survey that has nothing to do with the paper."""
     return make_survey(tmp_path_factory.mktemp("any") / "survey", devices=("LG",))
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_says_what_the_data_lacks(survey: Path, tmp_path: Path) -> None:
     done = vislam2tag("paper", survey, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
@@ -29,6 +27,7 @@ def test_says_what_the_data_lacks(survey: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "index.html").is_file()
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_walk_that_cannot_be_evaluated_shows_in_the_exit_code(survey: Path, tmp_path: Path) -> None:
     copy = tmp_path / "survey"
     shutil.copytree(survey, copy)

@@ -10,14 +10,12 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.preparation.planning.floors import write_ring_site
 
-pytestmark = pytest.mark.usefixtures("undrawn_figures")
-
-
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_ring_site(tmp_path_factory.mktemp("plan") / "site")
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_plan_is_written_and_told(site: Path, tmp_path: Path) -> None:
     done = vislam2tag("plan", site, "--out", tmp_path / "plan", "--further", "0")
     assert done.returncode == 0, done.stderr
@@ -27,6 +25,7 @@ def test_a_plan_is_written_and_told(site: Path, tmp_path: Path) -> None:
     assert len((tmp_path / "plan" / "landmarks.csv").read_text().splitlines()) == 7
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_file_says_where_walls_are_and_what_is_demanded(site: Path, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text("[walkable]\ncell_m = 0.2\n[plan]\nspacing_m = 10\nfurther = 0\n")
     words = ("--out", tmp_path / "plan", "--config", tmp_path / "own.toml", "--spacing-m", "12", "--json")
@@ -36,6 +35,7 @@ def test_a_file_says_where_walls_are_and_what_is_demanded(site: Path, tmp_path: 
     assert (kept["walkable"]["cell_m"], kept["settings"]["spacing_m"]) == (0.2, 12.0)
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_demand_that_no_wall_meets_is_told_and_ends_with_1(site: Path, tmp_path: Path) -> None:
     forbidden = tmp_path / "glass.csv"
     forbidden.write_text("floor,x0,y0,x1,y1\n1,3.5,-1,26.5,3\n")

@@ -15,7 +15,7 @@ from vislam2tag.datasets.folder import write_dataset
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("maps") / "set"
+    folder = tmp_path_factory.mktemp("data") / "set"
     write_dataset(small_dataset(), folder)
     return folder
 
