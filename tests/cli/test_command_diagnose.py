@@ -17,7 +17,7 @@ from vislam2tag.simulation.survey import WritingOptions, simulate
 
 
 @pytest.fixture(scope="module")
-def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_survey(tmp_path_factory.mktemp("diagnose") / "survey", sessions=2, seconds=120)
 
 
@@ -33,9 +33,9 @@ def labelled_share(out: Path) -> float:
     return float(frames["ok"] / sum(frames.values()))
 
 
-def test_a_swap_is_named_applied_and_reverted(survey: Path, tmp_path: Path) -> None:
+def test_a_swap_is_named_applied_and_reverted(sound: Path, tmp_path: Path) -> None:
     copy = tmp_path / "survey"
-    shutil.copytree(survey, copy)
+    shutil.copytree(sound, copy)
     swap_rows(copy / "floor_0" / "marker_dict.csv", "3", "6")
     (copy / "corrections.toml").write_bytes(b'# by hand\n[[exclude_landmark]]\nid = "99"  # gone')
     rows = dict(line.split(",", 1) for line in (copy / "floor_0" / "marker_dict.csv").read_text().splitlines())
@@ -63,16 +63,16 @@ def test_a_swap_is_named_applied_and_reverted(survey: Path, tmp_path: Path) -> N
     assert bytes_of(copy) == before
 
 
-def test_a_sound_survey_has_no_fault(survey: Path) -> None:
-    done = vislam2tag("diagnose", survey, "--json", "--jobs", "1")
+def test_a_sound_survey_has_no_fault(sound: Path) -> None:
+    done = vislam2tag("diagnose", sound, "--json", "--jobs", "1")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert (found["sessions"], found["faults"], found["failed"]) == (4, [], [])
 
 
-def test_a_survey_half_a_metre_off_is_the_odd_one_out(survey: Path, tmp_path: Path) -> None:
+def test_a_survey_half_a_metre_off_is_the_odd_one_out(sound: Path, tmp_path: Path) -> None:
     copy = tmp_path / "survey"
-    shutil.copytree(survey, copy)
+    shutil.copytree(sound, copy)
     table = copy / "floor_0" / "marker_dict.csv"
     table.write_text(re.sub(r"^3,([-.\d]+)", lambda row: f"3,{float(row[1]) + 0.5}", table.read_text(), flags=re.M))
     page = tmp_path / "conflicts.html"
@@ -89,8 +89,8 @@ def test_a_survey_half_a_metre_off_is_the_odd_one_out(survey: Path, tmp_path: Pa
     assert "lies among" in the_error(vislam2tag("diagnose", copy, "--conflicts", table))
 
 
-def test_apply_and_revert_exclude_each_other(survey: Path) -> None:
-    assert "one of them" in the_error(vislam2tag("diagnose", survey, "--apply", "--revert"))
+def test_apply_and_revert_exclude_each_other(sound: Path) -> None:
+    assert "one of them" in the_error(vislam2tag("diagnose", sound, "--apply", "--revert"))
 
 
 def test_one_id_on_two_floors_of_a_walk_is_told_and_corrected(tmp_path: Path) -> None:
