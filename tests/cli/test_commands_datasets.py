@@ -1,3 +1,5 @@
+"""Commands that make a data set and show what is in it: ``dataset``, ``figures`` and ``radio-maps``."""
+
 from __future__ import annotations
 
 import json
@@ -9,11 +11,12 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
+from tests.datasets.factory import bssid, small_dataset
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.cli.app import app
-from vislam2tag.cli.commands_datasets import seconds_of
+from vislam2tag.cli.commands_datasets import metres_of, seconds_of, start_of
 from vislam2tag.common.errors import UsageError, Vislam2tagError
-from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.pipeline.labels.process import process
 
 
@@ -135,3 +138,95 @@ def test_a_georeference_that_came_later_reaches_the_set(survey: Path, labels: Pa
     georeference = open_dataset(tmp_path / "set").info.floors[0].georeference
     assert georeference is not None
     assert georeference.latitude_deg == pytest.approx(50.78)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("data") / "set"
+    write_dataset(small_dataset(), folder)
+    return folder
+
+
+def test_figures_are_drawn_and_coverage_is_shown(dataset: Path, tmp_path: Path) -> None:
+    done = vislam2tag("figures", dataset, "--out", tmp_path / "out", "--start", "0:5,11")
+    assert done.returncode == 0, done.stderr
+    assert "walk that fills the gaps" in done.stdout
+    assert (tmp_path / "out" / "coverage.svg").read_bytes().startswith(b"<?xml")
+    assert (tmp_path / "out" / "rssi.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--start", "1;2"), "--start 1;2: give FLOOR:X,Y"),
+        (("--cell-m", "0"), "--cell-m 0.0: Input should be greater than or equal to 0.05"),
+        (("--radius-m", "nan"), "--radius-m nan: Input should be"),
+    ],
+)
+def test_wrong_values_are_one_line(dataset: Path, tmp_path: Path, arguments: tuple[str, ...], told: str) -> None:
+    assert told in the_error(vislam2tag("figures", dataset, "--out", tmp_path / "out", *arguments))
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_data_set_and_foreign_folders_are_one_line(dataset: Path, tmp_path: Path) -> None:
+    assert "is no data set" in the_error(vislam2tag("figures", tmp_path, "--out", tmp_path / "out"))
+    (tmp_path / "mine").write_text("mine")
+    assert "was not made by vislam2tag figures" in the_error(vislam2tag("figures", dataset, "--out", tmp_path))
+
+
+def test_starts_may_name_a_building() -> None:
+    assert start_of("1:12.5,-3") == (("", 1), (12.5, -3.0))
+    assert start_of("wing a/b/-1:0,4") == (("wing a/b", -1), (0.0, 4.0))
+    with pytest.raises(UsageError, match="BUILDING/FLOOR"):
+        start_of("1:2")
+
+
+@pytest.mark.usefixtures("undrawn_figures")
+def test_maps_are_written_and_told(dataset: Path, tmp_path: Path) -> None:
+    done = vislam2tag("radio-maps", dataset, "--out", tmp_path / "maps", "--cell", "2m", "--most", "2")
+    assert done.returncode == 0, done.stderr
+    assert "Radio maps" in done.stdout
+    assert "only the 2 most heard access points of a floor are mapped; --most takes more" in done.stdout
+    assert f"page: {tmp_path / 'maps' / 'index.html'}\nnext: vislam2tag train " in done.stdout
+    names = sorted(path.name for path in (tmp_path / "maps").iterdir() if path.name[0] != ".")
+    assert names == ["figures", "floor_0.wifi.npz", "floor_1.wifi.npz", "geotiff", "index.html", "radio_maps.json"]
+    assert len(list((tmp_path / "maps" / "geotiff").rglob("*.tif"))) == 4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--ap", "00:00"), "--ap 00:00: is no access point of this data set"),
+        (("--cell", "1"), "--cell 1: give a length above zero with its unit, such as 1m or 50cm"),
+        (("--cell", "1mm"), "--cell 1mm: give a length"),
+        (("--reach", "0m"), "--reach 0m: give a length"),
+        (("--cell", "1cm"), "choose a larger --cell"),
+    ],
+)
+def test_wrong_values_are_told_in_one_line(
+    arguments: tuple[str, ...], message: str, dataset: Path, tmp_path: Path
+) -> None:
+    done = vislam2tag("radio-maps", dataset, "--out", tmp_path / "maps", *arguments)
+    assert message in the_error(done)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_is_no_data_set_is_told(tmp_path: Path) -> None:
+    assert "is no data set" in the_error(vislam2tag("radio-maps", tmp_path, "--out", tmp_path / "maps"))
+
+
+def test_nothing_labelled_is_told(tmp_path: Path) -> None:
+    write_dataset(small_dataset(unlabelled=12), tmp_path / "set")
+    done = vislam2tag("radio-maps", tmp_path / "set", "--out", tmp_path / "maps", "--ap", bssid(0, 0))
+    assert "there is nothing to map" in the_error(done)
+
+
+@pytest.mark.parametrize(("text", "metres"), [("1m", 1.0), ("50cm", 0.5), (" 1.5 m ", 1.5)])
+def test_lengths_have_a_unit(text: str, metres: float) -> None:
+    assert metres_of(text, "--cell") == pytest.approx(metres)
+
+
+@pytest.mark.parametrize("text", ["", "1", "-1m", "1km", "m"])
+def test_other_lengths_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="--cell"):
+        metres_of(text, "--cell")
