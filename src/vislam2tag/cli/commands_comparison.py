@@ -43,10 +43,10 @@ class SplitOptions:
     by: SplitKind | None = option(None, "Make a split that holds this out, and save it.")
     name: str | None = option(None, "Name of the new split; else its kind.")
     seed: int | None = setting("split.seed")
-    share: float | None = setting("split.share")
-    folds: int | None = setting("split.folds")
-    block_m: float | None = setting("split.block_m")
-    guard_m: float | None = setting("split.guard_m")
+    share: float | None = setting("split.share", hidden=True)
+    folds: int | None = setting("split.folds", hidden=True)
+    block_m: float | None = setting("split.block_m", hidden=True)
+    guard_m: float | None = setting("split.guard_m", hidden=True)
     config: ConfigFile = None
     json: AsJson = False
 
@@ -65,8 +65,7 @@ def split_command(given: SplitOptions) -> None:
     \b
     Examples:
       vislam2tag split fingerprints
-      vislam2tag split fingerprints --by block --block-m 8 --guard-m 3 \\
-          --seed 1 --name blocks-8m
+      vislam2tag split fingerprints --by block --seed 1 --name blocks
       vislam2tag split fingerprints --json > splits.json
     """
     from vislam2tag.datasets.folder import open_dataset

@@ -207,8 +207,8 @@ def figures_command(
     *,
     dataset: Path = argument("Data set.", metavar="DS"),
     out: Path = option(..., "Output folder: new, empty or from an earlier run of this command."),
-    cell_m: float | None = setting("coverage.cell_m"),
-    radius_m: float | None = setting("coverage.radius_m"),
+    cell_m: float | None = setting("coverage.cell_m", hidden=True),
+    radius_m: float | None = setting("coverage.radius_m", hidden=True),
     follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
@@ -228,8 +228,8 @@ def figures_command(
     \b
     Examples:
       vislam2tag figures fingerprints --out figures
-      vislam2tag figures fingerprints --out figures --cell-m 1 --radius-m 1.5 \\
-          --start 1:12.5,3 --start annex/0:4,4
+      vislam2tag figures fingerprints --out figures --start 1:12.5,3 \\
+          --start annex/0:4,4
     """
     from vislam2tag.pipeline.datasets.figures import make_dataset_figures
 

@@ -44,9 +44,9 @@ class PlanOptions:
     anew: bool = option(
         False, "Leave the landmarks that the site has out of account; --write then adds to them all the same."
     )
-    rooms: bool | None = setting("plan.rooms")
+    rooms: bool | None = setting("plan.rooms", hidden=True)
     view_deg: tuple[float, float] | None = option(
-        None, "The camera's angles of view, degrees.  [default: 67 53]", metavar="LONG SHORT"
+        None, "The camera's angles of view, degrees.  [default: 67 53]", metavar="LONG SHORT", hidden=True
     )
     nearest_m: float | None = setting("plan.camera.nearest_m", hidden=True)
     speed_m_s: float | None = setting("plan.speed_m_s", hidden=True)

@@ -68,7 +68,7 @@ class ProcessOptions:
     max_gap_s: float | None = setting("labels.max_gap_s", hidden=True)
     visit_radius_m: float | None = setting("mapping.visit_radius_m")
     max_sigma_m: float | None = setting("labels.max_sigma_m")
-    max_step_m: float | None = setting("mapping.max_step_m")
+    max_step_m: float | None = setting("mapping.max_step_m", hidden=True)
     together: bool | None = setting("together")
     use_planned: bool | None = setting("survey.use_planned")
     allow_for_pose_lag: bool | None = setting("mapping.smoother.allow_for_pose_lag")
@@ -94,8 +94,7 @@ def process_command(given: ProcessOptions) -> None:
       vislam2tag process survey --out labels --max-sigma-m 0.3 \\
           --landmarks completed.csv
       vislam2tag process survey --out labels --together
-      vislam2tag process survey --out paper --label-rule next-frame \\
-          --max-step-m 2
+      vislam2tag process survey --out paper --label-rule next-frame
       vislam2tag process survey --out labels --dry-run
       vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
           --executor dask --scheduler tcp://10.0.0.5:8786

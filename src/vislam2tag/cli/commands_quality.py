@@ -239,7 +239,7 @@ class EvaluateOptions:
     json: AsJson = False
     config: ConfigFile = None
     max_sigma_m: float | None = setting("labels.max_sigma_m")
-    max_step_m: float | None = setting("mapping.max_step_m")
+    max_step_m: float | None = setting("mapping.max_step_m", hidden=True)
     use_planned: bool | None = setting("survey.use_planned")
 
 

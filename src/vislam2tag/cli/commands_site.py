@@ -198,7 +198,7 @@ def walkable_command(
     out: Path = option(..., "Output folder: new, empty or from an earlier run."),
     floor: Floors = (),
     mask: Path | None = option(None, "With one floor: green can be walked, red cannot.", metavar="IMAGE"),
-    wall_contrast: float | None = setting("walkable.wall_contrast"),
+    wall_contrast: float | None = setting("walkable.wall_contrast", hidden=True),
     follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
@@ -216,7 +216,7 @@ def walkable_command(
     \b
     Examples:
       vislam2tag site walkable survey --out walkable
-      vislam2tag site walkable survey --floor 4 --wall-contrast 0.08 \\
+      vislam2tag site walkable survey --floor 4 --config own.toml \\
           --out walkable
       vislam2tag site walkable survey --floor 4 --mask corrected.png \\
           --out walkable
