@@ -28,7 +28,6 @@ from tests.site.site import write_survey
 from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip, signed
 from tests.views.browser import running_browser
 from vislam2tag.cli.app import app
-from vislam2tag.common.errors import SurveyError
 from vislam2tag.studio.receiving.server import UPLOADS
 
 PLACE = f"floor_4/LG/{SESSION}"
@@ -279,19 +278,6 @@ def test_json_is_one_document(tmp_path: Path) -> None:
     assert result.exit_code == 0
     assert [session["frames"] for session in document["sessions"]] == [60, 60, 60]
     assert document["findings"] == []
-
-
-def test_a_session_without_poses_is_exit_code_1(tmp_path: Path) -> None:
-    write_survey(tmp_path)
-    (tmp_path / "floor_1/LG/2022-01-14T16:35:30/poses.csv").unlink()
-    result = CliRunner().invoke(app, ["inspect", str(tmp_path)])
-    assert result.exit_code == 1
-    assert "no camera poses" in result.output
-
-
-def test_a_folder_that_is_no_survey_raises_our_error(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match="not a survey"):
-        CliRunner().invoke(app, ["inspect", str(tmp_path)], catch_exceptions=False)
 
 
 def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -92,10 +92,6 @@ def test_wrong_usage_is_told(folder: Path, arguments: tuple[str, ...], message: 
     assert message in str(found)
 
 
-def test_no_data_set_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
-    assert "is no data set" in the_error(vislam2tag("split", tmp_path))
-
-
 @pytest.fixture
 def sets(tmp_path: Path) -> tuple[Path, Path]:
     """A data set, and one in which readings are 3 dB louder."""

@@ -102,13 +102,11 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((labels, "--window", "soon"), "--window soon"),
         ((labels, "--imu-window", "0s"), "--imu-window 0s"),
         ((tmp_path / "missing",), "no such folder"),
-        ((labels, labels), "give each walk once"),
         ((labels, "--people", "2"), "--people 2: give --hours"),
         ((labels, "--hours", "1e308"), "--people 1 --hours 1e+308: no survey took so much"),
         ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
         ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
         ((labels, "--describe", tmp_path / "missing"), "cannot be read"),
-        ((labels, "--out", labels), "holds what `vislam2tag process` wrote"),
     ):
         done = CliRunner().invoke(app, ["dataset", "--out", str(tmp_path / "set"), *map(str, arguments)])
         assert isinstance(done.exception, Vislam2tagError)
@@ -209,10 +207,6 @@ def test_wrong_values_are_told_in_one_line(
     done = vislam2tag("radio-maps", dataset, "--out", tmp_path / "maps", *arguments)
     assert message in the_error(done)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_that_is_no_data_set_is_told(tmp_path: Path) -> None:
-    assert "is no data set" in the_error(vislam2tag("radio-maps", tmp_path, "--out", tmp_path / "maps"))
 
 
 def test_nothing_labelled_is_told(tmp_path: Path) -> None:

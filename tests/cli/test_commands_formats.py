@@ -68,12 +68,6 @@ def test_files_left_out_are_exit_code_one(tmp_path: Path) -> None:
     assert "unknown_floor 1: mall/BM/path_data_files/a.txt" in done.stdout
 
 
-def test_wrong_usage_is_exit_code_two(tmp_path: Path) -> None:
-    done = vislam2tag("import", tmp_path, "--out", tmp_path / "set")
-    assert "is none of the formats known" in the_error(done)
-    assert not (tmp_path / "set").exists()
-
-
 def test_an_archive_unpacks_to_as_much_as_is_said(tmp_path: Path) -> None:
     archive = shutil.make_archive(str(tmp_path / "t"), "zip", quartet_in(tmp_path / "in"))
     done = vislam2tag("import", archive, "--out", tmp_path / "set", "--max-unpacked-gb", "1e-8")
@@ -118,26 +112,12 @@ def test_a_split_and_what_is_left_out(dataset: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "export.json").is_file()
 
 
-def test_an_unknown_format_is_exit_code_2(dataset: Path, tmp_path: Path) -> None:
-    done = vislam2tag("export", dataset, "--format", "xls", "--out", tmp_path / "out")
-    assert done.returncode == 2
-    assert "no format called 'xls' can be written; there are: comford, " in the_error(done)
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_key_hides_addresses(dataset: Path, tmp_path: Path) -> None:
     (tmp_path / "key").write_text("0123456789abcdef0123456789abcdef\n")
     hide = ("--hash-bssid", tmp_path / "key", "--no-ssid")
     done = in_process(dataset, "--format", "comford", "--out", tmp_path / "out", *hide)
     assert done.exit_code == 0, done.output
     assert "00:11:22" not in (tmp_path / "out" / "intermediate" / "RSSI.csv").read_text()
-
-
-def test_help_lists_formats_and_examples() -> None:
-    done = in_process("--help")
-    assert done.exit_code == 0
-    for text in ("UJIIndoorLoc's", "fingerprints.h5", "vislam2tag export labels --format gia", "Exit code"):
-        assert text in " ".join(done.stdout.split())
 
 
 def test_an_interrupt_is_exit_code_130(dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

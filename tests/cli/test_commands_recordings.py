@@ -190,11 +190,9 @@ def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) 
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
-        ("when,co2\n1,2\n", (), "no column is called as times are"),
         ("time,co2\n1,2\n", ("--time-column", "when"), "there is no such column; there are: time, co2"),
         ("time,co2\nnoon,2\n", (), "column time: holds no time that can be read"),
         ("time,co2\n2022-01-14T16:35:30,2\n", (), "has no zone; give it by --zone, such as Europe/Berlin"),
-        ("time,co2\n2022-01-14T16:35:30,2\n", ("--zone", "Aachen"), "--zone Aachen: is no time zone"),
         ("time,co2\n1700000000,2\n", (), "nothing tells how they relate: give --survey"),
         ("time,co2\n5,2\n", (), "its times lie in no walk, whichever unit they are in"),
         ("time,status\n5,2\n", (), "the table has a column status already; rename it"),

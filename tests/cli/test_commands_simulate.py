@@ -91,13 +91,6 @@ def test_usage_errors_end_with_2(
     assert "not an empty folder" in capsys.readouterr().err
 
 
-def test_help_has_examples_and_traps(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(monkeypatch, "--help") == 0
-    shown = capsys.readouterr().out
-    assert "simulate paper --like paper" in shown
-    assert "frame_gap" in shown
-
-
 SHORT = ("--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.5")
 
 
