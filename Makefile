@@ -62,7 +62,7 @@ check-page: studio
 docs: $(VENV)/.installed
 	$(BIN)/zensical build --clean --strict
 
-# The pages that are made of the program: commands, settings, Python interface, findings, first mistakes, tutorials.
+# The pages that are made of the program: commands, settings, Python interface, findings, tutorials.
 docs-pages: $(VENV)/.installed
 	$(BIN)/python -m tests.docs.pages
 

@@ -19,7 +19,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.surveys import make_survey
 from vislam2tag import cli
 from vislam2tag.cli import terminal
-from vislam2tag.cli.app import COMMANDS, app
+from vislam2tag.cli.app import COMMANDS, MODULES, app
 
 NAMES = [name for group in COMMANDS.values() for name in group]
 OF_SITE = ("init", "show", "write", "rebase", "walkable")
@@ -43,10 +43,10 @@ def others_loaded(code: str) -> set[str]:
     return set(done.stderr.split())
 
 
-def test_every_module_of_a_command_is_listed() -> None:
-    modules = [module.name.rpartition(".")[2] for module in pkgutil.walk_packages(cli.__path__, "vislam2tag.cli.")]
-    commands = [name.removeprefix("command_").replace("_", "-") for name in modules if name.startswith("command_")]
-    assert sorted(NAMES) == sorted(commands)
+def test_every_module_of_commands_is_listed() -> None:
+    modules = [module.name for module in pkgutil.walk_packages(cli.__path__) if module.name.startswith("commands_")]
+    assert sorted(modules) == [f"commands_{name}" for name in MODULES]
+    assert sorted(NAMES) == sorted(name for commands in MODULES.values() for name in commands)
 
 
 def test_help_loads_nothing_that_only_work_needs() -> None:

@@ -6,16 +6,17 @@ import math
 import re
 from dataclasses import fields
 from pathlib import Path
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 import pytest
+import typer
 from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from tests.docs.settings_page import settings_page
 from vislam2tag.cli.app import app
-from vislam2tag.cli.command_process import ProcessOptions
+from vislam2tag.cli.commands_process import ProcessOptions
 from vislam2tag.cli.settings_options import option_of, settings_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import part_of, setting_fields
@@ -103,3 +104,25 @@ def test_settings_beside_the_survey_are_taken_and_told(tmp_path: Path, capsys: p
     assert settings_of(tmp_path / "other.toml", {}, tmp_path).labels.max_sigma_m == 0.5
     assert settings_of(None, {"labels.max_sigma_m": 0.75}, tmp_path).labels.max_sigma_m == 0.75
     assert capsys.readouterr().err.count("settings of") == 1
+
+
+HIDDEN = {
+    "site init": {"--elevation-m", "--level", "--others", "--epsg"},
+    "site walkable": {"--wall-contrast"},
+    "plan": {"--rooms", "--view-deg", "--nearest-m", "--speed-m-s"},
+    "split": {"--share", "--folds", "--block-m", "--guard-m"},
+    "figures": {"--cell-m", "--radius-m"},
+    "process": {"--max-gap-s", "--max-step-m"},
+    "evaluate": {"--max-step-m", "--clock-drift"},
+}
+"""Options that the help leaves out because a file of settings or of the site has them."""
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_options_that_help_leaves_out_are_taken(name: str) -> None:
+    first, *rest = name.split()
+    command: Any = typer.main.get_command(app)
+    command = command.get_command(None, first)
+    for word in rest:
+        command = command.commands[word]
+    assert {each.opts[-1] for each in command.params if getattr(each, "hidden", False)} == HIDDEN[name]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.test_command_receive import large_session, receiving
+from tests.cli.test_commands_collection import large_session, receiving
 from tests.conformance.java import upload
 from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.cli.first_mistakes import page as mistakes_page
 from tests.docs.finding_pages import findings_page
 from tests.docs.program_pages import api_page, commands_page
 from tests.docs.settings_page import settings_page
@@ -12,7 +11,6 @@ from tests.docs.tutorial_pages import tutorial_page
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = {
-    "how-to/first_mistakes.md": mistakes_page,
     "reference/api.md": api_page,
     "reference/commands.md": commands_page,
     "reference/findings.md": findings_page,

@@ -69,10 +69,29 @@ COMMANDS = {
     },
 }
 """Every command, by what it is for; ``--help`` shows this without importing any of them."""
+MODULES = {
+    "benchmark": ("benchmark", "paper"),
+    "collection": ("receive", "inspect"),
+    "comparison": ("split", "join", "verify"),
+    "datasets": ("dataset", "figures", "radio-maps"),
+    "diagnosis": ("diagnose", "survey-landmarks"),
+    "fleet": ("fleet",),
+    "formats": ("import", "export"),
+    "landmarks": ("plan", "sheets"),
+    "models": ("train", "locate"),
+    "process": ("process", "run", "demo"),
+    "quality": ("check", "evaluate"),
+    "recordings": ("label", "attach", "sightings"),
+    "register": ("register",),
+    "simulate": ("simulate",),
+    "site": ("site",),
+    "studio": ("studio",),
+}
+"""Which commands each module ``commands_NAME`` has."""
 
 
 class _Commands(TyperGroup):
-    """Imports ``command_NAME`` when its command is asked for; each such module has ``NAME_command``."""
+    """Imports the module of a command when that is asked for; it has a function ``NAME_command``."""
 
     # Any: it depends on the version of Typer whether the classes are those of the package Click or its own.
 
@@ -87,9 +106,9 @@ class _Commands(TyperGroup):
             return None
         single = typer.Typer(rich_markup_mode=None)
         single.callback()(lambda: None)  # a group, so that the command keeps its name
-        name = cmd_name.replace("-", "_")
-        module = importlib.import_module(f"vislam2tag.cli.command_{name}")
-        work = getattr(module, f"{name}_command")
+        name = next(name for name, commands in MODULES.items() if cmd_name in commands)
+        module = importlib.import_module(f"vislam2tag.cli.commands_{name}")
+        work = getattr(module, f"{cmd_name.replace('-', '_')}_command")
         if isinstance(work, typer.Typer):
             single.add_typer(work, name=cmd_name)
         else:

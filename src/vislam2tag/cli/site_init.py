@@ -105,7 +105,7 @@ class InitOptions:
     plan: Path | None = option(None, "The floor's plan.")
     floor: int | None = option(None, "The floor's number; 1 if not given.")
     name: str = option("", "The floor's name.")
-    elevation_m: float | None = option(None, "Of the floor above the zero.", metavar="METRES")
+    elevation_m: float | None = option(None, "Of the floor above the zero.", metavar="METRES", hidden=True)
     building: str = option("", "Name of the building.")
     width_m: float | None = option(None, "What the plan shows from left to right; alone will do.", metavar="METRES")
     height_m: float | None = option(None, "What the plan shows from bottom to top.", metavar="METRES")
@@ -139,10 +139,12 @@ class InitOptions:
     )
     unit_m: float | None = option(None, "A unit of the file, whose axes are the BCS's.", metavar="METRES")
     page: int | None = option(None, "Page of a PDF; 1 if not given.")
-    level: str | None = option(None, "Level of an IMDF archive: id, ordinal or short name.")
+    level: str | None = option(None, "Level of an IMDF archive: id, ordinal or short name.", hidden=True)
     layer: tuple[str, ...] = option((), "Layer of a DXF that holds walls (* and ?); repeatable.")
-    others: str | None = option(None, "Polygons that do not say their use: walkable or obstacle.", metavar="USE")
-    epsg: int | None = option(None, "Reference system of the plan's own coordinates.")
+    others: str | None = option(
+        None, "Polygons that do not say their use: walkable or obstacle.", metavar="USE", hidden=True
+    )
+    epsg: int | None = option(None, "Reference system of the plan's own coordinates.", hidden=True)
     georeference: Any = option(
         None,
         "Of the site's origin: EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING.",

@@ -1,0 +1,294 @@
+"""``vislam2tag fleet``: add, list, process, status, report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import ALL_CORES, AsJson, DryRun, ExecutorOptions, FollowLinks, Jobs
+from vislam2tag.cli.progress import interrupted_with, session_bar
+from vislam2tag.cli.records import argument, command, group, option
+from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.tables import print_table, print_warnings
+from vislam2tag.cli.terminal import answer, say
+from vislam2tag.common.files.store import shown
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.fleet.catalogue import FleetTotals
+    from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey
+    from vislam2tag.pipeline.run.workers import Executor
+
+
+_SOME = 5
+"""Files that are named in a line."""
+Store = Annotated[Path, typer.Argument(metavar="STORE", help="Folder of the fleet, or its address.")]
+
+
+@command
+def add_command(
+    *,
+    store: Store,
+    surveys: tuple[Path, ...] = argument("Folders or addresses.", (), metavar="[SURVEY]..."),
+    name: str | None = option(None, "The survey's name in the fleet, for a single SURVEY."),
+    replace: bool = option(False, "Replace files that differ; the former ones are kept in STORE/replaced/NAME."),
+    follow_links: FollowLinks = False,
+    json: AsJson = False,
+) -> None:
+    """Enter surveys into a fleet's catalogue, which begins with the first.
+
+    A SURVEY that is elsewhere, a folder or an address, is first copied to STORE/surveys/NAME, by its folder's name or
+    by --name. If STORE contains a survey of that name, new files are added to it and all others stay. Files that differ
+    are refused without --replace, and so is a survey that has no session in common with the one in STORE. Raw files are
+    never removed: former versions of replaced ones are kept in STORE/replaced/NAME.
+
+    Without any SURVEY, all surveys in STORE/surveys are looked at again: what is new, and what has changed.
+
+    Exit code: 0 all right, 2 wrong usage, not a survey, another survey of that name, or STORE cannot be read or
+    written.
+
+    \b
+    Examples:
+      vislam2tag fleet add s3://walks/hospitals survey-of-ward-7
+      vislam2tag fleet add s3://walks/hospitals north/ward-7 --name ward-7-north
+      vislam2tag fleet add s3://walks/hospitals
+    """
+    from vislam2tag.pipeline.fleet.add import add_surveys
+
+    changes: list[AddedSurvey] = []
+    with session_bar("surveys") as bar:
+
+        def advance(done: AddedSurvey, total: int) -> None:
+            changes.append(done)
+            bar.advance(total, None)
+
+        totals = add_surveys(
+            store,
+            surveys,
+            name=name,
+            replace=replace,
+            follow_links=follow_links,
+            progress=advance,
+            tell=print_warnings,
+        )
+    listed = changes if surveys else []
+
+    def show() -> None:
+        for each in listed:
+            _print_changes(store, each)
+        _print_totals(totals)
+        next_step("fleet add", fleet=store)
+
+    answer(totals.model_dump() | {"changes": listed}, json, show)
+
+
+def _print_changes(store: Path, changes: AddedSurvey) -> None:
+    kinds = ("added", "unchanged", "replaced", "left_alone")
+    counts = (f"{len(getattr(changes, kind))} {kind.replace('_', ' ')}" for kind in kinds)
+    say(f"{changes.survey}: files: {', '.join(counts)}")
+    if changes.replaced:
+        kept = shown(store / "replaced" / changes.survey)
+        say(f"  replaced, the former versions are kept in {kept}: {_some(changes.replaced)}")
+    if changes.left_alone:
+        say(f"  left alone, only the fleet has them: {_some(changes.left_alone)}")
+
+
+def _some(names: tuple[str, ...]) -> str:
+    more = f" and {len(names) - _SOME} more" if len(names) > _SOME else ""
+    return f"{', '.join(names[:_SOME])}{more}"
+
+
+@command
+def list_command(
+    *,
+    store: Store,
+    json: AsJson = False,
+) -> None:
+    """List a fleet's surveys: site, floors, devices, dates, sessions and state.
+
+    Exit code: 0 all right, 2 no fleet is there.
+
+    \b
+    Example:
+      vislam2tag fleet list s3://walks/hospitals --json
+    """
+    from vislam2tag.pipeline.fleet.catalogue import fleet_list
+
+    rows = fleet_list(store).to_dicts()
+    answer(rows, json, lambda: _print_list(rows, store))
+
+
+def _print_list(rows: list[dict[str, Any]], store: Path) -> None:
+    cells = []
+    for row in rows:
+        dates = " to ".join(dict.fromkeys(str(row[name]) for name in ("first_date", "last_date") if row[name]))
+        texts = (row["survey"], row["site"], row["state"], ", ".join(row["devices"]), dates or "-")
+        cells.append((*texts, str(len(row["floors"])), str(row["sessions"]), str(row["failed"])))
+    heads = ("survey", "site", "state", "devices", "dates")
+    print_table("Surveys", heads, ("floors", "sessions", "failed"), cells)
+    for row in rows:
+        if row["error"]:
+            say(f"{row['survey']}: {row['error']}")
+    next_step("fleet list", fleet=store)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetProcessOptions:
+    """Arguments and options of ``vislam2tag fleet process``."""
+
+    store: Store
+    survey: tuple[str, ...] = option((), "Only this survey, by its name; repeatable.")
+    dry_run: DryRun = False
+    follow_links: FollowLinks = False
+    jobs: Jobs = ALL_CORES
+    where: ExecutorOptions
+    json: AsJson = False
+    config: ConfigFile = None
+
+
+@command
+def process_command(given: FleetProcessOptions) -> None:
+    """Map every session of a fleet's surveys; what is done and unchanged is not repeated.
+
+    Writes STORE/labels/SURVEY (as process), STORE/tables (by survey and floor), STORE/report and the catalogue.
+    Settings are those of --config, or of the vislam2tag.toml in each survey.
+
+    Exit code: 0 all right, 1 a survey cannot be read, or process would end with 1 for it, 2 wrong usage, or STORE
+    cannot be read or written, 130 interrupted. Whatever ended a run early, the same command goes on, from any machine.
+
+    \b
+    Examples:
+      vislam2tag fleet process fleet
+      vislam2tag fleet process s3://walks/hospitals --executor dask \\
+          --scheduler tcp://10.0.0.5:8786
+    """
+    with given.where.opened(given.jobs) as executor:
+        if given.dry_run:
+            _print_dry_run(given, executor)
+        totals, failed = _process_with_progress(given, executor)
+    failed = failed or not totals.surveys
+
+    def show() -> None:
+        _print_totals(totals)
+        after = "fleet process, failed" if failed else "fleet process"
+        next_step(after, fleet=given.store, page=given.store / "report" / "index.html")
+
+    answer(totals, given.json, show, failed=failed)
+
+
+def _print_dry_run(given: FleetProcessOptions, executor: Executor) -> None:
+    from vislam2tag.pipeline.fleet.process import fleet_dry_run
+
+    settings = lambda folder: settings_of(given.config, {}, folder)
+    planned = list(fleet_dry_run(given.store, settings, surveys=given.survey, executor=executor))
+    some = any(one.to_process or one.kept for one in planned)
+
+    def show() -> None:
+        for one in planned:
+            why = one.error or ", ".join(f"{count} {reason}" for reason, count in one.reasons.items())
+            say(f"{one.survey}: would process {one.to_process}, keep {one.kept}{f' ({why})' if why else ''}")
+        next_step("fleet process, dry run" if some else "fleet process, failed", fleet=given.store)
+
+    answer(planned, given.json, show, failed=not some)
+
+
+def _process_with_progress(given: FleetProcessOptions, executor: Executor) -> tuple[FleetTotals, bool]:
+    """Process; return the fleet's totals, and whether anything of this run failed."""
+    from vislam2tag.pipeline.fleet.process import SessionOutcome, process_fleet
+
+    def there() -> str:
+        kept = f"{bar.done} sessions are done and kept in {shown(given.store)}"
+        return f"{kept}; run the same command again to go on"
+
+    with session_bar("sessions", lines=True) as bar, interrupted_with(there):
+
+        def advance(done: Any, total: int) -> None:
+            if isinstance(done, SessionOutcome):
+                bar.advance(total, done.error, done.outcome.rows)
+            elif done.problem is not None:
+                bar.fail(done.problem)
+
+        totals = process_fleet(
+            given.store,
+            lambda folder: settings_of(given.config, {}, folder),
+            surveys=given.survey,
+            executor=executor,
+            follow_links=given.follow_links,
+            progress=advance,
+        )
+    return totals, bar.failed > 0
+
+
+@command
+def status_command(
+    *,
+    store: Store,
+    json: AsJson = False,
+) -> None:
+    """Say how far a fleet is, by one small file: surveys and sessions by state.
+
+    Exit code: 0 all right, 2 no fleet is there.
+
+    \b
+    Example:
+      vislam2tag fleet status s3://walks/hospitals
+    """
+    from vislam2tag.pipeline.fleet.catalogue import fleet_status
+
+    totals = fleet_status(store)
+
+    def show() -> None:
+        _print_totals(totals)
+        next_step("fleet status", fleet=store)
+
+    answer(totals, json, show)
+
+
+@command
+def report_command(
+    *,
+    store: Store,
+    json: AsJson = False,
+) -> None:
+    """Write the pages about a fleet as a whole, STORE/report/index.html; those of surveys and sessions come of process.
+
+    Exit code: 0 all right, 2 no fleet is there, or STORE cannot be written.
+
+    \b
+    Example:
+      vislam2tag fleet report s3://walks/hospitals
+    """
+    from vislam2tag.pipeline.fleet.reduction import write_fleet_report
+
+    pages, page = write_fleet_report(store), store / "report" / "index.html"
+
+    def show() -> None:
+        say(f"report: {shown(page)}")
+        next_step("fleet report", page=page)
+
+    answer({"page": shown(page), "pages": pages}, json, show)
+
+
+def _print_totals(totals: FleetTotals) -> None:
+    say(f"{totals.surveys} surveys, {totals.sessions} sessions ({totals.failed} failed)")
+    for state, number in totals.states.items():
+        say(f"{state}: {number} surveys, {totals.sessions_by_state[state]} sessions")
+    if totals.frames:
+        share = totals.frames_labelled / totals.frames
+        say(
+            f"{totals.duration_s / 3600:.1f} h, {totals.distance_m / 1000:.1f} km; frames labelled: {100 * share:.1f} %"
+        )
+
+
+fleet_command = group(
+    "Many surveys under one prefix, with a catalogue (docs/how-to/many-surveys.md).\n\n"
+    "STORE is a folder, or the address of one in object storage.",
+    ("add", "Enter surveys into its catalogue.", add_command),
+    ("list", "List its surveys.", list_command),
+    ("process", "Map every session.", process_command),
+    ("status", "How far it is.", status_command),
+    ("report", "Write the pages about it.", report_command),
+)

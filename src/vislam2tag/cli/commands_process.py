@@ -1,0 +1,346 @@
+"""Commands that label whole surveys: ``process``, ``run`` and ``demo``."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    AsJson,
+    DryRun,
+    ExecutorName,
+    ExecutorOptions,
+    FollowLinks,
+    Jobs,
+    LandmarkFile,
+    Replace,
+    SessionOptions,
+    SurveyFolder,
+)
+from vislam2tag.cli.progress import contents_there, interrupted_with, labels_there, session_bar
+from vislam2tag.cli.records import argument, command, option
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from, settings_of
+from vislam2tag.cli.tables import print_warnings
+from vislam2tag.cli.terminal import answer, say, visible_console
+from vislam2tag.common.files.store import shown
+from vislam2tag.common.garbage import keep_freed_memory
+from vislam2tag.common.plugins import STRATEGIES
+from vislam2tag.labeling.settings import LabelRule
+from vislam2tag.settings import Settings
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.labeling.results import Summary
+    from vislam2tag.pipeline.run.workers import Executor
+    from vislam2tag.pipeline.survey_run import SurveyRun
+    from vislam2tag.quality.evaluation.metrics import ErrorSummary
+
+
+DEFAULT_STRATEGY = Settings().strategy
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProcessOptions:
+    """Arguments and options of ``vislam2tag process``."""
+
+    survey: SurveyFolder
+    out: Path = option(..., "Output folder: new, empty or from an earlier run.")
+    landmarks: LandmarkFile = None
+    strategy: str | None = option(
+        None,
+        f"Mapping strategy: {', '.join(STRATEGIES.names())}.  [default: {DEFAULT_STRATEGY}]",
+        sets=("strategy",),
+    )
+    sessions: SessionOptions
+    replace: Replace = False
+    follow_links: FollowLinks = False
+    dry_run: DryRun = False
+    jobs: Jobs = ALL_CORES
+    where: ExecutorOptions
+    json: AsJson = False
+    config: ConfigFile = None
+    label_rule: LabelRule | None = setting("labels.rule")
+    max_gap_s: float | None = setting("labels.max_gap_s", hidden=True)
+    visit_radius_m: float | None = setting("mapping.visit_radius_m")
+    max_sigma_m: float | None = setting("labels.max_sigma_m")
+    max_step_m: float | None = setting("mapping.max_step_m", hidden=True)
+    together: bool | None = setting("together")
+    use_planned: bool | None = setting("survey.use_planned")
+    allow_for_pose_lag: bool | None = setting("mapping.smoother.allow_for_pose_lag")
+
+
+@command
+def process_command(given: ProcessOptions) -> None:
+    """Map every session of a survey and label every reading.
+
+    Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OUT/sessions (one JSON a session),
+    OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
+    same OUT finished, and that have not changed since, are not repeated.
+
+    Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
+    frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
+    interrupted. Whatever ended a run early, the same command goes on.
+
+    \b
+    Examples:
+      vislam2tag process survey --out labels
+      vislam2tag process survey --out labels --floor 1 --floor 4 --device LG \\
+          --strategy local
+      vislam2tag process survey --out labels --max-sigma-m 0.3 \\
+          --landmarks completed.csv
+      vislam2tag process survey --out labels --together
+      vislam2tag process survey --out paper --label-rule next-frame
+      vislam2tag process survey --out labels --dry-run
+      vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
+          --executor dask --scheduler tcp://10.0.0.5:8786
+    """
+    keep_freed_memory()
+    if given.jobs > 1:  # threads of this process would compete with its workers, which have one each
+        os.environ.setdefault("POLARS_MAX_THREADS", "1")
+    settings = settings_from(given, given.survey)
+    with given.where.opened(given.jobs) as executor:
+        if given.dry_run:
+            _print_dry_run(given, settings, executor)
+        summary = _process_with_progress(given, settings, executor)
+    answer(summary, given.json, lambda: _print_process(summary, given), failed=summary.problem is not None)
+
+
+def _print_process(summary: Summary, given: ProcessOptions) -> None:
+    _print_summary(summary, given.out)
+    for fault in summary.faults:
+        say(f"wrong: {fault}")
+    say(f"the survey by its walks: {summary.judgement.sentence}")
+    next_step(_after_process(summary), survey=given.survey, out=given.out)
+
+
+def _after_process(summary: Summary) -> str:
+    """Name what to go on with."""
+    from vislam2tag.views.run_summary import joining_helps
+
+    found = {
+        "process, unsure": joining_helps(summary) and not summary.faults and summary.frames_placed > 0,
+        "process, failed": summary.problem is not None,
+        "process, faults": bool(summary.faults),
+    }
+    return next((name for name, so in found.items() if so), "process")
+
+
+def _print_dry_run(given: ProcessOptions, settings: Settings, executor: Executor) -> None:
+    from vislam2tag.pipeline.labels.process import dry_run
+
+    found = dry_run(
+        given.survey,
+        given.out,
+        settings,
+        executor=executor,
+        landmarks=given.landmarks,
+        selection=given.sessions.selection,
+        replace=given.replace,
+    )
+
+    def show() -> None:
+        for one in found:
+            if one.reasons:
+                say(f"{one.session}: {', '.join(reason.value for reason in one.reasons)}")
+        if not found:
+            say("would process nothing: the survey has no session that is not excluded")
+            next_step("process, failed", survey=given.survey)
+            return
+        count = sum(bool(one.reasons) for one in found)
+        say(f"would process {count} of {len(found)} sessions; the others are done and unchanged")
+        next_step("process, dry run", survey=given.survey, out=given.out)
+
+    answer(found, given.json, show, failed=not found)
+
+
+def _process_with_progress(given: ProcessOptions, settings: Settings, executor: Executor) -> Summary:
+    from vislam2tag.pipeline.labels.process import process
+
+    compared, to_compare, sessions = 0, 0, 0
+
+    def compare(_: object, total: int) -> None:
+        nonlocal compared, to_compare, sessions
+        compared, to_compare, sessions = compared + 1, total, sessions or total
+        bar.advance(to_compare + sessions, None)
+
+    on_cluster = given.where.executor is ExecutorName.DASK
+    with interrupted_with(lambda: labels_there(given.out)), session_bar("sessions", lines=on_cluster) as bar:
+        return process(
+            given.survey,
+            given.out,
+            settings,
+            executor=executor,
+            landmarks=given.landmarks,
+            selection=given.sessions.selection,
+            replace=given.replace,
+            follow_links=given.follow_links,
+            progress=lambda outcome, total: bar.advance(to_compare + total, outcome.error, outcome.rows),
+            comparing=compare,
+            tell=print_warnings,
+        )
+
+
+def _print_summary(summary: Summary, out: Path) -> None:
+    from vislam2tag.views.run_summary import accuracy_sentence
+
+    say(
+        f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "
+        f"{summary.distance_m:.0f} m; frames labelled: {share_text(summary.frames)}"
+    )
+    for table, counts in summary.readings.items():
+        say(f"{table}: {sum(counts.values())} rows, labelled: {share_text(counts)}")
+    for name, counts in (("findings about the site", summary.site_findings), ("findings", summary.findings)):
+        if counts:
+            say(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
+    if accuracy := accuracy_sentence(summary):
+        say(accuracy)
+    for found in summary.contradictions:
+        say(
+            f"{found.called} contradicts the rest in {found.sessions} of {found.seen} sessions, by up to "
+            f"{found.greatest_m:.2f} m: measure it again"
+        )
+    say(f"report: {shown(out / 'report.html')}")
+
+
+def share_text(counts: dict[str, int]) -> str:
+    """The share of frames or rows that are labelled, and how many more have an uncertain position."""
+    from vislam2tag.core.status import Status, labelled_share
+
+    share = labelled_share(counts)
+    if share is None:
+        return "none"
+    uncertain = counts.get(Status.UNCERTAIN.label, 0)
+    return f"{100 * share:.1f} %" + (f" ({uncertain} uncertain)" if uncertain else "")
+
+
+_PARTS = {
+    "labels/sessions": "labels",
+    "diagnosis.json": "a diagnosis",
+    "check/check.json": "a check",
+    "dataset/dataset.json": "a data set",
+    "index.html": "the page",
+}
+
+
+@command
+def run_command(
+    *,
+    survey: SurveyFolder,
+    out: Path = option(..., "Output folder: new, empty or from an earlier run."),
+    landmarks: LandmarkFile = None,
+    follow_links: FollowLinks = False,
+    jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
+    config: ConfigFile = None,
+    use_planned: bool | None = setting("survey.use_planned"),
+) -> None:
+    """From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
+
+    Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as diagnose), OUT/check (as check),
+    OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything:
+    what is done and unchanged is kept. Each step has a command of its own with more options.
+
+    Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
+    frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
+    interrupted.
+
+    \b
+    Examples:
+      vislam2tag run survey --out out
+      vislam2tag run survey --out out --config settings.toml
+    """
+    from vislam2tag.pipeline.survey_run import run_survey
+
+    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
+    with interrupted_with(lambda: contents_there(out, _PARTS)), session_bar("sessions") as bar:
+
+        def advance(step: tuple[str, str | None], total: int) -> None:
+            bar.enter(f"sessions: {step[0]}")
+            bar.advance(total, step[1])
+
+        made = run_survey(
+            survey,
+            out,
+            settings,
+            landmarks=landmarks,
+            follow_links=follow_links,
+            jobs=jobs,
+            progress=advance,
+            tell=print_warnings,
+        )
+    answer(made, json, lambda: _print_run(made, survey, out), failed=made.labels.problem is not None)
+
+
+def _print_run(made: SurveyRun, survey: Path, out: Path) -> None:
+    labelled = share_text(made.labels.frames)
+    say(f"{made.labels.sessions} sessions ({made.labels.failed} failed); frames labelled: {labelled}")
+    for floor in made.check.floors:
+        say(f"floor {floor.number}: mean error to expect {floor.expected_m:.2f} m")
+    for bad in made.check.bad_landmarks:
+        where = f" ({bad.room})" if bad.room else ""
+        say(f"floor {bad.floor}: landmark {bad.landmark}{where} is off by {bad.size_m:.2f} m")
+    for fault in made.faults:
+        say(f"wrong: {fault}")
+    if made.kept:
+        say(f"unchanged and kept: {', '.join(made.kept)}")
+    say(f"page: {out / 'index.html'}")
+    next_step(_after_run(made), survey=survey, dataset=out / "dataset")
+
+
+def _after_run(made: SurveyRun) -> str:
+    """Name what to go on with."""
+    if made.faults:
+        return "run, faults" if made.correctable else "run, by hand"
+    return "run" if made.labels.problem is None else "process, failed"
+
+
+@command
+def demo_command(
+    *,
+    out: Path = argument("New folder, or that of an earlier demonstration.", Path("vislam2tag-demo")),
+    seed: int = option(1, "Another seed, another building and other walks."),
+    jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
+) -> None:
+    """Simulate a survey, label it with each strategy, score the labels against the truth.
+
+    Leaves OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
+    OUT/scores.csv.
+
+    \b
+    Examples:
+      vislam2tag demo
+      vislam2tag demo somewhere --seed 7
+    """
+    from vislam2tag.pipeline.demo import run_demo
+
+    scores = run_demo(out, jobs=jobs, seed=seed, say=lambda line: say(line, err=json))
+    answer(scores, json, lambda: _print_demo(scores, out))
+
+
+def _print_demo(scores: dict[str, ErrorSummary], out: Path) -> None:
+    from vislam2tag.pipeline.demo import SURVEY
+
+    visible_console().print(_table(scores))
+    say(f"survey as a phone writes it: {out / SURVEY}")
+    say(f"report of every walk, to open in a browser: {out / Settings().strategy / 'report.html'}")
+    next_step("demo", survey=out / SURVEY)
+
+
+def _table(scores: dict[str, ErrorSummary]) -> Table:
+    from rich.table import Table
+
+    table = Table(title="Label error at every camera frame (each walk counts once)")
+    table.add_column("strategy")
+    for column in ("mean", "median", "p75", "p95", "max"):
+        table.add_column(f"{column} [m]", justify="right")
+    table.add_column("labelled", justify="right")
+    for strategy, errors in scores.items():
+        figures = (errors.mean_m, errors.median_m, errors.p75_m, errors.p95_m, errors.max_m)
+        table.add_row(strategy, *(f"{figure:.2f}" for figure in figures), f"{100 * errors.labelled_share:.0f} %")
+    return table

@@ -1,0 +1,350 @@
+"""Commands that measure how good labels are: ``check`` and ``evaluate``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SessionOptions, SurveyFolder
+from vislam2tag.cli.progress import SessionBar, interrupted_with, outputs_of_interrupted, session_bar
+from vislam2tag.cli.records import command, option
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
+from vislam2tag.cli.tables import metres, print_table, print_warnings, red
+from vislam2tag.cli.terminal import answer, say
+from vislam2tag.common.plugins import STRATEGIES
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from vislam2tag.quality.evaluation.record import ErrorRow, FigureWithInterval, SessionEvaluation, SurveyEvaluation
+    from vislam2tag.quality.self_check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
+    from vislam2tag.site.walkable.walked import WalkedFloor
+
+
+_MOST_ROOMS = 8
+"""Rooms named on the terminal; the page and check.json have all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckOptions:
+    """Arguments and options of ``vislam2tag check``."""
+
+    survey: SurveyFolder
+    out: Path | None = option(None, "Write check.json and check.html, with maps, there.", metavar="FOLDER")
+    landmarks: LandmarkFile = None
+    sessions: SessionOptions
+    follow_links: FollowLinks = False
+    jobs: Jobs = ALL_CORES
+    json: AsJson = False
+    config: ConfigFile = None
+    max_sigma_m: float | None = setting("labels.max_sigma_m")
+    use_planned: bool | None = setting("survey.use_planned")
+
+
+@command
+def check_command(given: CheckOptions) -> None:
+    """Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
+
+    No ground truth is needed. Each surveyed landmark in turn is left out of a session and predicted from the others, by
+    the smoother. How far the predictions are off, compared with what is stated of them, gives the mean error of the
+    session's labels (docs/results/self-check.md says how well). Landmarks whose predictions are off alike in all
+    sessions are named, and on each floor the three places where one more landmark would lower the errors most; and what
+    of the walkable space of the plans was walked, room by room, which rooms nobody entered, and the walk that would
+    fill it. Nothing is written but --out.
+
+    Exit code: 0 nothing is wrong, 1 a landmark or known position is, a session cannot be read or mapped, or the labels
+    of none could be judged, 2 wrong usage, not a survey, or the folder cannot be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag check survey
+      vislam2tag check survey --out checked --floor 1
+      vislam2tag check survey --landmarks completed.csv --max-sigma-m inf
+    """
+    from vislam2tag.pipeline.labels.check import CHECK_FILE, PAGE_FILE, check
+
+    settings = settings_from(given, given.survey)
+    written = () if given.out is None else (given.out / CHECK_FILE, given.out / PAGE_FILE)
+    with outputs_of_interrupted(*written), session_bar("sessions") as bar:
+        found = check(
+            given.survey,
+            settings,
+            out=given.out,
+            landmarks=given.landmarks,
+            selection=given.sessions.selection,
+            jobs=given.jobs,
+            walkable=settings.walkable,
+            follow_links=given.follow_links,
+            progress=lambda session, total: bar.advance(total, session.error),
+            tell=print_warnings,
+        )
+    after = _after(found)
+    answer(found, given.json, lambda: _print_check(found, given, after), failed=after != "check")
+
+
+def _after(found: SurveyCheck) -> str:
+    """Name what to go on with."""
+    from vislam2tag.common.judgement import Answer
+
+    if found.failed or not found.checked:
+        return "check, failed"
+    return "process, faults" if found.judgement.answer is Answer.WRONG else "check"
+
+
+def _print_check(found: SurveyCheck, given: CheckOptions, after: str) -> None:
+    from vislam2tag.pipeline.labels.check import PAGE_FILE
+
+    _print_sessions(found)
+    if any(session.stated_m is not None and not session.well_founded for session in found.sessions):
+        say("(in brackets: fewer than three could be left out, hardly more than what is stated)")
+    if found.bad_landmarks:
+        _print_bad(found.bad_landmarks)
+    say(f"landmarks and known positions: {found.judgement.sentence}")
+    if any(session.doubtful_fixes for session in found.sessions):
+        _print_doubtful(found.sessions)
+    if found.floors:
+        _print_places(found.floors)
+    if found.walked:
+        _print_walked(found.walked)
+    if any(floor.areas for floor in found.walked):
+        _print_areas(found.walked)
+    for floor in found.walked:
+        for line in _walked_lines(floor):
+            say(line)
+    say(f"sessions: {len(found.sessions)} ({found.failed} failed)")
+    if given.out is not None:
+        say(f"page: {given.out / PAGE_FILE}")
+    next_step(after, survey=given.survey)
+
+
+def _print_sessions(found: SurveyCheck) -> None:
+    title = f"Mean error of the labels (sigma at most {found.max_sigma_m} m)"
+    errors = ("left out", "their errors, median", "labelled", "stated", "estimated", "90 % interval")
+    rows = [(str(each.floor), each.device, each.session, *_session_cells(each)) for each in found.sessions]
+    print_table(title, ("floor", "device", "session"), ("landmarks or fixes", *errors), rows)
+
+
+def _session_cells(session: SessionCheck) -> tuple[str | Text, ...]:
+    from vislam2tag.views.check_page import median_left_out_m
+
+    if session.error is not None:
+        return (red("failed"),)
+    share = f"{100 * session.labelled / session.frames:.0f} %" if session.frames else "-"
+    left_out = (str(len(session.left_out)), metres(median_left_out_m(session)))
+    counted = (str(session.landmarks or session.fixes), *left_out, share)
+    if session.estimated_m is None:
+        return (*counted, "-", "-", "-")
+    estimated = metres(session.estimated_m)
+    shown = estimated if session.well_founded else f"({estimated})"
+    return (*counted, metres(session.stated_m), shown, f"{session.low_m:.2f} to {session.high_m:.2f} m")
+
+
+def _print_bad(found: list[BadLandmark]) -> None:
+    from vislam2tag.views.check_page import FAULTS
+
+    rows = []
+    for bad in found:
+        name = f"{bad.landmark} ({bad.room})" if bad.room else bad.landmark
+        sizes = (metres(bad.size_m), metres(bad.sigma_m), str(bad.sessions))
+        rows.append((str(bad.floor), name, FAULTS[bad.fault], *sizes))
+    heads = ("off by", "sigma", "sessions")
+    print_table("Bad landmarks", ("floor", "landmark", "what it may be"), heads, rows)
+
+
+def _print_doubtful(sessions: list[SessionCheck]) -> None:
+    rows = (
+        (str(session.floor), session.device, session.session, fix.name, metres(fix.size_m), metres(fix.sigma_m))
+        for session in sessions
+        for fix in session.doubtful_fixes
+    )
+    title = "Fixes that the others of their walk contradict"
+    print_table(title, ("floor", "device", "session", "fix"), ("off by", "sigma"), rows)
+
+
+def _print_places(floors: list[FloorCheck]) -> None:
+    rows = []
+    for floor in floors:
+        for place in floor.places:
+            where = (f"{place.x_m:.1f} m", f"{place.y_m:.1f} m")
+            then = floor.expected_m - place.gain_m
+            rows.append((str(floor.number), place.near, *where, f"{floor.expected_m:.3f} m", f"{then:.3f} m"))
+    print_table("One more landmark", ("floor", "where"), ("x", "y", "mean error now", "then"), rows)
+
+
+def _print_walked(floors: list[WalkedFloor]) -> None:
+    rows: list[tuple[str, ...]] = []
+    for floor in floors:
+        if floor.walkable_m2 is None:
+            rows.append((str(floor.number), "-", "-", "-", "-", "-"))
+            continue
+        rooms = f"{len(floor.rooms) - len(floor.never_entered)} of {len(floor.rooms)}"
+        fill = "-" if floor.walk is None else f"{floor.walk.length_m:.0f} m, {floor.walk.minutes:.0f} min"
+        shares = (f"{100 * (share or 0.0):.0f} %" for share in (floor.walked, floor.scanned))
+        rows.append((str(floor.number), f"{floor.walkable_m2:.0f} m²", *shares, rooms, fill))
+    title = "What of the walkable space of the plan was walked (within 2 m, on foot)"
+    heads = ("walkable", "walked", "scanned", "rooms entered", "walk that fills the rest")
+    print_table(title, ("floor",), heads, rows)
+
+
+def _print_areas(floors: list[WalkedFloor]) -> None:
+    """Of each floor the rooms and corridors of which most was not walked; the page and check.json have all."""
+    rows = []
+    for floor in floors:
+        for area in sorted(floor.areas, key=lambda area: -area.area_m2 * (1 - area.walked))[:_MOST_ROOMS]:
+            shares = (f"{100 * share:.0f} %" for share in (area.walked, area.scanned))
+            rows.append((str(floor.number), area.name, f"{area.area_m2:.0f} m²", *shares))
+    title = "Rooms and corridors with most left to walk"
+    print_table(title, ("floor", "room or corridor"), ("area", "walked", "scanned"), rows)
+
+
+def _walked_lines(floor: WalkedFloor) -> list[str]:
+    """Which rooms nobody entered, or why that is not known."""
+    if floor.note:
+        return [f"floor {floor.number}: {floor.note}"]
+    odd = [f"{one.file}: {one.message}" for one in floor.findings]
+    missed = [area.name for area in floor.never_entered]
+    more = f" and {len(missed) - _MOST_ROOMS} more" if len(missed) > _MOST_ROOMS else ""
+    rooms = [f"floor {floor.number}, never entered: {', '.join(missed[:_MOST_ROOMS])}{more}"] if missed else []
+    return odd + rooms
+
+
+_PIPE_WIDTH = 160
+"""Columns of the tables where the output is no terminal."""
+
+
+_NOTHING_COMPARED = "no session could be compared with any truth"
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluateOptions:
+    """Arguments and options of ``vislam2tag evaluate``."""
+
+    survey: SurveyFolder
+    out: Path = option(..., "Output folder: new, empty or from an earlier evaluation.")
+    strategy: tuple[str, ...] = option(
+        (), f"Only this strategy; repeatable. There are: {', '.join(STRATEGIES.names())}."
+    )
+    landmarks: LandmarkFile = None
+    truth: Path | None = option(
+        None,
+        "Take truth of the whole walk from FOLDER/SLUG.csv, .tum, .euroc or .kitti, not from the sessions.",
+        metavar="FOLDER",
+    )
+    clock_drift: bool = option(False, "Let a total station's clock run at another rate than the phone's.", hidden=True)
+    sessions: SessionOptions
+    jobs: Jobs = ALL_CORES
+    json: AsJson = False
+    config: ConfigFile = None
+    max_sigma_m: float | None = setting("labels.max_sigma_m")
+    max_step_m: float | None = setting("mapping.max_step_m", hidden=True)
+    use_planned: bool | None = setting("survey.use_planned")
+
+
+@command
+def evaluate_command(given: EvaluateOptions) -> None:
+    """Evaluate: how good are the labels, against every kind of truth?
+
+    Every session is mapped by each strategy and compared with what there is: presses at control points, a total
+    station's track, a truth of the whole walk (truth.csv, .tum, .euroc or .kitti in the session's folder, or --truth).
+    Writes OUT/errors.csv, errors.tex, sessions.csv, dense.csv, evaluation.json, report.html and OUT/trajectories (TUM
+    files, which evo reads). docs/how-to/evaluate.md tells what each figure is. Truth is never used to map.
+
+    Exit code: 0 all right (odd control points are named and no failure), 1 at least one session cannot be read or
+    mapped, or none compared, 2 wrong usage, not a survey, no truth, or OUT cannot be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag evaluate survey --out evaluated
+      vislam2tag evaluate survey --out evaluated --strategy smoother \\
+          --strategy local --floor 1
+      vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma-m inf
+    """
+    from vislam2tag.pipeline.labels.evaluate import evaluate
+
+    settings = settings_from(given, given.survey)
+    with interrupted_with(lambda: _there(given.out)), session_bar("walks") as bar:
+        found = evaluate(
+            given.survey,
+            given.out,
+            settings,
+            strategies=given.strategy,
+            landmarks=given.landmarks,
+            truth=given.truth,
+            clock_drift=given.clock_drift,
+            selection=given.sessions.selection,
+            jobs=given.jobs,
+            progress=lambda session, total: _advance(bar, session, total),
+            tell=print_warnings,
+        )
+    if given.json and not found.rows:
+        say(_NOTHING_COMPARED, err=True)
+    answer(found, given.json, lambda: _print_evaluate(found, given), failed=bool(found.failed or not found.rows))
+
+
+def _there(out: Path) -> str:
+    from vislam2tag.pipeline.labels.evaluate import RECORD_FILE
+
+    return f"{out} contains {'an' if (out / RECORD_FILE).is_file() else 'no'} evaluation"
+
+
+def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
+    bar.advance(total, session.error)
+    for reason in session.missing:
+        bar.print_line("no truth", "yellow", f"floor {session.floor} / {session.device} / {session.session}: {reason}")
+
+
+def _print_evaluate(found: SurveyEvaluation, given: EvaluateOptions) -> None:
+    from vislam2tag.pipeline.labels.evaluate import PAGE_FILE
+    from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS
+    from vislam2tag.quality.evaluation.text import truth_name
+
+    shown = [row for row in found.rows if row.group == ALL and row.over == OVER_WALKS]
+    for (truth, method), rows in groupby(shown, key=lambda row: (row.truth, row.method)):
+        _print_errors(truth_name(truth, method), list(rows))
+    _print_strategies(found)
+    say("over points, by floor and device, and each session: in the files and the page")
+    say(f"sessions: {len(found.sessions)} ({found.failed} failed)")
+    for odd in found.odd_points:
+        say(f"odd one out: {odd.summary}")
+    say(f"control points: {found.judgement.sentence}")
+    say(f"page: {given.out / PAGE_FILE}")
+    next_step("evaluate, failed" if found.failed or not found.rows else "evaluate", survey=given.survey)
+    if not found.rows:
+        say(_NOTHING_COMPARED, err=True)
+
+
+def _print_errors(title: str, rows: list[ErrorRow]) -> None:
+    from vislam2tag.quality.evaluation.text import HEADS
+
+    cells: list[tuple[str, ...] | None] = []
+    for _, same in groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection):
+        for row in same:
+            share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f} %"
+            figures = (_cell(getattr(row, name), with_interval=name == "mean_m") for name in HEADS)
+            cells.append((row.selection, row.strategy, str(row.walks), share, *figures))
+        cells.append(None)
+    heads = ("walks", "labelled", *HEADS.values())
+    title = f"Error at {title}, over walks, metres"
+    print_table(title, ("trajectories", "strategy"), heads, cells, pipe_width=_PIPE_WIDTH)
+
+
+def _cell(figure: FigureWithInterval, *, with_interval: bool) -> str:
+    """Write a figure, its interval only where asked: a terminal is narrow, the files have them all."""
+    from vislam2tag.quality.evaluation.record import FigureWithInterval
+    from vislam2tag.quality.evaluation.text import figure_text
+
+    return figure_text(figure if with_interval else FigureWithInterval(value=figure.value))
+
+
+def _print_strategies(found: SurveyEvaluation) -> None:
+    """What each strategy keeps, and, with dense truth, how its error grows with the distance walked."""
+    heads = ["kept of what local labels", *(["error grows since the last landmark"] if found.drift else [])]
+    rows = []
+    for name in found.strategies:
+        kept, slope = found.retention[name], found.drift.get(name)
+        cells = ["-" if kept is None else f"{100 * kept:.0f} %", "-" if slope is None else f"{100 * slope:.2f} cm/m"]
+        rows.append((name, *cells[: len(heads)]))
+    print_table("Strategies", ("strategy",), heads, rows, pipe_width=_PIPE_WIDTH)

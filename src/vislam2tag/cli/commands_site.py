@@ -1,0 +1,256 @@
+"""``vislam2tag site``: init, show, write, rebase, walkable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson, Floors, FollowLinks, Replace, SiteFolder
+from vislam2tag.cli.progress import interrupted_with
+from vislam2tag.cli.records import argument, command, group, option
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
+from vislam2tag.cli.site_init import init_command, print_site, site_record
+from vislam2tag.cli.tables import or_dash, print_findings, print_table, print_warnings
+from vislam2tag.cli.terminal import answer, say, visible_console
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.judgement import Answer
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.site.show import SiteSummary, WalkableFloor
+    from vislam2tag.site.frame_change import FrameChanges
+
+
+@command
+def show_command(
+    *,
+    site: SiteFolder,
+    floor: Floors = (),
+    out: Path | None = option(None, "Draw it there: a file named .png, .pdf, .svg or .html.", metavar="FILE"),
+    follow_links: FollowLinks = False,
+    json: AsJson = False,
+) -> None:
+    """Show a site: a table of its floors, and with --out a drawing of plans, landmarks, control points, axes and scale.
+
+    Exit code: 0 nothing is wrong (warnings are no failure), 1 a finding is an error, 2 wrong usage or unusable files,
+    or nothing can be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag site show survey
+      vislam2tag site show survey --floor 1 --out floor-1.pdf
+    """
+    from vislam2tag.pipeline.site.show import draw_site, summarise_site, title_of
+
+    summary = summarise_site(site, floor, follow_links=follow_links)
+    if out is not None:
+        draw_site(summary, title_of(site, follow_links=follow_links), out)
+    wrong = summary.judgement.answer is Answer.WRONG
+    answer(site_record(summary), json, lambda: _print_shown(summary, site, out), failed=wrong)
+
+
+def _print_shown(summary: SiteSummary, site: Path, out: Path | None) -> None:
+    print_site(summary)
+    if out is not None:
+        say(f"drawn: {out}")
+    say(f"site files: {summary.judgement.sentence}")
+    if summary.judgement.answer is Answer.WRONG:
+        next_step("inspect, unusable", survey=site)
+        return
+    drawn = any(floor.pixel_m is not None for floor in summary.floors)
+    next_step("site show" if drawn else "site show, no plan", site=site)
+
+
+@command
+def write_command(
+    *,
+    site: SiteFolder,
+    out: Path = option(..., "Output folder: new, empty or from an earlier run."),
+    follow_links: FollowLinks = False,
+    json: AsJson = False,
+) -> None:
+    """Write a site in the published layout: floor_dimensions.csv, and each floor's plan, marker_dict.csv and
+    refmarker.csv.
+
+    The origin of that layout is the lower left corner of the plan: positions move there, and rebase.toml says by how
+    much. Sessions are not copied.
+
+    Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted.
+
+    \b
+    Example:
+      vislam2tag site write survey --out published
+    """
+    from vislam2tag.pipeline.site.rebase import write_published
+
+    changes, findings = write_published(site, out, follow_links=follow_links)
+
+    def show() -> None:
+        for change in changes.floors:
+            if change.x_m or change.y_m:
+                say(f"floor {change.number}: positions moved by ({change.x_m:g}, {change.y_m:g}) m")
+        print_findings(findings)
+        say(f"written: {out}")
+        next_step("site write", out=out)
+
+    answer({"out": out, "changes": changes, "findings": findings}, json, show)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RebaseOptions:
+    """Arguments and options of ``vislam2tag site rebase``."""
+
+    source: Path = argument("Labels, data set, site or landmark file.")
+    out: Path = option(..., "Where the rebased one goes: new, empty or from an earlier run.")
+    to: Path | None = option(None, "The new site.", metavar="SITE")
+    old: Path | None = option(None, "The old site; SOURCE itself where that is a site.", "--from", metavar="SITE")
+    by: Path | None = option(None, "The change, as rebase.toml.", metavar="FILE")
+    back: bool = option(False, "Apply the inverse of the change.")
+    rigid: bool = option(False, "Estimate no scale.")
+    without: tuple[str, ...] = option((), "Do not estimate by this landmark; repeatable.", metavar="ID")
+    building: str | None = option(None, "The site's building in a data set of several.")
+    replace: Replace = False
+    follow_links: FollowLinks = False
+    json: AsJson = False
+
+
+@command
+def rebase_command(given: RebaseOptions) -> None:
+    """Carry labels, fingerprints or landmarks over to a new plan, origin or resurvey. What is there stays as it is.
+
+    SOURCE is an output folder of process, a data set, a site, or a file with landmarks of several floors. The change of
+    each floor, a similarity and a rise, is given by --by, or estimated from the landmarks that the sites --from and
+    --to share; residuals are printed. Positions, covariances, headings and heights change with it, and OUT records the
+    change.
+
+    Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted.
+
+    \b
+    Examples:
+      vislam2tag site rebase labels --from survey --to resurveyed \\
+          --out labels-now
+      vislam2tag site rebase fingerprints --by rebase.toml --to new-site \\
+          --out fingerprints-now
+      vislam2tag site rebase survey --by rebase.toml --out new-landmarks
+    """
+    from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
+
+    changes = _changes(given)
+    changes = changes.inverse if given.back else changes
+    if not given.json:
+        _print_changes(changes)
+    with interrupted_with(f"nothing was written to {given.out}"), visible_console(stderr=True).status("rebasing"):
+        kind = rebase(
+            given.source,
+            given.out,
+            changes,
+            given.to,
+            given.building,
+            replace=given.replace,
+            follow_links=given.follow_links,
+            tell=print_warnings,
+        )
+
+    def show() -> None:
+        say(f"rebased {kind}: {given.out}")
+        next_step(f"site rebase, {kind}", out=given.out)
+
+    answer({"kind": kind, "out": given.out, "changes": changes}, given.json, show)
+
+
+def _changes(given: RebaseOptions) -> FrameChanges:
+    """The change as given, or estimated."""
+    from vislam2tag.site.discover import read_site
+    from vislam2tag.site.frame_change import estimated_changes, read_changes
+
+    if given.by is not None:
+        if given.old is not None or given.rigid or given.without:
+            raise UsageError("--by: the change is given; --from, --rigid and --without are for estimating it")
+        return read_changes(given.by)
+    if given.to is None:
+        raise UsageError("--to: give the new site, or the change by --by")
+    sites = (read_site(site, follow_links=True)[0] for site in (given.old or given.source, given.to))
+    return estimated_changes(*sites, rigid=given.rigid, without=given.without)
+
+
+def _print_changes(changes: FrameChanges) -> None:
+    rows = []
+    for change in changes.floors:
+        residuals = list(change.residuals_m.values())
+        rms_m = (sum(each * each for each in residuals) / len(residuals)) ** 0.5 if residuals else None
+        moved = (f"{each:.3f} m" for each in (change.x_m, change.y_m, change.rise_m))
+        fit = (str(len(residuals)) if residuals else "-", or_dash(rms_m, "{:.3f} m"))
+        rows.append((str(change.number), f"{change.angle_deg:.4f}°", f"{change.scale:.6f}", *moved, *fit))
+    heads = ("turn", "scale", "x", "y", "rise", "landmarks", "rms")
+    print_table("Change of frame", ("floor",), heads, rows)
+    for change in changes.floors:
+        worst = sorted(change.residuals_m.items(), key=lambda item: -item[1])[:3]
+        if worst:
+            texts = ", ".join(f"{name} {apart_m:.3f} m" for name, apart_m in worst)
+            say(f"floor {change.number}: fit worst: {texts}; leave out what was moved by --without")
+
+
+@command
+def walkable_command(
+    *,
+    site: SiteFolder,
+    out: Path = option(..., "Output folder: new, empty or from an earlier run."),
+    floor: Floors = (),
+    mask: Path | None = option(None, "With one floor: green can be walked, red cannot.", metavar="IMAGE"),
+    wall_contrast: float | None = setting("walkable.wall_contrast", hidden=True),
+    follow_links: FollowLinks = False,
+    json: AsJson = False,
+    config: ConfigFile = None,
+) -> None:
+    """Show where floors can be walked, as planning and simulating take it from the plans
+    (docs/explanation/walkable.md).
+
+    Writes for each floor OUT/floor_K.png (walkable space, walls, corridors), OUT/floor_K.geojson (the graph, metres)
+    and OUT/floor_K.mask.png, green where people can walk and red elsewhere: correct it with any paint program, and give
+    it to --mask here, of plan and of simulate. walkable.json has figures and findings.
+
+    Exit code: 0 all right, 2 wrong usage, no plan, nothing that can be walked, or OUT cannot be written, 130
+    interrupted.
+
+    \b
+    Examples:
+      vislam2tag site walkable survey --out walkable
+      vislam2tag site walkable survey --floor 4 --config own.toml \\
+          --out walkable
+      vislam2tag site walkable survey --floor 4 --mask corrected.png \\
+          --out walkable
+    """
+    from vislam2tag.pipeline.site.show import floor_record, write_walkable
+
+    settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
+    found = write_walkable(site, out, floor, settings, mask, follow_links=follow_links, tell=print_warnings)
+    answer([floor_record(one) for one in found], json, lambda: _print_walkable(found, site, out))
+
+
+def _print_walkable(found: tuple[WalkableFloor, ...], site: Path, out: Path) -> None:
+    from vislam2tag.site.walkable.graph import NodeKind
+
+    kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]
+    rows = []
+    for one in found:
+        corridors_m = float(one.graph.length_m[~one.graph.in_room & ~one.graph.shortcut].sum())
+        counts = [str(one.graph.kinds.count(kind)) for kind in kinds]
+        sizes = (f"{one.area_m2:.0f} m2", f"{corridors_m:.0f} m")
+        rows.append((f"{one.floor.number} {one.floor.name}", *sizes, *counts))
+    print_table("Walkable space", ("floor",), ("area", "corridors", *(kind.value for kind in kinds)), rows)
+    for one in found:
+        for finding in one.findings:
+            say(f"floor {one.floor.number}: {finding.message}")
+    say(f"written: {out}")
+    next_step("site walkable", site=site)
+
+
+site_command = group(
+    "The site that a survey is of: building, floors, plans, frames (docs/how-to/site.md).",
+    ("init", "Begin a site, or add a floor to it.", init_command),
+    ("show", "A table of its floors, or a drawing.", show_command),
+    ("write", "Write it in the published layout.", write_command),
+    ("rebase", "Carry labels over to a new plan or origin.", rebase_command),
+    ("walkable", "Show where its floors can be walked.", walkable_command),
+)

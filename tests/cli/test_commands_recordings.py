@@ -1,0 +1,212 @@
+"""``vislam2tag label``: any table gets the positions of the walks, whatever its clock."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import make_survey
+from vislam2tag.api import label
+from vislam2tag.common.errors import UsageError
+from vislam2tag.pipeline.labels.process import process
+
+BOOT_TO_UNIX_S = 1_700_000_000
+"""In the tests: the table's clock less the phone's."""
+
+
+@pytest.fixture(scope="module")
+def labels(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("label")
+    process(make_survey(out / "survey", devices=("LG",), seconds=80.0), out / "labels")
+    return out / "labels"
+
+
+@pytest.fixture(scope="module")
+def wifi(labels: Path) -> pl.DataFrame:
+    """What the walk's own readings got, in whole milliseconds."""
+    table = pl.read_parquet(labels / "wifi" / "*.parquet").filter(pl.col("status") == "ok")
+    return table.with_columns(ms=pl.col("time_ns") // 1_000_000)
+
+
+def same(found: pl.DataFrame, wifi: pl.DataFrame) -> None:
+    assert found.height == wifi.height
+    for ours, theirs in (("x_m", "x"), ("y_m", "y")):
+        apart = (found[ours].cast(pl.Float64) - wifi[theirs]).abs().to_numpy()
+        assert apart.max() < 0.02
+    assert set(found["status"]) == {"ok"}
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "told"),
+    [
+        ("time_ns", 1_000_000, "column time_ns: since boot in ns"),
+        ("timestamp", 1000, "column timestamp: since boot in us"),
+        ("Time", 1, "column Time: since boot in ms"),
+        ("t [s]", 0.001, "column t [s]: since boot in s"),
+    ],
+)
+def test_boot_clocks(tmp_path: Path, labels: Path, wifi: pl.DataFrame, name: str, factor: float, told: str) -> None:
+    lines = "".join(f"{ms * factor};12,5\n" for ms in wifi["ms"])
+    (tmp_path / "co2.csv").write_text(f"{name};co2\n{lines}0;9,5\n")
+    done = vislam2tag("label", tmp_path / "co2.csv", "--labels", labels)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert told in done.stdout
+    assert f"{wifi.height + 1} rows: {wifi.height} have a position, 1 lie outside every walk" in done.stdout
+    found = pl.read_csv(tmp_path / "co2-labelled.csv", infer_schema=False)
+    assert found.columns == [name, "co2", "x_m", "y_m", "z_m", "floor", "sigma", "status"]
+    assert found.row(-1)[1:] == ("9,5", None, None, None, None, None, "outside_frames")
+    same(found.head(-1), wifi)
+
+
+def unix(wifi: pl.DataFrame, form: str) -> list[object]:
+    moments = [BOOT_TO_UNIX_S * 1000 + ms for ms in wifi["ms"]]
+    if form == "iso":
+        return [datetime.fromtimestamp(ms / 1000, UTC).isoformat() for ms in moments]
+    return [ms * {"s": 1e-3, "ms": 1, "us": 1000, "ns": 1_000_000}[form] for ms in moments]
+
+
+@pytest.mark.parametrize("form", ["s", "ms", "us", "ns", "iso"])
+def test_unix_clocks_with_an_offset(tmp_path: Path, labels: Path, wifi: pl.DataFrame, form: str) -> None:
+    pl.DataFrame({"timestamp": unix(wifi, form), "co2": wifi["ms"]}).write_parquet(tmp_path / "co2.parquet")
+    out = tmp_path / "out.parquet"
+    done = vislam2tag(
+        "label", tmp_path / "co2.parquet", "--labels", labels, "--offset-s", str(BOOT_TO_UNIX_S), "--out", out
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert ("date and time (ISO 8601)" if form == "iso" else f"Unix time in {form}") in done.stdout
+    same(pl.read_parquet(out), wifi)
+
+
+def test_a_clock_is_found_by_access_points_that_both_heard(labels: Path, wifi: pl.DataFrame) -> None:
+    table = pl.DataFrame(
+        {"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"].str.to_uppercase(), "rssi": wifi["rssi_dbm"]}
+    )
+    made = label(table, str(labels))
+    assert "by access points that both heard" in made.notes[1]
+    assert f"{BOOT_TO_UNIX_S}.0" in made.notes[1]
+    same(made.table, wifi)
+
+
+def test_the_sigma_of_a_clock_is_part_of_the_positions(labels: Path, wifi: pl.DataFrame) -> None:
+    """Another device's levels tell its clock to a quarter of a second at best, in which somebody walks on."""
+    rng = np.random.default_rng(1)
+    levels = wifi["rssi_dbm"].to_numpy() + rng.normal(0, 1, wifi.height) - 5.0
+    made = label(pl.DataFrame({"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"], "rssi": levels}), labels)
+    assert ", by access points that both heard" in made.notes[1]
+    assert np.nanmedian((made.table["sigma"] - wifi["sigma"]).to_numpy()) > 0.05
+
+
+@pytest.fixture(scope="module")
+def headset(labels: Path) -> pl.DataFrame:
+    """What another device felt on the walk, by a clock of its own that starts when it is switched on."""
+    rng = np.random.default_rng(4)
+    own = pl.read_parquet(labels / "sensors" / "*.parquet").filter(pl.col("sensor") == "GYRO").sort("time_ns")
+    taken_s = np.arange(2.0, 70.0, 1 / 40) + float(own["time_ns"][0]) * 1e-9
+    axes = {
+        f"gyro_{axis}": 57.3 * np.interp(taken_s, own["time_ns"].to_numpy() * 1e-9, own[value].to_numpy())
+        + rng.normal(0, 1.0, len(taken_s))
+        for axis, value in zip("xyz", ("v1", "v2", "v3"), strict=True)
+    }
+    return pl.DataFrame({"seconds_elapsed": taken_s - taken_s[0], "taken_ns": (taken_s * 1e9).astype(np.int64), **axes})
+
+
+def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Path, headset: pl.DataFrame) -> None:
+    headset.drop("taken_ns").write_csv(tmp_path / "headset.csv")
+    done = vislam2tag("label", tmp_path / "headset.csv", "--labels", labels, "--align", "motion")
+    assert done.returncode == 0, done.stderr
+    assert ", by the turns that both felt" in done.stdout
+    found = pl.read_csv(tmp_path / "headset-labelled.csv")
+    true = label(headset.select(time_ns="taken_ns"), labels).table
+    for name in ("x_m", "y_m"):
+        assert (found[name] - true[name]).abs().max() < 0.05  # type: ignore[operator]
+    unix = headset.select(pl.col("seconds_elapsed").alias("unix_time") + BOOT_TO_UNIX_S, pl.col("^gyro_.$"))
+    assert "by the turns that both felt" in label(unix, labels).notes[1], "Unix times need no option"
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "message"),
+    [
+        ({}, ("--align", "motion"), "--align motion: the table lacks columns such as gyro_x, gyro_y, gyro_z"),
+        ({}, ("--align", "levels"), "--align levels: the table lacks a column bssid and one of levels"),
+        ({}, ("--align", "sound"), "--align sound: there are motion, levels"),
+        (
+            {"acc_x": 1.0, "acc_y": 2.0, "acc_z": 9.0},
+            ("--align", "motion"),
+            "the acceleration that both felt: correlation",
+        ),
+    ],
+)
+def test_what_cannot_be_aligned_is_refused_with_its_figure(
+    tmp_path: Path, labels: Path, columns: dict[str, float], options: tuple[str, ...], message: str
+) -> None:
+    rows = pl.DataFrame({"t": np.arange(0, 60, 0.1)}).with_columns(**{name: pl.lit(of) for name, of in columns.items()})
+    rows.write_csv(tmp_path / "table.csv")
+    assert message in the_error(vislam2tag("label", tmp_path / "table.csv", "--labels", labels, *options))
+
+
+@pytest.mark.parametrize("device", ["LG", "in another's folder"])
+def test_a_clock_is_taken_from_the_recorder(tmp_path: Path, labels: Path, wifi: pl.DataFrame, device: str) -> None:
+    result = json.loads(next((labels / "sessions").glob("*.json")).read_text())
+    folder = tmp_path / f"floor_{result['floor']}" / device / result["session"]
+    folder.mkdir(parents=True)
+    correction = f'[[set_device]]\ndevice = "{device}"\nto = "LG"\n'
+    (tmp_path / "corrections.toml").write_text(correction if device != "LG" else "")
+    start = {"wall_ms": BOOT_TO_UNIX_S * 1000 + 5000, "boot_ns": 5_000_000_000}
+    (folder / "session.json").write_text(json.dumps({"start": start}))
+    made = label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
+    same(made.table, wifi)
+
+
+@pytest.mark.parametrize("wall_ms", [10**30, 1e300, float("nan"), -(10**18)])
+def test_a_recorders_clock_that_cannot_be_tells_nothing(
+    tmp_path: Path, labels: Path, wifi: pl.DataFrame, wall_ms: float
+) -> None:
+    result = json.loads(next((labels / "sessions").glob("*.json")).read_text())
+    folder = tmp_path / f"floor_{result['floor']}" / result["device"] / result["session"]
+    folder.mkdir(parents=True)
+    (folder / "session.json").write_text(json.dumps({"start": {"wall_ms": wall_ms, "boot_ns": 0}}))
+    with pytest.raises(UsageError, match="nothing tells how they relate"):
+        label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
+
+
+def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) -> None:
+    """They would come round in 64 bits, perhaps to within a walk."""
+    boot = wifi["time_ns"].to_list()
+    table = pl.DataFrame({"time_ns": [*boot, 2**63 - 1, -(2**63)]})
+    assert label(table, labels).table["status"].to_list()[-2:] == ["invalid", "invalid"]
+    seconds = pl.DataFrame({"time_s": [*(ns / 1e9 for ns in boot), 1e300, (boot[0] + 2**64) / 1e9]})
+    assert label(seconds, labels).table["status"].to_list()[-2:] == ["invalid", "invalid"]
+    dates = [*(["2021-12-20T09:14:00Z"] * 3), "9999-12-31T23:59:59Z", "0001-01-01T00:00:00+23:00"]
+    found = label(pl.DataFrame({"time": dates}), labels, offset_s=0.0)
+    assert found.table["status"].to_list() == [*["outside_frames"] * 3, "invalid", "invalid"]
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("time,co2\n1,2\n", ("--time-column", "when"), "there is no such column; there are: time, co2"),
+        ("time,co2\nnoon,2\n", (), "column time: holds no time that can be read"),
+        ("time,co2\n2022-01-14T16:35:30,2\n", (), "has no zone; give it by --zone, such as Europe/Berlin"),
+        ("time,co2\n1700000000,2\n", (), "nothing tells how they relate: give --survey"),
+        ("time,co2\n5,2\n", (), "its times lie in no walk, whichever unit they are in"),
+        ("time,status\n5,2\n", (), "the table has a column status already; rename it"),
+        ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: there are boot, unix"),
+        ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: no clock is so far ahead"),
+        ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: no clock is so far ahead"),
+        ("time,co2\n2022-01-14T16:35:30,2\n", ("--zone", "Europe"), "--zone Europe: is no time zone"),
+        ("time,co2\n5,2\n", ("--session", "Pixel"), "holds no walk whose name holds 'Pixel'"),
+    ],
+)
+def test_tables_that_cannot_be_labelled(
+    tmp_path: Path, labels: Path, text: str, options: tuple[str, ...], message: str
+) -> None:
+    (tmp_path / "table.csv").write_text(text)
+    done = vislam2tag("label", tmp_path / "table.csv", "--labels", labels, *options)
+    assert message in the_error(done)
+    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
