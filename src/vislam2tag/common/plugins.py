@@ -24,7 +24,7 @@ from typing import Generic, TypeVar
 from vislam2tag.common.errors import UsageError, first_line
 
 Item = TypeVar("Item")
-_log = logging.getLogger(__name__)
+_log = logging.getLogger("vislam2tag-plugins")  # not below "vislam2tag", whose records go to the log of an output
 
 
 @dataclass(frozen=True)

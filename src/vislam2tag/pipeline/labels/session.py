@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import SessionError
+from vislam2tag.common.errors import OutputError, SessionError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.estimation.strategy import strategy_modules
@@ -28,7 +28,7 @@ from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
 from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
-from vislam2tag.pipeline.run.failures import done_or_failed
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.output import Kept, OutputFolder, short
 from vislam2tag.pipeline.run.session_files import SessionFiles, rows_of, session_files
@@ -158,19 +158,22 @@ def _inputs(ref: SessionRef) -> str:
 def _processed(job: SessionJob, files: SessionFiles) -> Outcome:
     """Read, map, label and write a session whose files are at hand."""
     with files.begun():
-        files.result = done_or_failed(job.task.ref.key, lambda: _labelled(job, files), partial(_failed, job, files))
+        try:
+            prepared = mappable_session(job.task, inertial=job.settings.inertial)
+            session = prepared.session
+            walk = LabelledWalk.of(prepared, job.settings)
+            _write_tables(job, files, walk.tables(job.task.frames))
+            hashes = {record.name: record.sha256 for record in session.files}
+            fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
+            result = session_result(prepared, walk, job.settings, fingerprint)
+            files.result = result.model_copy(update={"parts": _parts(job)})
+        except OutputError:
+            raise
+        except SessionError as error:
+            files.result = _failed(job, files, str(error))
+        except Exception as error:  # one bad session must not end the batch; its result names the fault
+            files.result = _failed(job, files, unexpected(job.task.ref.key, error))
     return outcome_of(files.result, repeated=True)
-
-
-def _labelled(job: SessionJob, files: SessionFiles) -> SessionResult:
-    prepared = mappable_session(job.task, inertial=job.settings.inertial)
-    session = prepared.session
-    walk = LabelledWalk.of(prepared, job.settings)
-    _write_tables(job, files, walk.tables(job.task.frames))
-    hashes = {record.name: record.sha256 for record in session.files}
-    fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
-    result = session_result(prepared, walk, job.settings, fingerprint)
-    return result.model_copy(update={"parts": _parts(job)})
 
 
 def outcome_of(result: SessionResult, *, repeated: bool) -> Outcome:
