@@ -18,29 +18,35 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib
+import io
 import json
 import os
 import pkgutil
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 from pathlib import Path
+from typing import NoReturn
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 import numpy as np  # noqa: E402
-from fuzzing.bases import READERS_ATTACKED, Run, Target, make_bases  # noqa: E402
+from fuzzing.bases import HANG_S, READERS_ATTACKED, Run, Target, make_bases  # noqa: E402
 from fuzzing.commands import commands  # noqa: E402
 from fuzzing.mutations import damage, remove  # noqa: E402
-from fuzzing.runs import Outcome, run_apart  # noqa: E402
 
 import vislam2tag  # noqa: E402
+from vislam2tag.common.errors import Vislam2tagError  # noqa: E402
 from vislam2tag.labeling.settings import ProcessSettings  # noqa: E402
 from vislam2tag.pipeline.labels.session import code_of  # noqa: E402
 from vislam2tag.studio.receiving.filing import WORK_FOLDER  # noqa: E402
@@ -50,8 +56,24 @@ TARGETS = (*READERS_ATTACKED, *commands())
 RUNS = 100_000
 RUNS_IN_CI = 500
 """Of each reader."""
+MOST_MB = 2000
+_LIMIT_BYTES = 8 << 30
+"""Of a run's own memory, so that one that takes too much fails, not the machine."""
+_FAULT = 3
+_WORDS = ("Traceback (most recent", "unexpected ", "please report", "panicked at", "Segmentation fault")
+"""What no output holds, whatever the input."""
 READERS_MORE = 20
 """A reader has so many times the runs of a command: it takes so much less time."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: nothing wrong, or what."""
+
+    fault: str
+    output: str
+    seconds: float
+    megabytes: float
 
 
 def main() -> int:
@@ -244,6 +266,96 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--ci", action="store_true", help="readers only, from the first run on")
     parser.add_argument("--again", nargs=2, metavar=("TARGET", "NUMBER"))
     return parser.parse_args()
+
+
+def run_apart(works: Sequence[Callable[[], object]], codes: Sequence[int], scratch: Path) -> Iterator[Outcome]:
+    """Run one after the other in a forked process, in a further one after each that ends it or takes too much memory.
+
+    ``codes`` are the exit codes that a run may end with by itself; ``scratch`` is an empty folder. The calling process
+    must not use Polars, whose threads a fork does not take along.
+    """
+    notes = scratch / "ended.jsonl"
+    done = 0
+    while done < len(works):
+        child = os.fork()
+        if not child:
+            _run_all(works, done, scratch)
+        status = os.waitpid(child, 0)[1]
+        lines = notes.read_text().splitlines() if notes.exists() else []
+        for number in range(done, len(lines)):
+            code, seconds, megabytes = json.loads(lines[number])
+            said = _said(scratch, number)
+            yield Outcome(_fault(code, codes, said, megabytes), said, seconds, megabytes)
+        done = len(lines)
+        if os.WIFSIGNALED(status):
+            number = signal.Signals(os.WTERMSIG(status))
+            hangs = number in (signal.SIGPROF, signal.SIGKILL, signal.SIGALRM)
+            yield Outcome("hangs" if hangs else f"ends by {number.name}", _said(scratch, done), 0.0, 0.0)
+            with notes.open("a") as file:
+                file.write("[0, 0, 0]\n")
+            done += 1
+
+
+def _run_all(works: Sequence[Callable[[], object]], first: int, scratch: Path) -> NoReturn:
+    """In the child: run what is left, and note how each ended."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_DATA, (_LIMIT_BYTES, _LIMIT_BYTES))
+    for stream in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    for number in range(first, len(works)):
+        begun = time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, HANG_S)
+        signal.alarm(10 * HANG_S)
+        code = _code_of(works[number], scratch / f"{number}.txt")
+        used = (
+            resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss,
+        )
+        megabytes = max(used) / 1000
+        with (scratch / "ended.jsonl").open("a") as file:
+            file.write(json.dumps([code, time.process_time() - begun, megabytes]) + "\n")
+        if megabytes > MOST_MB:
+            break
+    os._exit(0)
+
+
+def _code_of(work: Callable[[], object], output: Path) -> int:
+    """Do the work with all that it prints in a file, and return the code that a command would end with."""
+    handle = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    for stream in (1, 2):
+        os.dup2(handle, stream)
+    os.close(handle)
+    sys.stdout, sys.stderr = (io.TextIOWrapper(os.fdopen(stream, "wb", closefd=False)) for stream in (1, 2))
+    try:
+        work()
+        code = 0
+    except SystemExit as ended:
+        code = ended.code if isinstance(ended.code, int) else 0
+    except (Vislam2tagError, OSError) as error:
+        code = 0 if "\n" not in str(error) or not isinstance(error, Vislam2tagError) else _FAULT
+    except BaseException:
+        traceback.print_exc()
+        code = _FAULT
+    sys.stdout.flush()
+    sys.stderr.flush()
+    return code
+
+
+def _said(scratch: Path, number: int) -> str:
+    output = scratch / f"{number}.txt"
+    return output.read_text(encoding="utf-8", errors="replace") if output.exists() else ""
+
+
+def _fault(code: int, codes: Sequence[int], text: str, megabytes: float) -> str:
+    if found := next((words for words in _WORDS if words in text), None):
+        return f"says '{found.strip()}'"
+    if code not in codes:
+        return f"ends with {code}"
+    if code == 2 and "rror" not in text:
+        return "ends with 2 without a message"
+    if megabytes > MOST_MB:
+        return f"takes {megabytes:.0f} MB"
+    return ""
 
 
 if __name__ == "__main__":

@@ -38,6 +38,8 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.settings import SETTINGS_FILE
 from vislam2tag.studio.receiving.zips import unpack
 
+HANG_S = 60
+"""Processor time that a run may take; on a busy machine it may wait ten times as long."""
 CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""
 _SMALL = (

@@ -19,12 +19,11 @@ from unittest import mock
 
 import numpy as np
 import typer
+from fuzzing.bases import HANG_S, LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
+from fuzzing.mutations import ODD_VALUES, Rng
 from tests.mutations import mutate
 from tests.studio.receiving.zips import session_files, session_zip, signed
 
-from fuzzing.bases import LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
-from fuzzing.mutations import ODD_VALUES, Rng
-from fuzzing.runs import HANG_S
 from vislam2tag.cli.app import app
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
