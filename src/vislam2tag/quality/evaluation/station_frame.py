@@ -18,6 +18,7 @@ from vislam2tag.common.errors import SurveyError, first_line
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.clocks import best_shift
 from vislam2tag.core.limits import of_one_recording
 from vislam2tag.core.similarity import Similarity2, as_complex
 from vislam2tag.core.tracks import Landmarks, Trajectory
@@ -245,17 +246,15 @@ def clock_by_speed(reference: Trajectory, track: StationTrack) -> int:
 
     Raises SurveyError where they are alike at no offset.
     """
-    mapped, measured = _speeds(*usable_path(reference)), _speeds(track.time_ns, track.position)
-    fewest = round(FEWEST_S / STEP_S)
-    shifts = range(fewest - len(mapped), len(measured) - fewest + 1)
-    alike = [_correlation(mapped, measured, shift, fewest) for shift in shifts]
-    if not alike or max(alike) < MIN_CORRELATION:
+    time_ns, position_bcs = usable_path(reference)
+    mapped, measured = _speeds(time_ns, position_bcs), _speeds(track.time_ns, track.position)
+    found = best_shift(measured, mapped, STEP_S, FEWEST_S) if len(mapped) else None
+    if found is None or found.correlation < MIN_CORRELATION:
         raise SurveyError(
             "the total station's track and the labels never move alike: are tachy.csv and the session of one "
             f"measurement, and do they overlap for {FEWEST_S:.0f} s at least?"
         )
-    shift = shifts[int(np.argmax(alike))]
-    return int(track.time_ns[0] - usable_path(reference)[0][0]) + round(shift * STEP_S * 1e9)
+    return int(track.time_ns[0] - time_ns[0]) + round(found.shift_s * 1e9)
 
 
 def _speeds(time_ns: IntArray, position: FloatArray) -> FloatArray:
@@ -273,16 +272,6 @@ def _in_gap(at_ns: IntArray, time_ns: IntArray) -> BoolArray:
     """Mask (k,) of the times between two points too far apart."""
     after = np.searchsorted(time_ns, at_ns).clip(1, len(time_ns) - 1)
     return np.asarray(time_ns[after] - time_ns[after - 1] > MAX_GAP_S * 1e9)
-
-
-def _correlation(mapped: FloatArray, measured: FloatArray, shift: int, fewest: int) -> float:
-    """Of the speeds (j,), (l,) where both are known, with ``mapped[i]`` beside ``measured[i + shift]``."""
-    start, stop = max(0, -shift), min(len(mapped), len(measured) - shift)
-    one, other = mapped[start:stop], measured[start + shift : stop + shift]
-    known = np.isfinite(one) & np.isfinite(other)
-    if known.sum() < fewest or not min(one[known].std(), other[known].std()) > 0:
-        return -1.0
-    return float(np.corrcoef(one[known], other[known])[0, 1])
 
 
 def _position_at(track: StationTrack, at_ns: IntArray) -> FloatArray:
