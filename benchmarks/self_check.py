@@ -22,9 +22,9 @@ from data_sets import Walk, generated, real_walks
 from scipy.stats import spearmanr
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.contradictions import discrepancy, predicted
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import WalkObservations

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.core.transforms import Similarity2
 
 FRAME_NS = 33_333_333
 

@@ -14,7 +14,7 @@ from tests.drifting import Drifting, loops
 from tests.estimation.test_factors import linearised
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation import smoother
 from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import LinearWalk, VarianceFactors

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.drifting import SURVEY_SIGMA_M, Drifting, loops
 from vislam2tag.common.judgement import Answer
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, joint_columns, of_landmarks
-from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import as_complex
 
 FREE_M, FREE_RAD = 1e5, 10.0
 """Standard deviations of what is not known at all."""

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named, strategy_names
 

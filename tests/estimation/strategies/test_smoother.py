@@ -13,9 +13,9 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.orientation import level_view
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
 from vislam2tag.estimation.strategy import strategy_named

@@ -18,7 +18,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_AT_ONCE, MAX_DIAGNOSED_PASSES, MAX_PAIRS
-from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.drift import STATES, transitions
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors

@@ -11,7 +11,7 @@ from math import log, pi
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.quality.diagnosis.evidence import Evidence, Hypothesis, Mark, Sight, choices, misfit_of_passes
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind, proposed
 from vislam2tag.site.corrections.file import session_start

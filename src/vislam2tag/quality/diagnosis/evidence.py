@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
-from vislam2tag.core.similarity import Similarity2, as_points
+from vislam2tag.core.transforms import Similarity2, as_points
 from vislam2tag.quality.diagnosis.alignment import Alignment, WalkPasses, align
 from vislam2tag.quality.diagnosis.record import Fault
 

@@ -10,8 +10,8 @@ from itertools import groupby
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import as_points
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.quality.diagnosis.alignment import WalkPasses, align
 from vislam2tag.quality.diagnosis.displaced import SLACK_M, TOGETHER

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.quality.evaluation.metrics import points_within_sigma

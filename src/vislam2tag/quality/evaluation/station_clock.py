@@ -16,8 +16,8 @@ from scipy.optimize import least_squares
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.quality.evaluation.station_frame import StationFrame, StationTrack
 from vislam2tag.quality.evaluation.truth import MAX_GAP_S, Truth, heading_of, walking_velocity
 

@@ -10,8 +10,8 @@ import numpy as np
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.interpolation import label_by_interpolation
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.labeling.settings import TruthSettings
 from vislam2tag.quality.evaluation.station_clock import (
     DeviceAlignment,

@@ -20,8 +20,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.clocks import best_shift
 from vislam2tag.core.limits import of_one_recording
-from vislam2tag.core.similarity import Similarity2, as_complex
 from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2, as_complex
 from vislam2tag.quality.evaluation.press_truth import PressTruth
 from vislam2tag.quality.evaluation.truth import MAX_GAP_S, usable_path, walking_velocity
 from vislam2tag.site.model import ControlPoints
