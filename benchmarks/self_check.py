@@ -25,7 +25,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.core.transforms import as_points
-from vislam2tag.estimation.contradictions import discrepancy, predicted
+from vislam2tag.estimation.fault_detection import discrepancy, predicted
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import SmootherSettings

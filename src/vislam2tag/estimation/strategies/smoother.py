@@ -12,8 +12,8 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.orientation import camera_to_bcs, level_view
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
-from vislam2tag.estimation.contradictions import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.fault_detection import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.frame_states import ExposureInterpolation
 from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors

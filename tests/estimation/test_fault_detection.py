@@ -13,7 +13,7 @@ import pytest
 from tests.drifting import Drifting, loops
 from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.estimation.contradictions import contradictions, may_have_slipped, slips
+from vislam2tag.estimation.fault_detection import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
