@@ -29,6 +29,10 @@ from vislam2tag.site.model import ControlPoints
 TRACK_FILE = "tachy.csv"
 SHOTS_FOLDER = "tachymeter"
 """Folder of a floor with the station's shots of fixed points."""
+SHOT_KINDS = ("landmark", "point")
+"""Columns that name what was shot."""
+STATION_LANDMARKS = ("10", "9")
+"""The landmarks in data rows 2 and 3 of a tachymeter file that names none (the published survey's)."""
 
 
 @dataclass(frozen=True)
@@ -39,19 +43,6 @@ class StationTrack:
     position: FloatArray
     left_out: int = 0
     """Further rows: without a finite position, not later than one before them, or at a time of another recording."""
-
-
-@dataclass(frozen=True)
-class Shots:
-    """Shots of fixed points (k, 2) in the station's frame, metres, in the file's order.
-
-    ``landmark`` and ``point`` (k,) name the landmark or the control point shot; empty where the file has no such
-    column or the row no name.
-    """
-
-    position: FloatArray
-    landmark: tuple[str, ...]
-    point: tuple[str, ...]
 
 
 def read_station_track(path: Path) -> StationTrack:
@@ -72,20 +63,17 @@ def read_station_track(path: Path) -> StationTrack:
     return StationTrack(later["time"].to_numpy(), later.select("X", "Y").to_numpy(), len(rows) - len(later))
 
 
-def read_shots(path: Path) -> Shots:
+def read_shots(path: Path) -> tuple[FloatArray, list[tuple[int, str]]]:
     """Read a file of single shots: ``;``, header with ``X`` and ``Y``, optional columns ``landmark`` and ``point``.
 
-    Raises SurveyError where it is none.
+    Returns the positions (k, 2) in the station's frame, metres, and which rows are shots of what: ``landmark 9`` or
+    ``point 4``; :data:`STATION_LANDMARKS` where no row has a name. Raises SurveyError where it is no such file.
     """
     table = _read(path, ("X", "Y"))
-    names = [_names_in(table, column) for column in ("landmark", "point")]
-    return Shots(table.select(pl.col("X", "Y").fill_null(np.nan)).to_numpy(), *names)
-
-
-def _names_in(table: pl.DataFrame, column: str) -> tuple[str, ...]:
-    if column not in table.columns:
-        return ("",) * len(table)
-    return tuple(table[column].fill_null("").str.strip_chars())
+    names = {kind: table[kind].fill_null("").str.strip_chars() for kind in SHOT_KINDS if kind in table.columns}
+    named = [(row, f"{kind} {name}") for kind, column in names.items() for row, name in enumerate(column) if name]
+    published = [(row, f"landmark {name}") for row, name in enumerate(STATION_LANDMARKS, 1) if row < len(table)]
+    return table.select(pl.col("X", "Y").fill_null(np.nan)).to_numpy(), named or published
 
 
 def _read(path: Path, columns: tuple[str, ...]) -> pl.DataFrame:
@@ -100,8 +88,6 @@ def _read(path: Path, columns: tuple[str, ...]) -> pl.DataFrame:
         raise SurveyError(f"{path}: expected columns {wanted} separated by ';' ({first_line(error)})") from error
 
 
-STATION_LANDMARKS = ("10", "9")
-"""The landmarks in data rows 2 and 3 of a tachymeter file that names none (the published survey's)."""
 SHOT_RESIDUAL_M = 0.1
 """A shot that fits the frame worse than this is odd, metres."""
 
@@ -184,15 +170,15 @@ def shot_points(
     names: list[str] = []
     pairs: list[tuple[FloatArray, FloatArray]] = []
     for path in sorted((folder / SHOTS_FOLDER).glob("*.csv")):
-        shots = read_shots(path)
-        for row, name in _named_rows(shots):
+        position, shots = read_shots(path)
+        for row, name in shots:
             if name not in known:
                 raise SurveyError(
                     f"{path}: row {row + 1} is a shot of {name}, whose position on floor {floor} is unknown"
                 )
-            if np.isfinite(shots.position[row]).all():
+            if np.isfinite(position[row]).all():
                 names.append(name)
-                pairs.append((shots.position[row], known[name]))
+                pairs.append((position[row], known[name]))
     both = np.array(pairs, dtype=np.float64).reshape(-1, 2, 2)
     return CommonPoints(tuple(names), both[:, 0], both[:, 1])
 
@@ -204,16 +190,6 @@ def _known_points(landmarks: Landmarks, floor: int, control_points: ControlPoint
     if control_points is not None:
         known |= {f"point {n}": p for n, p in zip(control_points.ids, control_points.position_bcs, strict=True)}
     return known
-
-
-def _named_rows(shots: Shots) -> list[tuple[int, str]]:
-    """Data rows that are shots of named points; the published rule where no row has a name."""
-    named = [(row, f"landmark {name}") for row, name in enumerate(shots.landmark) if name]
-    named += [(row, f"point {name}") for row, name in enumerate(shots.point) if name]
-    if named:
-        return named
-    published = [(row + 1, f"landmark {name}") for row, name in enumerate(STATION_LANDMARKS)]
-    return [(row, name) for row, name in published if row < len(shots.position)]
 
 
 STEP_S = 0.1

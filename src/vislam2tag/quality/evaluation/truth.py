@@ -12,7 +12,7 @@ import polars as pl
 from vislam2tag.common.errors import SessionError, first_line
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, with_rows
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.limits import MAX_AT_ONCE
 from vislam2tag.core.status import Status, has_position
@@ -99,15 +99,8 @@ class PointErrors:
 
     def select(self, wanted: BoolArray) -> PointErrors:
         """Keep only the true positions of a mask (n,)."""
-        return PointErrors(
-            self.kind,
-            self.time_ns[wanted],
-            self.truth_bcs[wanted],
-            self.label_bcs[wanted],
-            self.sigma_m[wanted],
-            self.heading_rad[wanted],
-            self.truth_sigma_m[wanted],
-        )
+        names = ("time_ns", "truth_bcs", "label_bcs", "sigma_m", "heading_rad", "truth_sigma_m")
+        return with_rows(self, wanted, *names)
 
 
 def walking_velocity(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArray) -> FloatArray:
