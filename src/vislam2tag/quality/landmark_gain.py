@@ -36,6 +36,8 @@ SIGHT_M = 1.0
 """A landmark is sighted at every pass of its place within this distance: it is made to be walked by."""
 SURVEY_SIGMA_M = 0.02
 """How well one more landmark would be surveyed: the usual error of a tape."""
+Place = tuple[int, int, int]
+"""Floor, and the square from a cell to the next ones in units of :data:`CELL_M`."""
 _AROUND = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
 
 
@@ -53,35 +55,23 @@ class DensePositions:
     frames: FloatArray
 
 
-@dataclass(frozen=True)
-class Gains:
-    """What a landmark at some places (c,) would bring a session.
+def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> dict[Place, float]:
+    """By how much a landmark at each place that a walk passes lowers the expected errors, summed over frames, metres.
 
-    ``cell`` (c, 2) int: the square from ``cell`` to ``cell + 1`` in units of :data:`CELL_M`; ``floor`` (c,) int;
-    ``gain_m`` (c,) by how much the expected errors fall, summed over all frames, metres.
+    ``floor`` (k,) is that of each of the ``positions``.
     """
-
-    cell: IntArray
-    floor: IntArray
-    gain_m: FloatArray
-
-
-def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> Gains:
-    """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``positions``."""
     usual = float(np.median(smoothed.variance_factors.sighting)) * smoothed.noise.sighting_m**2
     noise = np.eye(2) * (usual + SURVEY_SIGMA_M**2)
     before = expected_error_m(positions.covariance[:, 0])
     gain_m: dict[tuple[int, ...], float] = {}
-    cells, floors, values = [], [], []
+    found = {}
     for where, nodes in _places(positions, floor):
         passes = tuple(nodes)
         if passes not in gain_m:
             index, after = _improved(positions.covariance, np.array(passes), noise)
             gain_m[passes] = float(positions.frames[index] @ (before[index] - expected_error_m(after)))
-        cells.append(where[1:])
-        floors.append(where[0])
-        values.append(gain_m[passes])
-    return Gains(np.array(cells, dtype=np.int64).reshape(-1, 2), np.array(floors, dtype=np.int64), np.array(values))
+        found[where] = gain_m[passes]
+    return found
 
 
 def positions_each_metre(smoothed: SolvedWalk) -> DensePositions:
@@ -129,7 +119,7 @@ def _with_silent_passes(smoothed: SolvedWalk) -> LinearWalk:
     return LinearWalk(replace(model, observations=fine), smoothed.priors, finer)
 
 
-def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:
+def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[Place, list[int]]]:
     """Yield each place near the walk, as floor and cell, and the nearest position at each pass; ``floor`` (k,)."""
     cell = np.floor(positions.position / CELL_M).astype(np.int64)[:, None] + _AROUND
     away = np.linalg.norm((cell + 0.5) * CELL_M - positions.position[:, None], axis=2)
@@ -230,13 +220,12 @@ class GainMap:
         return chosen
 
 
-def session_gains(gains: Gains, factor: float, floor: IntArray, expected_m: FloatArray) -> GainMap:
+def session_gains(gains: Mapping[Place, float], factor: float, floor: IntArray, expected_m: FloatArray) -> GainMap:
     """Reduce a session: its gains and the expected errors (n,) of its frames on floors (n,), all times a factor."""
     numbers = sorted(set(floor.tolist()))
     gain_m: dict[int, dict[Cell, float]] = {}
-    cells = ((x, y) for x, y in gains.cell.tolist())
-    for number, cell, gain in zip(gains.floor.tolist(), cells, (gains.gain_m * factor).tolist(), strict=True):
-        _add(gain_m.setdefault(number, {}), {cell: gain})
+    for (number, x, y), gain in gains.items():
+        gain_m.setdefault(number, {})[x, y] = gain * factor
     return GainMap(
         {number: int((floor == number).sum()) for number in numbers},
         {number: float(expected_m[floor == number].sum()) * factor for number in numbers},

@@ -46,12 +46,10 @@ class DeadReckoning:
         doubt_m = np.interp(time_s, walk.nodes.time_s[walk.fixes.node], contradiction_m)
         spread = spread + doubt_m[:, None, None] ** 2 / 2 * np.eye(2)
         builder.position_bcs[frame] = np.column_stack((position, height.z_m[frame]))
+        builder.covariance_bcs[frame] = spread
         builder.status[frame] = Status.OK
-        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        covariance[frame] = spread
         return replace(
             builder.finish(camera, (), ()),
-            covariance_bcs=covariance,
             floor=height.floor,
             events=_events(camera, walk, frame, time_s),
             not_converged=() if walk.path.converged else ("path",),

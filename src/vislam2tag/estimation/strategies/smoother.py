@@ -82,11 +82,10 @@ class Smoother:
             position, spread = stamps.blend(position), stamps.blend(spread)
             orientation = stamps.blend_quaternions(orientation)
         builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
-        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        builder.position_bcs[frame], covariance[frame] = position, spread
+        builder.position_bcs[frame], builder.covariance_bcs[frame] = position, spread
         builder.orientation_bcs[frame] = orientation
         builder.status[frame] = Status.OK
-        return replace(builder.finish(camera, (), ()), covariance_bcs=covariance)
+        return builder.finish(camera, (), ())
 
     def _tied(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> SolvedWalk:
         """Smooth again with what others tell of the body, which is behind the camera; ``frame`` (n,) are used."""
