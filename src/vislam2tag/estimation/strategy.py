@@ -131,7 +131,8 @@ class TrajectoryBuilder:
         """Give every usable frame the same cause; the others keep their own."""
         n = len(camera.time_ns)
         status = np.where(camera.usable, np.int8(cause), camera.status).astype(np.int8)
-        return cls(*(np.full((n, *shape), np.nan) for shape in ((3,), (4,), (2, 2))), status)
+        position, orientation, covariance = (np.full((n, *shape), np.nan) for shape in ((3,), (4,), (2, 2)))
+        return cls(position, orientation, covariance, status)
 
     def map_stretch(self, camera: CameraTrack, start: int, stop: int, bcs_T_acs: Similarity2 | Affine2) -> None:
         """Fill frames ``start`` (included) to ``stop`` (excluded) by one transformation of the plane."""

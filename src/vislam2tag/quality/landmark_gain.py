@@ -177,15 +177,14 @@ class GainMap:
     """Number of frames by floor."""
     expected_m: dict[int, float] = field(default_factory=dict)
     """Sum of the frames' expected errors by floor, metres."""
-    gain_m: dict[int, dict[Cell, float]] = field(default_factory=dict)
-    """By floor and cell, summed over frames, metres."""
+    gain_m: dict[Place, float] = field(default_factory=dict)
+    """Summed over frames, metres."""
 
     def add(self, other: GainMap) -> None:
         """Add the sums of other sessions."""
         _add(self.frames, other.frames)
         _add(self.expected_m, other.expected_m)
-        for floor, gains in other.gain_m.items():
-            _add(self.gain_m.setdefault(floor, {}), gains)
+        _add(self.gain_m, other.gain_m)
 
     def floors(self, landmarks: Landmarks) -> list[FloorCheck]:
         """What was found of each floor, by its number; ``landmarks`` are those that hang there."""
@@ -201,7 +200,8 @@ class GainMap:
 
     def mean_gain_m(self, number: int) -> dict[Cell, float]:
         """By how much the mean expected error of a floor falls with a landmark in each of its cells."""
-        return {cell: gain / self.frames[number] for cell, gain in sorted(self.gain_m.get(number, {}).items())}
+        here = {(x, y): gain for (floor, x, y), gain in sorted(self.gain_m.items()) if floor == number}
+        return {cell: gain / self.frames[number] for cell, gain in here.items()}
 
     def _best(self, number: int, landmarks: Landmarks) -> list[ProposedPlace]:
         chosen: list[ProposedPlace] = []
@@ -223,13 +223,10 @@ class GainMap:
 def session_gains(gains: Mapping[Place, float], factor: float, floor: IntArray, expected_m: FloatArray) -> GainMap:
     """Reduce a session: its gains and the expected errors (n,) of its frames on floors (n,), all times a factor."""
     numbers = sorted(set(floor.tolist()))
-    gain_m: dict[int, dict[Cell, float]] = {}
-    for (number, x, y), gain in gains.items():
-        gain_m.setdefault(number, {})[x, y] = gain * factor
     return GainMap(
         {number: int((floor == number).sum()) for number in numbers},
         {number: float(expected_m[floor == number].sum()) * factor for number in numbers},
-        gain_m,
+        {place: gain * factor for place, gain in gains.items()},
     )
 
 
