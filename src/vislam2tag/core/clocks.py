@@ -38,10 +38,10 @@ LEAST_RIVAL_S = 0.1
 """... nearer ones are one peak, made uneven by noise."""
 WINDOW_S, FEWEST_WINDOWS, FEWEST_FOR_RATE = 5.0, 5, 12
 USUAL_RATE = 5e-5
-"""Clocks of phones and loggers run at rates that differ by less: what a walk too short to tell it may be off by."""
+"""Clocks of phones and loggers run at rates that differ by less: what a walk too short to show it may be off by."""
 FINE_STEP_S, FINE_REACH_S, SMOOTH_S = 0.01, 1.5, 0.06
 STAMPS_SIGMA_S = 0.001
-"""Stamps are hardly ever better than this; all windows share the error, so that their scatter does not tell it."""
+"""Stamps are hardly ever better than this; all windows share the error, so that their scatter does not show it."""
 EITHER_END = 1.125
 """How much wider than at one end the sigma is within which, twice, the error at both ends of a line lies as often as a
 normal error lies within two sigma. Of evenly spread windows the errors at the ends correlate by -1/2: with the normal
@@ -63,7 +63,7 @@ class ClockAlignment:
     """``offset_ns`` by which their clock is ahead of ours at ``at_ns`` of ours, and the seconds that it gains in each
     second of ours (``rate``); ``sigma_s`` of their distance anywhere on the walk.
 
-    ``figures`` says how well both fit; ``offset_ns`` is None where that does not tell the offset.
+    ``figures`` says how well both fit; ``offset_ns`` is None where that does not show the offset.
     """
 
     offset_ns: int | None
@@ -157,7 +157,7 @@ def best_shift(
 
 
 def _refined(
-    our_s: FloatArray, ours: FloatArray, their_s: FloatArray, theirs: FloatArray, start_ns: int, zero_ns: int, told: str
+    our_s: FloatArray, ours: FloatArray, their_s: FloatArray, theirs: FloatArray, start_ns: int, zero_ns: int, fit: str
 ) -> ClockAlignment:
     """Refine in windows; ``their_s`` are their times with the rough offset taken off, both from ``zero_ns`` of ours."""
     begin, end = max(our_s[0], their_s[0] + FINE_REACH_S), min(our_s[-1], their_s[-1] - FINE_REACH_S)
@@ -173,13 +173,13 @@ def _refined(
             middles.append(left + WINDOW_S / 2)
             offsets.append(lag)
     if len(offsets) < FEWEST_WINDOWS:
-        return ClockAlignment(None, figures=f"{told}; only {len(offsets)} stretches of {WINDOW_S:g} s tell it alike")
+        return ClockAlignment(None, figures=f"{fit}; only {len(offsets)} stretches of {WINDOW_S:g} s tell it alike")
     rival = _rival(lags, np.mean(all_correlations, axis=0))
     if rival is not None:
-        return ClockAlignment(None, figures=f"{told}; an offset {rival:+.2f} s from there fits nearly as well")
+        return ClockAlignment(None, figures=f"{fit}; an offset {rival:+.2f} s from there fits nearly as well")
     offset, rate, middle_s, sigma_s = _line(np.array(middles), np.array(offsets))
     offset_ns, at_ns = start_ns + round(offset * 1e9), zero_ns + round(middle_s * 1e9)
-    return ClockAlignment(offset_ns, float(np.hypot(sigma_s, STAMPS_SIGMA_S)), rate, at_ns, told)
+    return ClockAlignment(offset_ns, float(np.hypot(sigma_s, STAMPS_SIGMA_S)), rate, at_ns, fit)
 
 
 def _means(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatArray:
@@ -226,7 +226,7 @@ _HEARD_STEP_S = 0.5
 _NEAR_S = 1.5
 """Two readings of one access point are compared if they are so close in time."""
 _GREATEST_DB = 12.0
-"""Differences count up to this: an access point that fades tells no more than that."""
+"""Differences count up to this: an access point that fades shows no more than that."""
 _LEAST_PAIRS = 40
 _LEAST_CLEAR = 1.25
 """How much worse than the best offset the best of the others must be."""

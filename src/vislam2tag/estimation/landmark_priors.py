@@ -102,7 +102,7 @@ class LandmarkPriors:
         return self._with_more(np.array([np.nan + 0j]), np.full((1, 2, 2), np.nan))
 
     def _with_more(self, position: ComplexArray, covariance: FloatArray) -> LandmarkPriors:
-        """With further places (k,), of covariances (k, 2, 2), whose headings nobody knows."""
+        """With further places (k,), of covariances (k, 2, 2) and unknown headings."""
         unknown = np.full(len(position), np.nan)
         return replace(
             self,
