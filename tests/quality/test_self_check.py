@@ -184,7 +184,7 @@ def sessions(
 
 def predicting(name: str, offsets: dict[str, FloatArray], **details: Any) -> SessionCheck:
     marks = [mark(landmark, offset) for landmark, offset in offsets.items()]
-    who = {"slug": name, "floor": 1, "device": "LG", "session": name}
+    who: dict[str, Any] = {"slug": name, "floor": 1, "device": "LG", "session": name}
     return SessionCheck(**who, left_out=marks, well_founded=len(marks) >= 3, **details)
 
 
