@@ -22,8 +22,8 @@ import numpy as np
 from data_sets import Walk, real_walks, walks_of
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.landmark_map import join
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap

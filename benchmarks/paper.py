@@ -156,7 +156,7 @@ def evaluate_copy(seed: int, severity: str) -> tuple[Walks, Walks]:
 
 def over_non_faulty(walks: Walks, strategy: str) -> WalkSummary:
     """Reduce the walks from which ``local-corrected`` discards nothing."""
-    return summarise_walks(walks, strategy, only_non_faulty=True)
+    return summarise_walks([walk for walk in walks if not walk.faulty], strategy)
 
 
 def print_table(

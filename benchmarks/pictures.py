@@ -28,7 +28,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.preparation.sheets.images import dead_leaves_picture
 from vislam2tag.sessions.registry import open_survey, read_session

@@ -22,10 +22,10 @@ from data_sets import Walk, generated, real_walks
 from scipy.stats import spearmanr
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.estimation.contradictions import discrepancy, predicted
+from vislam2tag.core.transforms import as_points
+from vislam2tag.estimation.fault_detection import discrepancy, predicted
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import SmootherSettings
@@ -162,11 +162,10 @@ def _gains(group: str, place: str, walk: Walk) -> Iterator[Gain]:
             continue
         positions = positions_each_metre(trial)
         found = gains(trial, positions, np.zeros(len(positions.at), dtype=np.int64))
-        cell = np.floor(as_points(priors.position[landmark]) / CELL_M).astype(np.int64)
-        here = (found.cell == cell).all(axis=1)
-        if here.any():
+        x, y = np.floor(as_points(priors.position[landmark]) / CELL_M).astype(np.int64).tolist()
+        if (gain_m := found.get((0, x, y))) is not None:
             without = float(np.nanmean(_errors(walk, trial, mapped_path(trial)[0])))
-            promised = factor * float(found.gain_m[here][0]) / len(trial.model.path)
+            promised = factor * gain_m / len(trial.model.path)
             yield Gain(group, f"{place} {observations.ids[landmark]}", promised, without - with_all)
 
 

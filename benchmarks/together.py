@@ -21,8 +21,8 @@ from landmark_survey import SETTINGS, SIGMA_M, Site, chosen, complete, generated
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import TrackerNoise
-from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
 from vislam2tag.estimation.landmark_survey.landmark_map import join

@@ -12,8 +12,8 @@ import numpy as np
 
 from tests.walks import to_acs
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.noise import SCALE_SIGMA, NoiseLevels
 from vislam2tag.estimation.observations import METRES_PER_S, Passes, WalkObservations
 from vislam2tag.estimation.odometry import continuous_odometry

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag import api
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.site.frame_change import FrameChange
 from vislam2tag.site.site_file import FloorPart
 

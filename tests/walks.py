@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.arrays import BoolArray, FloatArray, with_rows
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.core.transforms import Similarity2
 
 FRAME_NS = 33_333_333
 
@@ -80,3 +80,8 @@ def corridor_walk(
         position[truth[:, 0] < station[0] - 2] = np.nan
         acs[name] = position
     return camera, log_of(camera, acs), landmarks_at(stations), truth
+
+
+def rows_of_log(log: LandmarkLog, keep: BoolArray) -> LandmarkLog:
+    """Keep the rows of a mask (k,), and all ids."""
+    return with_rows(log, keep, "landmark", "frame", "position_acs", "orientation_acs", "lost")

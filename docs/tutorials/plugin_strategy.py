@@ -21,8 +21,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from vislam2tag.api import open_survey, read_session, regular_survey, simulate, strategy_named
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed_rows
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.walks import camera_on, log_of, to_acs
+from tests.walks import camera_on, log_of, rows_of_log, to_acs
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Visit
 from vislam2tag.core.visits import boundaries_of_loss, find_visits, frames_without_landmark, merge_boundaries
 
@@ -48,11 +48,7 @@ def test_distance_is_three_dimensional() -> None:
 def test_unusable_frames_do_not_split_a_run() -> None:
     camera, log = straight([4.8, 4.9, 99, 5.0, 5.1])
     camera.status[2] = 10
-    keep = log.frame != 2
-    log = LandmarkLog(
-        log.ids, log.landmark[keep], log.frame[keep], log.position_acs[keep], log.orientation_acs[keep], log.lost[keep]
-    )
-    assert [visit.frame for visit in find_visits(camera, log, 1.0)] == [3]
+    assert [visit.frame for visit in find_visits(camera, rows_of_log(log, log.frame != 2), 1.0)] == [3]
 
 
 def test_boundaries_of_loss_are_the_ends_of_each_run() -> None:

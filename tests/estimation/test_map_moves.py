@@ -13,8 +13,8 @@ from tests.walks import camera_on, log_of, to_acs
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import AnchorLog, TrackerState
 from vislam2tag.core.faults import EventKind
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.core.transforms import as_points
 from vislam2tag.core.visits import frames_without_landmark
 from vislam2tag.estimation.map_moves import map_moves
 from vislam2tag.estimation.observations import find_passes

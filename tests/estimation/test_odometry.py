@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.drifting import Drifting, about_vertical, camera_track, loops, nothing_logged
-from tests.walks import camera_on, log_of, to_acs
+from tests.walks import camera_on, log_of, rows_of_log, to_acs
 from vislam2tag.core.arrays import BoolArray, ComplexArray
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.orientation import multiply
-from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 from vislam2tag.estimation.steps import FOUND_M_S
 
@@ -159,9 +159,7 @@ def test_frames_in_which_the_landmarks_are_lost_are_a_loss(how: str) -> None:
     _, (camera, log) = logged(6)
     lost = (log.frame >= 900) & (log.frame < 960)
     if how == "no rows":
-        keep = ~lost
-        columns = ("landmark", "frame", "position_acs", "orientation_acs", "lost")
-        log = replace(log, **{name: getattr(log, name)[keep] for name in columns})
+        log = rows_of_log(log, ~lost)
     else:
         log.lost[lost] = True
         log.position_acs[lost] = camera.position_acs[log.frame[lost]]
@@ -196,19 +194,11 @@ def test_unusable_frames_take_no_part() -> None:
     walk, (camera, log) = logged(9)
     camera.status[500:503] = 9
     camera.position_acs[500:503] = np.nan
-    keep = camera.usable[log.frame]
-    columns = ("landmark", "frame", "position_acs", "orientation_acs", "lost")
-    log = replace(log, **{name: getattr(log, name)[keep] for name in columns})
-    odometry = continuous_odometry(camera, log)
+    odometry = continuous_odometry(camera, rows_of_log(log, camera.usable[log.frame]))
     assert len(odometry.frame) == len(camera.time_ns) - 3
     assert not np.isin([500, 501, 502], odometry.frame).any()
     assert odometry.events == ()
     np.testing.assert_allclose(odometry.path, walk.tracked[odometry.frame], atol=1e-6)
-
-
-def test_two_frames_are_enough() -> None:
-    odometry = continuous_odometry(camera_track(np.array([0j, 0.1 + 0j]), np.array([0.0, 0.1])), nothing_logged())
-    np.testing.assert_allclose(np.diff(odometry.path), [0.1])
 
 
 @pytest.mark.parametrize("hole_s", [3, 60, 600])

@@ -14,7 +14,7 @@ from tests.drifting import Drifting, loops
 from tests.estimation.test_factors import linearised
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation import smoother
 from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import LinearWalk, VarianceFactors
@@ -84,12 +84,6 @@ def test_turning_and_moving_the_survey_turns_and_moves_the_result(turn_rad: floa
     axes = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
     np.testing.assert_allclose(covariance, axes @ plain[1] @ axes.T, rtol=1e-4, atol=1e-9)
     np.testing.assert_allclose(np.exp(1j * rotation), turn * np.exp(1j * plain[2]), atol=1e-6)
-
-
-def test_nothing_ties_the_walk_to_the_building() -> None:
-    walk = loops(8, TYPICAL, marks=4, laps=1)
-    for surveyed in ([], [1]):
-        assert solve_walk(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed))) is None
 
 
 def test_one_landmark_with_a_heading_is_enough_and_says_how_sure_it_is() -> None:
@@ -313,14 +307,6 @@ def test_an_error_that_all_places_share_leads_the_walk_nowhere() -> None:
     assert abs(kept[:, 0].mean()) < 0.5 * abs(bent[:, 0].mean())
 
 
-def test_a_place_far_off_is_not_believed() -> None:
-    walk, smoothed, time_ns = walk_past_few(1)
-    ties = ties_of(walk, time_ns, np.zeros(2), 0.3)
-    wild = replace(ties, position_bcs=ties.position_bcs + np.eye(len(ties.time_ns), 2, -5) * 30)
-    right, bent = (errors(walk, solve_with_ties(smoothed, time_ns, one)) for one in (ties, wild))
-    assert lengths(bent - right).max() < 0.3
-
-
 def test_nothing_told_changes_nothing() -> None:
     walk, smoothed, time_ns = walk_past_few(2)
     late = ties_of(walk, time_ns + 10**12, np.zeros(2), 0.1)
@@ -331,12 +317,13 @@ def test_nothing_told_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("off_m", [3.0, 100.0])
-def test_a_refused_place_makes_no_label_less_certain(off_m: float) -> None:
+def test_a_place_far_off_is_not_believed_and_makes_no_label_less_certain(off_m: float) -> None:
     walk, smoothed, time_ns = walk_past_few(1)
     ties = ties_of(walk, time_ns, np.zeros(2), 0.3)
     wild = replace(ties, position_bcs=ties.position_bcs + np.eye(len(ties.time_ns), 2, -5) * off_m)
-    spread = np.sqrt(np.trace(mapped_path(solve_with_ties(smoothed, time_ns, wild))[1], axis1=1, axis2=2) / 2)
-    assert spread.max() < 1.0
+    right, bent = (solve_with_ties(smoothed, time_ns, one) for one in (ties, wild))
+    assert lengths(errors(walk, bent) - errors(walk, right)).max() < 0.3
+    assert np.sqrt(np.trace(mapped_path(bent)[1], axis1=1, axis2=2) / 2).max() < 1.0
 
 
 def test_who_hangs_on_the_same_landmarks_makes_them_no_surer() -> None:

@@ -10,13 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.walks import camera_on, log_of
+from tests.walks import camera_on, log_of, rows_of_log
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PressureLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.estimation.odometry import continuous_odometry
 from vislam2tag.estimation.vertical import (
-    FloorChangeSighting,
     VerticalTrack,
     altitude_m,
     still_stretches,
@@ -86,18 +85,7 @@ def test_frames_that_cannot_be_used_are_left_out() -> None:
     camera, log = walked(STAIRS, np.zeros(N))
     camera.status[150] = 10
     camera.position_acs[150, 1] = np.nan
-    keep = log.frame != 150
-    track = track_of(
-        camera,
-        LandmarkLog(
-            log.ids,
-            log.landmark[keep],
-            log.frame[keep],
-            log.position_acs[keep],
-            log.orientation_acs[keep],
-            log.lost[keep],
-        ),
-    )
+    track = track_of(camera, rows_of_log(log, log.frame != 150))
     assert 150 not in track.frame
     assert track.height_m == pytest.approx(np.delete(STAIRS, 150))
 
@@ -146,22 +134,26 @@ def test_still_stretches_are_those_long_enough() -> None:
     assert len(still_stretches(level(np.ones(len(TIME_S))))) == 0
 
 
+def ridden(track: VerticalTrack, sighted: tuple[int, int], rise_m: float, seen_m: float) -> VerticalTrack:
+    return with_rides_by_landmarks(track, np.array([sighted]), np.array([rise_m]), np.array([seen_m]))
+
+
 def test_landmarks_put_the_ride_into_the_longest_still_stretch_between_them() -> None:
-    track = with_rides_by_landmarks(level(), [FloorChangeSighting(100, 900, 4.0, 0.2)])
+    track = ridden(level(), (100, 900), 4.0, 0.2)
     assert track.height_m[TIME_S < 50].max() == 0.0
     assert track.height_m[TIME_S > 62] == pytest.approx(3.8)
     assert track.height_m[560] == pytest.approx(1.9, abs=0.1)
-    before = with_rides_by_landmarks(level(), [FloorChangeSighting(100, 400, -4.0, 0.0)])
+    before = ridden(level(), (100, 400), -4.0, 0.0)
     assert before.height_m[TIME_S > 23] == pytest.approx(-4.0)
     assert not before.height_m[TIME_S < 20].any()
 
 
 def test_without_standing_still_the_ride_is_spread_over_the_way() -> None:
-    track = with_rides_by_landmarks(level(np.ones(len(TIME_S))), [FloorChangeSighting(100, 110, 4.0, 0.0)])
+    track = ridden(level(np.ones(len(TIME_S))), (100, 110), 4.0, 0.0)
     assert np.ptp(track.height_m[100:111]) == pytest.approx(4.0)
     assert not track.height_m[:100].any()
 
 
 @pytest.mark.parametrize("seen_m", [2.5, 4.0, 6.0])
 def test_a_rise_that_the_tracker_saw_is_no_ride(seen_m: float) -> None:
-    assert not with_rides_by_landmarks(level(), [FloorChangeSighting(100, 900, 4.0, seen_m)]).height_m.any()
+    assert not ridden(level(), (100, 900), 4.0, seen_m).height_m.any()

@@ -23,7 +23,6 @@ from vislam2tag.quality.landmark_gain import (
     SIGHT_M,
     SURVEY_SIGMA_M,
     GainMap,
-    Gains,
     gains,
     positions_each_metre,
     session_gains,
@@ -75,8 +74,10 @@ def test_the_gain_is_that_of_the_joint_solution_with_the_sightings_added(walk: S
     precision, count = joint(walk)
     before = expected_error_m(positions.covariance[:, 0])
     variance = np.median(walk.variance_factors.sighting) * walk.noise.sighting_m**2 + SURVEY_SIGMA_M**2
-    for place in np.linspace(0, len(found.cell) - 1, 7).astype(int):
-        away = np.linalg.norm((found.cell[place] + 0.5) * CELL_M - positions.position, axis=1)
+    for place, (_, x, y) in enumerate(found):
+        if place not in np.linspace(0, len(found) - 1, 7).astype(int):
+            continue
+        away = np.linalg.norm(np.array([x + 0.5, y + 0.5]) * CELL_M - positions.position, axis=1)
         near = np.split(np.arange(count), np.flatnonzero(np.diff(away <= SIGHT_M)) + 1)
         passes = [run[np.argmin(away[run])] for run in near if away[run[0]] <= SIGHT_M]
         sighted = precision.copy()
@@ -84,31 +85,28 @@ def test_the_gain_is_that_of_the_joint_solution_with_the_sightings_added(walk: S
             sighted[4 * node, 4 * node] += 1 / variance
             sighted[4 * node + 1, 4 * node + 1] += 1 / variance
         after = expected_error_m(np.einsum("kkij->kij", position_covariances(sighted, count)))
-        assert found.gain_m[place] == pytest.approx(positions.frames @ (before - after), rel=1e-3)
+        assert found[0, x, y] == pytest.approx(positions.frames @ (before - after), rel=1e-3)
 
 
 def test_gains_lie_along_the_walk_and_are_greatest_far_from_landmarks(walk: SolvedWalk) -> None:
     positions = positions_each_metre(walk)
     found = gains(walk, positions, np.full(len(positions.at), 3))
-    assert set(found.floor.tolist()) == {3}
-    assert len(np.unique(found.cell, axis=0)) == len(found.cell)
-    assert (found.gain_m > 0).all()
-    centre = (found.cell + 0.5) * CELL_M
+    assert {floor for floor, *_ in found} == {3}
+    assert min(found.values()) > 0
+    centre = (np.array([cell for _, *cell in found]) + 0.5) * CELL_M
     apart = np.linalg.norm(centre[:, None] - positions.position, axis=2).min(axis=1)
     assert apart.max() <= SIGHT_M
     surveyed = walk.priors.position[walk.priors.surveyed]
     alone = np.abs((centre @ [1, 1j])[:, None] - surveyed).min(axis=1)
-    assert alone[np.argmax(found.gain_m)] > np.median(alone)
+    assert alone[np.argmax(list(found.values()))] > np.median(alone)
 
 
 def test_places_of_different_floors_are_different_places(walk: SolvedWalk) -> None:
     positions = positions_each_metre(walk)
     floor = (np.arange(len(positions.at)) > len(positions.at) // 2).astype(np.int64)
     apart = gains(walk, positions, floor)
-    twice = {tuple(cell) for cell in apart.cell[apart.floor == 0]} & {
-        tuple(cell) for cell in apart.cell[apart.floor == 1]
-    }
-    assert twice
+    first, second = ({(x, y) for on, x, y in apart if on == number} for number in (0, 1))
+    assert first & second
 
 
 def test_a_long_walk_is_cut_to_the_reach_of_a_landmark() -> None:
@@ -116,8 +114,7 @@ def test_a_long_walk_is_cut_to_the_reach_of_a_landmark() -> None:
     positions = positions_each_metre(walk)
     assert len(positions.at) > REACH
     found = gains(walk, positions, np.zeros(len(positions.at), dtype=np.int64))
-    assert np.isfinite(found.gain_m).all()
-    assert (found.gain_m > 0).all()
+    assert all(0 < gain < np.inf for gain in found.values())
 
 
 NONE = landmarks_at({})
@@ -125,12 +122,7 @@ NONE = landmarks_at({})
 
 def session(cells: dict[tuple[int, int, int], float], factor: float = 1.0) -> GainMap:
     """Gains by floor and cell of a session with 10 frames on floor 1 and 30 on floor 2, expected errors 0.2 m."""
-    found = Gains(
-        cell=np.array([key[1:] for key in cells], dtype=np.int64).reshape(-1, 2),
-        floor=np.array([key[0] for key in cells], dtype=np.int64),
-        gain_m=np.array(list(cells.values()), dtype=np.float64),
-    )
-    return session_gains(found, factor, np.repeat([1, 2], [10, 30]), np.full(40, 0.2))
+    return session_gains(cells, factor, np.repeat([1, 2], [10, 30]), np.full(40, 0.2))
 
 
 def test_sessions_add_up_floor_by_floor_and_are_means_over_frames() -> None:

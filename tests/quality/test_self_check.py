@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from tests.drifting import SURVEY_SIGMA_M, Drifting, loops
 from vislam2tag.common.judgement import Answer
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
@@ -171,29 +172,20 @@ SURVEY_M, OWN_M = 0.02, 0.15
 
 
 def sessions(
-    count: int,
-    shift: dict[str, tuple[float, float]] | None = None,
-    *,
-    marks: int = 8,
-    seed: int = 1,
-    own_m: float = OWN_M,
+    count: int, shift: dict[str, tuple[float, float]] | None = None, *, seed: int = 1, own_m: float = OWN_M
 ) -> list[SessionCheck]:
     """Sessions that predict each landmark with their own errors; ``shift`` adds to all offsets of a landmark."""
-    rng = np.random.default_rng(seed)
+    rng, shift = np.random.default_rng(seed), shift or {}
     return [
-        SessionCheck(
-            slug=f"s{number}",
-            floor=1,
-            device="LG",
-            session=str(number),
-            well_founded=True,
-            left_out=[
-                mark(str(i), rng.normal(0, own_m, 2) + np.array((shift or {}).get(str(i), (0.0, 0.0))))
-                for i in range(marks)
-            ],
-        )
+        predicting(f"s{number}", {i: rng.normal(0, own_m, 2) + shift.get(i, (0.0, 0.0)) for i in map(str, range(8))})
         for number in range(count)
     ]
+
+
+def predicting(name: str, offsets: dict[str, FloatArray], **details: Any) -> SessionCheck:
+    marks = [mark(landmark, offset) for landmark, offset in offsets.items()]
+    who: dict[str, Any] = {"slug": name, "floor": 1, "device": "LG", "session": name}
+    return SessionCheck(**who, left_out=marks, well_founded=len(marks) >= 3, **details)
 
 
 def mark(name: str, offset: FloatArray) -> LeftOutMark:
@@ -258,29 +250,8 @@ def test_pooling_gains_certainty_with_sessions_but_not_beyond_the_survey() -> No
     assert sigmas[1] == pytest.approx(np.hypot(SURVEY_M, OWN_M / 4), rel=0.5)
 
 
-def session(name: str, *landmarks: str, fixes: int = 0, error: str | None = None) -> SessionCheck:
-    marks = [
-        LeftOutMark(
-            floor=0,
-            landmark=landmark,
-            passes=1,
-            surveyed_m=(0.0, 0.0),
-            offset_m=(0.1, 0.0),
-            covariance_m2=(0.01, 0.0, 0.01),
-            survey_covariance_m2=(0.001, 0.0, 0.001),
-        )
-        for landmark in landmarks
-    ]
-    return SessionCheck(
-        slug=name,
-        floor=0,
-        device="LG",
-        session=name,
-        error=error,
-        fixes=fixes,
-        left_out=marks,
-        well_founded=len(marks) >= 3,
-    )
+def session(name: str, *landmarks: str, **details: Any) -> SessionCheck:
+    return predicting(name, dict.fromkeys(landmarks, np.zeros(2)), **details)
 
 
 def test_each_landmark_counts_once() -> None:

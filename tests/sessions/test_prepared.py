@@ -14,9 +14,9 @@ from tests.surveys import make_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.context import TrackerState
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.sessions.prepared import (
     PreparedSession,
     SessionTask,

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from rasterio.warp import transform
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.site.frame_change import (
     FrameChange,
     FrameChanges,

@@ -14,7 +14,7 @@ import pytest
 from tests.site.site import write_survey
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.frame_change import FrameChange

@@ -12,7 +12,7 @@ import pytest
 
 from tests.site.site import write_survey
 from tests.views.browser import own_part, tags_in_figures
-from vislam2tag.quality.landmark_gain import GainMap, Gains, session_gains
+from vislam2tag.quality.landmark_gain import GainMap, session_gains
 from vislam2tag.quality.self_check_record import BadLandmark, Fault, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.views.check_page import median_left_out_m, write_check_page
@@ -55,7 +55,7 @@ BAD = BadLandmark(
 
 def gain_map() -> GainMap:
     gains = GainMap()
-    found = Gains(np.array([[2, 3], [4, 3], [20, 9]]), np.ones(3, dtype=np.int64), np.array([1.0, 5.0, 3.0]))
+    found = {(1, 2, 3): 1.0, (1, 4, 3): 5.0, (1, 20, 9): 3.0}
     gains.add(session_gains(found, 1.0, np.ones(100, dtype=np.int64), np.full(100, 0.3)))
     return gains
 

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from tests.quality.evaluation.maps import floor_with, straight_walk
 from tests.walks import corridor_walk, landmarks_at, log_of, to_acs
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.quality.evaluation.metrics import ErrorCurve

@@ -10,7 +10,7 @@ from PIL import Image
 from tests.preparation.registration.networks import survey
 from tests.quality.evaluation.maps import floor_with
 from tests.walks import corridor_walk, landmarks_at
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.preparation.registration.register import FloorMeasurements, register_floor

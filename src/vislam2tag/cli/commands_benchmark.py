@@ -263,15 +263,12 @@ def _print_positioning(part: PositioningPart) -> None:
 
 def _print_table(part: TablePart) -> None:
     from vislam2tag.pipeline.paper.reproduce import NAMES
-    from vislam2tag.quality.evaluation.paper import figures_of, heads_of
+    from vislam2tag.quality.evaluation.paper import figures_in, heads_of
 
     if part.missing:
         say(f"{part.table.title}: {part.missing}")
         return
-    heads = [head for cell in part.table.rows[0].cells for head in heads_of(cell, NAMES[cell.strategy])]
-    rows = (
-        (row.selection, row.metric, *(figure for cell in row.cells for figure in figures_of(cell)))
-        for row in part.table.rows
-    )
+    heads = [head for cell in part.table.rows[0] for head in heads_of(cell, NAMES[cell.strategy])]
+    rows = ((row[0].selection, row[0].metric, *figures_in(row)) for row in part.table.rows)
     print_table(part.table.title, ("trajectories", "metric"), heads, rows)
     say(f"labelled: {part.shares(NAMES)}")

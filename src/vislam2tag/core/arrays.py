@@ -1,11 +1,15 @@
-"""Array aliases used across the numeric core, and the runs of a mask."""
+"""Array aliases used across the numeric core, the runs of a mask, and rows of values made of arrays."""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -13,6 +17,16 @@ BoolArray: TypeAlias = npt.NDArray[np.bool_]
 StatusArray: TypeAlias = npt.NDArray[np.int8]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 AnyArray: TypeAlias = npt.NDArray[Any]
+
+
+_Value = TypeVar("_Value", bound="DataclassInstance")
+
+
+def with_rows(value: _Value, rows: AnyArray | slice, *names: str) -> _Value:
+    """The same value with some rows only of its arrays of these names; a name whose array is None or empty is kept."""
+    arrays = {name: array for name in names if (array := getattr(value, name)) is not None and len(array)}
+    # take is many times quicker than array[rows] where an array has columns.
+    return replace(value, **{name: array.take(np.arange(len(array))[rows], axis=0) for name, array in arrays.items()})
 
 
 def runs_of(mask: BoolArray) -> list[tuple[int, int]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray, with_rows
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Trajectory
 
@@ -24,29 +24,11 @@ class Labels:
     floor: IntArray
 
 
-@dataclass(frozen=True)
-class _Frames:
-    """The usable frames of a trajectory, times strictly increasing."""
-
-    time_ns: IntArray
-    position_bcs: FloatArray
-    sigma_m: FloatArray
-    status: StatusArray
-    floor: IntArray
-    holed: StatusArray
-    """1 where unusable frames lie between the frame before and this one."""
-
-
-def _usable_frames(trajectory: Trajectory) -> _Frames:
+def _usable_frames(trajectory: Trajectory) -> tuple[Trajectory, BoolArray]:
+    """The usable frames alone, times strictly increasing, and where unusable ones lie between one and that before."""
     usable = np.flatnonzero((trajectory.status != Status.DUPLICATE) & (trajectory.status != Status.INVALID))
-    return _Frames(
-        trajectory.time_ns[usable],
-        trajectory.position_bcs[usable],
-        trajectory.sigma_m[usable],
-        trajectory.status[usable],
-        trajectory.floor[usable] if len(trajectory.floor) else trajectory.floor,
-        (np.diff(usable, prepend=-1) > 1).astype(np.int8),
-    )
+    frames = with_rows(trajectory, usable, "time_ns", "position_bcs", "covariance_bcs", "status", "floor")
+    return frames, np.diff(usable, prepend=-1) > 1
 
 
 def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s: float) -> Labels:
@@ -55,7 +37,7 @@ def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s:
     Never across a discarded stretch (the reading gets its cause) nor between frames more than ``max_gap_s`` apart
     (``gap``; ``invalid`` where only unusable frames lie between). Times outside the frames are ``outside_frames``.
     """
-    frames = _usable_frames(trajectory)
+    frames, holed = _usable_frames(trajectory)
     if frames.time_ns.size == 0:
         return _unlabelled(len(time_ns), Status.OUTSIDE_FRAMES)
     after = np.minimum(np.searchsorted(frames.time_ns, time_ns), len(frames.time_ns) - 1)
@@ -65,7 +47,7 @@ def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s:
     share = np.where(exact, 0.0, (time_ns - frames.time_ns[before]) / np.maximum(span_ns, 1))
     status = _status_between(frames, before, after)
     too_far = has_position(status) & (span_ns > max_gap_s * 1e9)
-    status[too_far] = np.where(frames.holed[after[too_far]] == 1, Status.INVALID, Status.GAP)
+    status[too_far] = np.where(holed[after[too_far]], Status.INVALID, Status.GAP)
     outside = (time_ns < frames.time_ns[0]) | (time_ns > frames.time_ns[-1])
     status[outside] = Status.OUTSIDE_FRAMES
     position = _blend(frames.position_bcs, before, after, share[:, None])
@@ -78,7 +60,7 @@ def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s:
 
 def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
     """Give each time (r,) the label of the first frame that is not before it (the paper's rule, section IV-B)."""
-    frames = _usable_frames(trajectory)
+    frames, _ = _usable_frames(trajectory)
     if frames.time_ns.size == 0:
         return _unlabelled(len(time_ns), Status.OUTSIDE_FRAMES)
     after = np.minimum(np.searchsorted(frames.time_ns, time_ns), len(frames.time_ns) - 1)
@@ -93,7 +75,7 @@ def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
     )
 
 
-def _status_between(frames: _Frames, before: IntArray, after: IntArray) -> StatusArray:
+def _status_between(frames: Trajectory, before: IntArray, after: IntArray) -> StatusArray:
     """Status (r,) of readings between frames ``before`` and ``after`` (r,): the first cause met, or the less sure."""
     first, second = frames.status[before], frames.status[after]
     cause = np.where(has_position(first), second, first)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 
 _HALF = np.sqrt(0.5)
 """Sine and cosine of half a quarter turn."""
@@ -48,6 +48,18 @@ def turns_rad(orientation: FloatArray) -> FloatArray:
     """Angles (n - 1,) between neighbouring unit quaternions (n, 4), 0 to pi."""
     cosine = np.abs(np.sum(orientation[1:] * orientation[:-1], axis=1))
     return np.asarray(2 * np.arccos(np.minimum(cosine, 1.0)))
+
+
+def angular_speed(time_ns: IntArray, orientation: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mid-times (k,), s since the first frame, and turn rates (k,), rad/s, between neighbouring frames.
+
+    ``time_ns`` (n,) increases; ``orientation`` (n, 4). Steps twice as long as usual are left out.
+    """
+    elapsed_s = (time_ns - time_ns[:1]) * 1e-9
+    step_s = np.diff(elapsed_s)
+    angle = turns_rad(orientation)
+    steady = step_s < 2 * np.median(step_s) if len(step_s) else np.zeros(0, dtype=bool)
+    return (elapsed_s[1:] - step_s / 2)[steady], (angle / np.maximum(step_s, 1e-9))[steady]
 
 
 def level_view(orientation_bcs: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray, of_landmarks
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray, of_landmarks, with_rows
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import (
     AnchorLog,
@@ -159,21 +159,24 @@ class LandmarkLog:
         keep = np.flatnonzero((landmark >= 0) & rows)
         if len(wanted) == len(self.ids) and len(keep) == len(landmark):
             return self
-        return LandmarkLog(
-            ids=tuple(self.ids[i] for i in wanted),
-            landmark=landmark[keep],
-            frame=self.frame[keep],
-            position_acs=self.position_acs.take(keep, axis=0),
-            orientation_acs=self.orientation_acs.take(keep, axis=0),
-            lost=self.lost[keep],
-            row=self.row[keep] if len(self.row) else self.row,
-            seen=None if self.seen is None else self.seen[keep],
-        )
+        log = replace(self, ids=tuple(self.ids[i] for i in wanted), landmark=landmark)
+        return with_rows(log, keep, "landmark", "frame", "position_acs", "orientation_acs", "lost", "row", "seen")
 
     @property
     def plane_acs(self) -> FloatArray:
         """Horizontal landmark positions (k, 2), ``(tx, -tz)``, metres."""
         return to_plane(self.position_acs)
+
+
+_OF_EACH_LANDMARK = (
+    "floor",
+    "position_bcs",
+    "covariance_bcs",
+    "z_m",
+    "heading_rad",
+    "heading_sigma_rad",
+    "planned",
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -219,19 +222,13 @@ class Landmarks(Summarised):
     def select(self, wanted: list[int]) -> Landmarks:
         """Keep only the landmarks with these indices, in this order."""
         rows = np.asarray(wanted, dtype=np.int64)
-        return Landmarks(
+        some = replace(
+            self,
             ids=tuple(self.ids[i] for i in wanted),
-            floor=self.floor[rows],
-            position_bcs=self.position_bcs[rows],
-            covariance_bcs=self.covariance_bcs[rows],
-            z_m=self.z_m[rows],
-            heading_rad=self.heading_rad[rows],
-            heading_sigma_rad=self.heading_sigma_rad[rows],
             source=tuple(self.source[i] for i in wanted) if self.source else (),
-            storeys=self.storeys,
             joint_covariance=None if self.joint_covariance is None else of_landmarks(self.joint_covariance, rows),
-            planned=self.planned[rows] if len(self.planned) else self.planned,
         )
+        return with_rows(some, rows, *_OF_EACH_LANDMARK)
 
     @property
     def planned_ids(self) -> tuple[str, ...]:

@@ -4,7 +4,8 @@ In reading order: ``steps`` that no camera makes, ``map_moves`` of a rewritten m
 (``odometry``) and passes of landmarks (``observations``). With what the survey says (``landmark_priors``) and how
 trackers err (``noise``, ``drift``) they become the ``factors`` of one least-squares problem, a ``chain``, which the
 ``smoother`` solves; ``reweighting`` finds noise levels and robust weights. From the solution follow the states of all
-frames (``frame_states``) and ``contradictions``. ``vertical``, ``differences`` and ``heights`` find height and floor.
+frames (``frame_states``) and wrong landmarks (``fault_detection``). ``vertical``, ``differences`` and ``heights`` find
+height and floor.
 
 ``dead_reckoning`` maps walks without a tracker, ``landmark_survey`` joins the landmarks of many walks, ``strategies``
 are all mapping strategies by name, and ``strategy`` is their protocol; ``settings`` has what all these assume.

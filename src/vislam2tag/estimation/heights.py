@@ -21,7 +21,6 @@ from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 from vislam2tag.estimation.settings import HeightSettings
 from vislam2tag.estimation.vertical import (
-    FloorChangeSighting,
     VerticalTrack,
     altitude_m,
     vertical_track,
@@ -254,18 +253,9 @@ def _with_rides(
     """Add the rides that the tracker missed; also returns what they add (f,) to the track's height."""
     storey = _index(storeys, marks.floor[seen.landmark])
     level = _usual_elevations(storeys, settings)[storey] + _usual_height(marks, settings)[seen.landmark]
-    changes = np.flatnonzero(np.diff(storey) != 0)
-    ties = [
-        FloorChangeSighting(
-            int(seen.rank[i]),
-            int(seen.rank[i + 1]),
-            float(level[i + 1] - level[i]),
-            float(seen.height_m[i + 1] - seen.height_m[i]),
-        )
-        for i in changes.tolist()
-        if seen.rank[i] < seen.rank[i + 1]
-    ]
-    ridden = with_rides_by_landmarks(track, ties)
+    change = np.flatnonzero((np.diff(storey) != 0) & (np.diff(seen.rank) > 0))
+    sighted = np.column_stack((seen.rank[change], seen.rank[change + 1]))
+    ridden = with_rides_by_landmarks(track, sighted, np.diff(level)[change], np.diff(seen.height_m)[change])
     return ridden, ridden.height_m - track.height_m
 
 

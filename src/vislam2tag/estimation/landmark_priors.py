@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, joint_columns, of_landmarks
-from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, joint_columns, of_landmarks, with_rows
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import as_complex
 
 FREE_M, FREE_RAD = 1e5, 10.0
 """Standard deviations of what is not known at all."""
@@ -77,13 +77,8 @@ class LandmarkPriors:
         if self.places is None:
             return self
         marks = len(self.position) - len(self.places.own) // 2
-        return LandmarkPriors(
-            self.position[:marks],
-            self.covariance[:marks],
-            self.heading_rad[:marks],
-            self.heading_sigma_rad[:marks],
-            self.joint,
-        )
+        names = ("position", "covariance", "heading_rad", "heading_sigma_rad")
+        return with_rows(replace(self, places=None), slice(marks), *names)
 
     @property
     def surveyed(self) -> BoolArray:
@@ -104,13 +99,17 @@ class LandmarkPriors:
 
     def with_another(self) -> LandmarkPriors:
         """One landmark more, the last, which is not surveyed."""
-        one = LandmarkPriors.nothing(1)
+        return self._with_more(np.array([np.nan + 0j]), np.full((1, 2, 2), np.nan))
+
+    def _with_more(self, position: ComplexArray, covariance: FloatArray) -> LandmarkPriors:
+        """With further places (k,), of covariances (k, 2, 2) and unknown headings."""
+        unknown = np.full(len(position), np.nan)
         return replace(
             self,
-            position=np.append(self.position, one.position),
-            covariance=np.concatenate((self.covariance, one.covariance)),
-            heading_rad=np.append(self.heading_rad, one.heading_rad),
-            heading_sigma_rad=np.append(self.heading_sigma_rad, one.heading_sigma_rad),
+            position=np.concatenate((self.position, position)),
+            covariance=np.concatenate((self.covariance, covariance)),
+            heading_rad=np.concatenate((self.heading_rad, unknown)),
+            heading_sigma_rad=np.concatenate((self.heading_sigma_rad, unknown)),
         )
 
     def with_places(self, position: ComplexArray, covariance: FloatArray) -> LandmarkPriors:
@@ -118,15 +117,9 @@ class LandmarkPriors:
 
         The others were mapped past the same landmarks: where these are wrong, places between them are so, too.
         """
-        unknown, each = np.full(len(position), np.nan), np.arange(2 * len(position)).reshape(-1, 2)
-        return LandmarkPriors(
-            position=np.concatenate((self.position, position)),
-            covariance=np.concatenate((self.covariance, covariance[each[:, :, None], each[:, None, :]])),
-            heading_rad=np.concatenate((self.heading_rad, unknown)),
-            heading_sigma_rad=np.concatenate((self.heading_sigma_rad, unknown)),
-            joint=self.joint,
-            places=PlacePriors(landmark_shares(self, position), covariance),
-        )
+        each = np.arange(2 * len(position)).reshape(-1, 2)
+        more = self._with_more(position, covariance[each[:, :, None], each[:, None, :]])
+        return replace(more, places=PlacePriors(landmark_shares(self, position), covariance))
 
     def without(self, landmark: int) -> LandmarkPriors:
         """Forget what is known of one landmark."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, to_plane
+from vislam2tag.core.transforms import as_complex
 from vislam2tag.core.visits import usable_rank
 
 MOVED_M = 1e-6

@@ -36,7 +36,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies, TrackerNoise
 from vislam2tag.core.robust import Caution, iterate
-from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.chain import Solution, solve
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, heading_origin, landmark_origin
 from vislam2tag.estimation.frame_states import beside_the_survey, states_between_nodes

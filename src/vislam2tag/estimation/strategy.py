@@ -15,7 +15,6 @@ from vislam2tag.common import plugins
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
 from vislam2tag.core.orientation import camera_to_bcs
-from vislam2tag.core.similarity import Affine2, Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import (
     CameraTrack,
@@ -27,6 +26,7 @@ from vislam2tag.core.tracks import (
     one_section,
     section_numbers,
 )
+from vislam2tag.core.transforms import Affine2, Similarity2
 from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
 
 
@@ -122,6 +122,8 @@ class TrajectoryBuilder:
 
     position_bcs: FloatArray
     orientation_bcs: FloatArray
+    covariance_bcs: FloatArray
+    """(n, 2, 2); the paper's strategies know none."""
     status: StatusArray
 
     @classmethod
@@ -129,7 +131,8 @@ class TrajectoryBuilder:
         """Give every usable frame the same cause; the others keep their own."""
         n = len(camera.time_ns)
         status = np.where(camera.usable, np.int8(cause), camera.status).astype(np.int8)
-        return cls(np.full((n, 3), np.nan), np.full((n, 4), np.nan), status)
+        position, orientation, covariance = (np.full((n, *shape), np.nan) for shape in ((3,), (4,), (2, 2)))
+        return cls(position, orientation, covariance, status)
 
     def map_stretch(self, camera: CameraTrack, start: int, stop: int, bcs_T_acs: Similarity2 | Affine2) -> None:
         """Fill frames ``start`` (included) to ``stop`` (excluded) by one transformation of the plane."""
@@ -146,11 +149,9 @@ class TrajectoryBuilder:
         self.status[frames] = cause
 
     def finish(self, camera: CameraTrack, segments: tuple[Segment, ...], visits: tuple[Visit, ...]) -> Trajectory:
-        """Freeze into a trajectory; the paper's strategies know no uncertainty."""
-        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        return Trajectory(
-            camera.time_ns, self.position_bcs, self.orientation_bcs, covariance, self.status, segments, visits
-        )
+        """Freeze into a trajectory."""
+        poses = self.position_bcs, self.orientation_bcs, self.covariance_bcs
+        return Trajectory(camera.time_ns, *poses, self.status, segments, visits)
 
 
 def surveyed_rows(log: LandmarkLog, landmarks: Landmarks) -> LandmarkLog:

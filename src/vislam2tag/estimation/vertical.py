@@ -142,19 +142,6 @@ LIFT_M_PER_S = 0.8
 """Usual mean speed of a lift."""
 
 
-@dataclass(frozen=True)
-class FloorChangeSighting:
-    """Two successive sightings of landmarks on different floors: ``first`` and ``last`` are usable ranks of frames.
-
-    ``rise_m`` is the height of the second landmark over the first by the survey, ``seen_m`` by the tracker.
-    """
-
-    first: int
-    last: int
-    rise_m: float
-    seen_m: float
-
-
 def altitude_m(pressure: PressureLog, time_ns: IntArray) -> FloatArray:
     """Height (k,) in the standard atmosphere at boot-clock times (k,), averaged over about a second, metres."""
     height = 44330.77 * (1.0 - (pressure.pressure_hpa / 1013.25) ** 0.190263)
@@ -187,19 +174,22 @@ def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: Pr
     return track.raised(step, variance)
 
 
-def with_rides_by_landmarks(track: VerticalTrack, ties: list[FloorChangeSighting]) -> VerticalTrack:
+def with_rides_by_landmarks(
+    track: VerticalTrack, sighted: IntArray, rise_m: FloatArray, seen_m: FloatArray
+) -> VerticalTrack:
     """Put the rise that the tracker did not see between landmarks on different floors into the stillest stretch.
 
     That is the longest still stretch between them (its middle, as long as a lift takes); where there is none, all the
-    way between.
+    way between. ``sighted`` (t, 2) are usable ranks of frames that sighted two such landmarks, one after the other;
+    ``rise_m`` (t,) is the height of the second landmark over the first by the survey, ``seen_m`` (t,) by the tracker.
     """
     step, variance = np.zeros(len(track.frame)), np.zeros(len(track.frame))
     still = still_stretches(track)
-    for tie in ties:
-        if tie.seen_m * np.sign(tie.rise_m) >= UNSEEN_SHARE * abs(tie.rise_m):
+    for ranks, rise, seen in zip(sighted, rise_m.tolist(), seen_m.tolist(), strict=True):
+        if seen * np.sign(rise) >= UNSEEN_SHARE * abs(rise):
             continue
-        start_s, stop_s = track.time_s[list(_stillest(still, track.time_s, tie))]
-        missing = tie.rise_m - tie.seen_m
+        start_s, stop_s = track.time_s[_stillest(still, track.time_s, ranks)]
+        missing = rise - seen
         spare_s = max(0.0, stop_s - start_s - abs(missing) / LIFT_M_PER_S)
         share = ((track.time_s - start_s - spare_s / 2) / (stop_s - start_s - spare_s)).clip(0, 1)
         step += missing * np.diff(share, prepend=0.0)
@@ -216,11 +206,10 @@ def still_stretches(track: VerticalTrack) -> IntArray:
     return np.asarray(edges[long], dtype=np.int64)
 
 
-def _stillest(still: IntArray, time_s: FloatArray, tie: FloorChangeSighting) -> tuple[int, int]:
-    """First and last rank of the longest still stretch (r, 2) between two sightings; of these where there is none."""
-    between = np.column_stack((still[:, 0].clip(tie.first, tie.last), still[:, 1].clip(tie.first, tie.last)))
+def _stillest(still: IntArray, time_s: FloatArray, sighted: IntArray) -> IntArray:
+    """First and last rank (2,) of the longest still stretch (r, 2) between two sightings; these where there is none."""
+    between = still.clip(*sighted)
     lasting = time_s[between[:, 1]] - time_s[between[:, 0]]
     if not len(lasting) or lasting.max() < SHORTEST_S:
-        return tie.first, tie.last
-    start, stop = between[int(np.argmax(lasting))].tolist()
-    return start, stop
+        return sighted
+    return np.asarray(between[int(np.argmax(lasting))])

@@ -9,8 +9,8 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 
 EVERY_M, EVERY_S = 1.0, 2.0

@@ -17,8 +17,8 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.place_names import near_landmarks
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import LinearWalk
 from vislam2tag.estimation.observations import Passes
@@ -36,6 +36,8 @@ SIGHT_M = 1.0
 """A landmark is sighted at every pass of its place within this distance: it is made to be walked by."""
 SURVEY_SIGMA_M = 0.02
 """How well one more landmark would be surveyed: the usual error of a tape."""
+Place = tuple[int, int, int]
+"""Floor, and the square from a cell to the next ones in units of :data:`CELL_M`."""
 _AROUND = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
 
 
@@ -53,35 +55,23 @@ class DensePositions:
     frames: FloatArray
 
 
-@dataclass(frozen=True)
-class Gains:
-    """What a landmark at some places (c,) would bring a session.
+def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> dict[Place, float]:
+    """By how much a landmark at each place that a walk passes lowers the expected errors, summed over frames, metres.
 
-    ``cell`` (c, 2) int: the square from ``cell`` to ``cell + 1`` in units of :data:`CELL_M`; ``floor`` (c,) int;
-    ``gain_m`` (c,) by how much the expected errors fall, summed over all frames, metres.
+    ``floor`` (k,) is that of each of the ``positions``.
     """
-
-    cell: IntArray
-    floor: IntArray
-    gain_m: FloatArray
-
-
-def gains(smoothed: SolvedWalk, positions: DensePositions, floor: IntArray) -> Gains:
-    """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``positions``."""
     usual = float(np.median(smoothed.variance_factors.sighting)) * smoothed.noise.sighting_m**2
     noise = np.eye(2) * (usual + SURVEY_SIGMA_M**2)
     before = expected_error_m(positions.covariance[:, 0])
     gain_m: dict[tuple[int, ...], float] = {}
-    cells, floors, values = [], [], []
+    found = {}
     for where, nodes in _places(positions, floor):
         passes = tuple(nodes)
         if passes not in gain_m:
             index, after = _improved(positions.covariance, np.array(passes), noise)
             gain_m[passes] = float(positions.frames[index] @ (before[index] - expected_error_m(after)))
-        cells.append(where[1:])
-        floors.append(where[0])
-        values.append(gain_m[passes])
-    return Gains(np.array(cells, dtype=np.int64).reshape(-1, 2), np.array(floors, dtype=np.int64), np.array(values))
+        found[where] = gain_m[passes]
+    return found
 
 
 def positions_each_metre(smoothed: SolvedWalk) -> DensePositions:
@@ -129,7 +119,7 @@ def _with_silent_passes(smoothed: SolvedWalk) -> LinearWalk:
     return LinearWalk(replace(model, observations=fine), smoothed.priors, finer)
 
 
-def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:
+def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[Place, list[int]]]:
     """Yield each place near the walk, as floor and cell, and the nearest position at each pass; ``floor`` (k,)."""
     cell = np.floor(positions.position / CELL_M).astype(np.int64)[:, None] + _AROUND
     away = np.linalg.norm((cell + 0.5) * CELL_M - positions.position[:, None], axis=2)
@@ -187,15 +177,14 @@ class GainMap:
     """Number of frames by floor."""
     expected_m: dict[int, float] = field(default_factory=dict)
     """Sum of the frames' expected errors by floor, metres."""
-    gain_m: dict[int, dict[Cell, float]] = field(default_factory=dict)
-    """By floor and cell, summed over frames, metres."""
+    gain_m: dict[Place, float] = field(default_factory=dict)
+    """Summed over frames, metres."""
 
     def add(self, other: GainMap) -> None:
         """Add the sums of other sessions."""
         _add(self.frames, other.frames)
         _add(self.expected_m, other.expected_m)
-        for floor, gains in other.gain_m.items():
-            _add(self.gain_m.setdefault(floor, {}), gains)
+        _add(self.gain_m, other.gain_m)
 
     def floors(self, landmarks: Landmarks) -> list[FloorCheck]:
         """What was found of each floor, by its number; ``landmarks`` are those that hang there."""
@@ -211,7 +200,8 @@ class GainMap:
 
     def mean_gain_m(self, number: int) -> dict[Cell, float]:
         """By how much the mean expected error of a floor falls with a landmark in each of its cells."""
-        return {cell: gain / self.frames[number] for cell, gain in sorted(self.gain_m.get(number, {}).items())}
+        here = {(x, y): gain for (floor, x, y), gain in sorted(self.gain_m.items()) if floor == number}
+        return {cell: gain / self.frames[number] for cell, gain in here.items()}
 
     def _best(self, number: int, landmarks: Landmarks) -> list[ProposedPlace]:
         chosen: list[ProposedPlace] = []
@@ -230,17 +220,13 @@ class GainMap:
         return chosen
 
 
-def session_gains(gains: Gains, factor: float, floor: IntArray, expected_m: FloatArray) -> GainMap:
+def session_gains(gains: Mapping[Place, float], factor: float, floor: IntArray, expected_m: FloatArray) -> GainMap:
     """Reduce a session: its gains and the expected errors (n,) of its frames on floors (n,), all times a factor."""
     numbers = sorted(set(floor.tolist()))
-    gain_m: dict[int, dict[Cell, float]] = {}
-    cells = ((x, y) for x, y in gains.cell.tolist())
-    for number, cell, gain in zip(gains.floor.tolist(), cells, (gains.gain_m * factor).tolist(), strict=True):
-        _add(gain_m.setdefault(number, {}), {cell: gain})
     return GainMap(
         {number: int((floor == number).sum()) for number in numbers},
         {number: float(expected_m[floor == number].sum()) * factor for number in numbers},
-        gain_m,
+        {place: gain * factor for place, gain in gains.items()},
     )
 
 

@@ -28,7 +28,7 @@ from scipy.special import ellipe
 from vislam2tag.common.judgement import Answer, Judgement, counted, none_mapped
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.robust import iterate, variance_factor
-from vislam2tag.estimation.contradictions import CERTAIN_SIGMAS, LEAST_M, discrepancy
+from vislam2tag.estimation.fault_detection import CERTAIN_SIGMAS, LEAST_M, discrepancy
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.smoother import SolvedWalk, solve_walk
 from vislam2tag.quality.self_check_record import BadLandmark, Fault, LeftOutMark, SessionCheck

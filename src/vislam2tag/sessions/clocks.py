@@ -11,10 +11,15 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
-from vislam2tag.core.clock_by_levels import Heard, align_by_levels
-from vislam2tag.core.clock_by_taps import align_by_taps
-from vislam2tag.core.pose_lag import angular_speed, estimate_pose_lag
+from vislam2tag.core.clocks import (
+    ClockAlignment,
+    Heard,
+    align_by_levels,
+    align_by_motion,
+    align_by_taps,
+    estimate_pose_lag,
+)
+from vislam2tag.core.orientation import angular_speed
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.intake.readings import MASKED, measured, normal_addresses
 from vislam2tag.intake.time_units import READINGS, SCANS, Steps, recognised_ns

@@ -15,7 +15,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.text_paths import AnyPath
-from vislam2tag.core.clock_alignment import ClockAlignment
+from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.site.links import survey_output
 from vislam2tag.site.model import COMPANIONS
 from vislam2tag.site.site_table import is_file

@@ -17,8 +17,8 @@ from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.site.model import Floor, Site, landmark_id
 from vislam2tag.site.plans.drawing import affine
 from vislam2tag.site.plans.source import GREATEST_M

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 
 SEMI_MAJOR_M = 6_378_137.0
 FLATTENING = 1 / 298.257223563

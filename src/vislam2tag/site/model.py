@@ -16,8 +16,8 @@ from vislam2tag.common.files.store import Listed, Store
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.notebook import Drawable
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.plans.source import PlanSource
 

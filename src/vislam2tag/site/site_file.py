@@ -17,7 +17,7 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.core.limits import MAX_FLOOR_M
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.site.georeference import Georeference, georeference_in_grid
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.plans.source import GREATEST_M, PlanSource

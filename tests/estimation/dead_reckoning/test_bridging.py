@@ -14,9 +14,9 @@ import pytest
 from tests.estimation.dead_reckoning.walks import corners, walked
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.context import InertialLog
-from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations, tracker_slips
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.odometry import Odometry

@@ -10,7 +10,7 @@ import pytest
 from tests.estimation.landmark_survey.local_maps import building, surveyed
 from tests.estimation.landmark_survey.test_landmark_map import as_stated, joined_with_usual_doubts, walks
 from vislam2tag.core.arrays import joint_columns, of_landmarks
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
 from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, join, solved
 from vislam2tag.quality.evaluation.reliability import region_probability

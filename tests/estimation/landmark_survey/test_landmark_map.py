@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.estimation.landmark_survey.local_maps import building, seen_from, surveyed
 from vislam2tag.core.arrays import ComplexArray
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.landmark_map import Doubts, LandmarkMap, initial_map, join, predicted, solved
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.estimation.landmark_survey.local_maps import building, seen_from, surveyed
 from tests.walks import corridor_walk
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap, tied_to_survey
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.smoother import solve_in_own_frame

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.walks import corridor_walk, landmarks_at
+from tests.walks import corridor_walk, landmarks_at, rows_of_log
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.arrays import with_rows
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named, strategy_names
 
@@ -109,10 +110,7 @@ def test_unusable_frames_keep_their_own_status(name: str) -> None:
     camera.status[400:403] = Status.INVALID
     camera.position_acs[400:403] = np.nan
     keep = (log.frame < 400) | (log.frame > 402)
-    log = LandmarkLog(
-        log.ids, log.landmark[keep], log.frame[keep], log.position_acs[keep], log.orientation_acs[keep], log.lost[keep]
-    )
-    trajectory = mapped(name, camera, log, landmarks)
+    trajectory = mapped(name, camera, rows_of_log(log, keep), landmarks)
     assert trajectory.status[399:404].tolist() == [0, Status.INVALID, Status.INVALID, Status.INVALID, 0]
     assert np.isnan(trajectory.position_bcs[400:403]).all()
 
@@ -125,9 +123,6 @@ def test_landmarks_logged_at_one_spot_map_nothing_between_them() -> None:
 
 def test_no_frames_at_all() -> None:
     camera, log, landmarks, _ = corridor_walk(Similarity2.identity(), STATIONS)
-    none = CameraTrack(camera.time_ns[:0], camera.position_acs[:0], camera.orientation_acs[:0], camera.status[:0])
-    empty = LandmarkLog(
-        (), log.landmark[:0], log.frame[:0], log.position_acs[:0], log.orientation_acs[:0], log.lost[:0]
-    )
+    none = with_rows(camera, slice(0), "time_ns", "position_acs", "orientation_acs", "status")
     for name in ALL:
-        assert len(mapped(name, none, empty, landmarks).status) == 0
+        assert len(mapped(name, none, log.select([]), landmarks).status) == 0

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from tests.drifting import Drifting, loops
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from tests.walks import rows_of_log
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.orientation import level_view
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.labeling.tables import mark_uncertain
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
@@ -30,12 +30,6 @@ def mapped(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Traje
 
 def errors_m(walk: Drifting, trajectory: Trajectory) -> FloatArray:
     return np.asarray(np.linalg.norm(trajectory.position_bcs[:, :2] - as_points(walk.truth), axis=1))
-
-
-def rows(log: LandmarkLog, keep: BoolArray) -> LandmarkLog:
-    """Keep the rows of a mask."""
-    columns = ("landmark", "frame", "position_acs", "orientation_acs", "lost")
-    return replace(log, **{name: getattr(log, name)[keep] for name in columns})
 
 
 def shifted(camera: CameraTrack, log: LandmarkLog, first: int, by: tuple[float, float, float]) -> None:
@@ -70,16 +64,6 @@ def test_the_cameras_heading_is_that_of_the_walk() -> None:
     right = np.column_stack((1 - 2 * (y * y + z * z), 2 * (x * y + z * w)))  # the camera's X axis, logged along the way
     way = as_points(np.gradient(walk.truth))
     np.testing.assert_allclose(np.sum(right * way, axis=1) / np.linalg.norm(way, axis=1), 1, atol=0.01)
-
-
-def test_moving_the_survey_moves_the_result() -> None:
-    walk = loops(4, TYPICAL, marks=6, laps=1.5, survey_m=0.02)
-    session = walk.logged()
-    plain = mapped(*session, walk.landmarks([0, 2, 4]))
-    moved = mapped(*session, replace(walk, surveyed_at=walk.surveyed_at + (400 - 300j)).landmarks([0, 2, 4]))
-    np.testing.assert_allclose(moved.position_bcs[:, :2] - (400, -300), plain.position_bcs[:, :2], atol=1e-6)
-    np.testing.assert_allclose(moved.covariance_bcs, plain.covariance_bcs, rtol=1e-4, atol=1e-9)
-    np.testing.assert_allclose(moved.orientation_bcs, plain.orientation_bcs, atol=1e-6)
 
 
 @pytest.mark.parametrize("known", [[], [2]])
@@ -117,7 +101,7 @@ def test_after_a_minute_without_frames_nobody_is_sure_until_the_next_landmark(
     log.position_acs[late[log.frame]] += shift
     whole = mapped(camera, log, walk.landmarks())
     assert errors_m(walk, whole).mean() < 0.2
-    forsaken = mapped(camera, rows(log, log.frame < 400), walk.landmarks())
+    forsaken = mapped(camera, rows_of_log(log, log.frame < 400), walk.landmarks())
     assert forsaken.sigma_m[399] < 1 < 20 < forsaken.sigma_m[400]
 
 
@@ -129,14 +113,6 @@ def test_landmarks_side_by_side_tell_no_heading_unless_a_sheet_does(apart_m: flo
     assert set(mapped(*session, walk.landmarks([0, 1])).status) == {Status.NO_MAPPING}
     headed = mapped(*session, walk.landmarks([0, 1], headed=[0]))
     assert np.mean(errors_m(walk, headed) < 3 * headed.sigma_m) > 0.9
-
-
-def test_one_landmark_with_a_surveyed_heading_is_enough() -> None:
-    walk = loops(7, TYPICAL, marks=1, laps=2)
-    trajectory = mapped(*walk.logged(), walk.landmarks([0], headed=[0]))
-    assert set(trajectory.status) == {Status.OK}
-    error = errors_m(walk, trajectory)
-    assert np.mean(error < 3 * trajectory.sigma_m) > 0.9
 
 
 def test_one_landmark_with_a_heading_but_a_constant_orientation_maps_nothing() -> None:
@@ -153,34 +129,6 @@ def test_a_constant_orientation_does_not_spoil_map_updates_or_drift() -> None:
     log.orientation_acs[:] = (0.0, 0.0, 0.0, 1.0)
     constant = errors_m(walk, mapped(camera, log, walk.landmarks())).mean()
     assert constant < 1.3 * told + 0.03
-
-
-def test_many_landmarks() -> None:
-    walk = loops(10, TYPICAL, marks=50, laps=1, survey_m=0.02, size_m=(30.0, 20.0))
-    trajectory = mapped(*walk.logged(), walk.landmarks())
-    assert len({visit.landmark for visit in trajectory.visits}) == 50
-    assert errors_m(walk, trajectory).mean() < 0.12
-
-
-def test_all_frames_are_mapped_and_sigma_grows_away_from_the_landmarks() -> None:
-    walk = loops(11, TYPICAL, marks=12, laps=0.9)
-    trajectory = mapped(*walk.logged(), walk.landmarks([4, 5, 6]))
-    assert set(trajectory.status) == {Status.OK}
-    seen = [visit.frame for visit in trajectory.visits if visit.landmark in ("L4", "L5", "L6")]
-    sigma = trajectory.sigma_m
-    assert sigma[0] > 2 * sigma[seen[0]]
-    assert sigma[-1] > 2 * sigma[seen[-1]]
-
-
-def test_the_limit_of_sigma_marks_but_moves_nothing() -> None:
-    walk = loops(11, TYPICAL, marks=12, laps=0.9)
-    trajectory = mapped(*walk.logged(), walk.landmarks([4, 5, 6]))
-    limit = float(np.median(trajectory.sigma_m))
-    marked = mark_uncertain(trajectory, limit)
-    uncertain = marked.status == Status.UNCERTAIN
-    np.testing.assert_array_equal(uncertain, trajectory.sigma_m > limit)
-    np.testing.assert_array_equal(marked.position_bcs, trajectory.position_bcs)
-    assert set(mark_uncertain(trajectory, np.inf).status) == {Status.OK}
 
 
 def test_a_map_update_is_reported_and_costs_nothing() -> None:
@@ -232,7 +180,7 @@ def test_unusable_frames_keep_their_own_status() -> None:
     camera.status[400:403] = Status.INVALID
     camera.status[500] = Status.DUPLICATE
     camera.position_acs[400:403] = np.nan
-    trajectory = mapped(camera, rows(log, camera.usable[log.frame]), walk.landmarks())
+    trajectory = mapped(camera, rows_of_log(log, camera.usable[log.frame]), walk.landmarks())
     assert trajectory.status[399:404].tolist() == [Status.OK, *[Status.INVALID] * 3, Status.OK]
     assert trajectory.status[500] == Status.DUPLICATE
     bad = ~camera.usable
@@ -247,7 +195,7 @@ def test_hardly_any_frames(count: int) -> None:
     camera, log = walk.logged()
     columns = ("time_ns", "position_acs", "orientation_acs", "status")
     few = replace(camera, **{name: getattr(camera, name)[:count] for name in columns})
-    trajectory = mapped(few, rows(log, log.frame < count), walk.landmarks())
+    trajectory = mapped(few, rows_of_log(log, log.frame < count), walk.landmarks())
     assert trajectory.status.tolist() == [Status.NO_MAPPING] * count
     assert trajectory.position_bcs.shape == (count, 3)
 
@@ -255,7 +203,9 @@ def test_hardly_any_frames(count: int) -> None:
 def test_a_walk_that_logged_no_landmark_is_not_mapped() -> None:
     walk = loops(17, marks=2, laps=1)
     camera, log = walk.logged()
-    trajectory = mapped(camera, replace(rows(log, np.zeros(len(log.frame), dtype=bool)), ids=()), walk.landmarks())
+    trajectory = mapped(
+        camera, replace(rows_of_log(log, np.zeros(len(log.frame), dtype=bool)), ids=()), walk.landmarks()
+    )
     assert set(trajectory.status) == {Status.NO_MAPPING}
     assert trajectory.visits == ()
 

@@ -17,7 +17,7 @@ from tests.sessions.companion_walks import OtherClock, write_sensor_logger
 from tests.sessions.phone_raw import HEADERS
 from tests.studio.receiving.zips import record, session_zip
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.core.clock_alignment import ClockAlignment
+from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.clocks import first_clear, possible_alignments
 from vislam2tag.sessions.companions import read_recording

@@ -39,7 +39,7 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
 @pytest.mark.parametrize(
     ("module", "counts"),
     [
-        ("vislam2tag.core.similarity", True),
+        ("vislam2tag.core.transforms", True),
         ("vislam2tag.estimation.drift", True),
         ("vislam2tag.sessions.registry", True),
         ("vislam2tag.sessions", True),
@@ -110,7 +110,7 @@ def plug_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package of somebody else; ``plug.strategy`` uses ``plug.inner.drift``, and nothing uses ``plug.other``."""
     files = {
         "__init__.py": "",
-        "strategy.py": "def map():\n    from .inner import drift\n    import vislam2tag.core.similarity\n",
+        "strategy.py": "def map():\n    from .inner import drift\n    import vislam2tag.core.transforms\n",
         "inner/__init__.py": "",
         "inner/drift.py": "from .. import strategy\n",
         "other.py": "",

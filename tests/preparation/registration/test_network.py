@@ -17,7 +17,7 @@ from tests.preparation.registration.networks import (
     swapped_shots,
 )
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.preparation.registration.least_squares import SingularError
 from vislam2tag.preparation.registration.network import (
     KNOWN_HEIGHT,

@@ -7,7 +7,7 @@ import pytest
 
 from tests.quality.diagnosis.made_walks import PLACES, evidence, made_survey
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Way
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind

@@ -8,8 +8,8 @@ import numpy as np
 
 from tests.quality.evaluation.maps import trajectory_of
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.quality.evaluation.station_clock import StationWalk
 from vislam2tag.quality.evaluation.station_frame import CommonPoints, StationFrame, StationTrack, fit_frame
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.common.bootstrap import FEWEST_WALKS, ROUNDS, draws, interval, multiplicities
+from tests.quality.evaluation.maps import errors_at_origin
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.quality.evaluation.metrics import (
     FIGURES,
@@ -20,7 +20,6 @@ from vislam2tag.quality.evaluation.metrics import (
     table_rows,
 )
 from vislam2tag.quality.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors
-from vislam2tag.quality.evaluation.truth import PointErrors, TruthKind
 
 
 def test_summary() -> None:
@@ -43,11 +42,8 @@ def test_each_walk_counts_once() -> None:
 
 def walk(errors: FloatArray, strategy: str = "local") -> StrategyErrors:
     """A walk along x whose labels lie so far to the left; NaN: not labelled."""
-    count = len(errors)
     label = np.column_stack((np.where(np.isnan(errors), np.nan, 0.0), errors))
-    zeros = np.zeros(count)
-    points = PointErrors(TruthKind.DENSE, np.arange(count), np.zeros((count, 2)), label, zeros, zeros, zeros)
-    return strategy_errors(points, "", strategy)
+    return strategy_errors(errors_at_origin(label), "", strategy)
 
 
 def session(slug: str, *walks: StrategyErrors, **details: Any) -> SessionEvaluation:
@@ -71,15 +67,7 @@ def test_a_walk_is_reduced_to_its_figures() -> None:
 
 
 def test_labels_that_are_not_sure_enough_are_none() -> None:
-    one = PointErrors(
-        TruthKind.DENSE,
-        np.arange(3),
-        np.zeros((3, 2)),
-        np.ones((3, 2)),
-        np.array([0.2, 0.6, np.nan]),
-        np.zeros(3),
-        np.zeros(3),
-    )
+    one = errors_at_origin(np.ones((3, 2)), np.array([0.2, 0.6, np.nan]))
     assert points_within_sigma(one, 0.5).labelled.tolist() == [True, False, True]
     assert points_within_sigma(one, float("inf")).labelled.all()
 
@@ -174,15 +162,6 @@ def test_a_walk_of_many_points_is_no_more_certain_than_one_of_few() -> None:
         return mean.high - mean.low
 
     assert width(500) == pytest.approx(width(5), rel=1e-6)
-
-
-def test_drawing_walks() -> None:
-    drawn = draws(FEWEST_WALKS)
-    assert drawn.shape == (ROUNDS, FEWEST_WALKS)
-    assert (multiplicities(drawn).sum(axis=1) == FEWEST_WALKS).all()
-    assert multiplicities(np.array([[2, 0, 2]])).tolist() == [[1, 0, 2]]
-    assert interval(np.full(3, np.nan)) is None
-    assert interval(np.linspace(0, 1, 1001)) == pytest.approx((0.025, 0.975))
 
 
 def test_the_curve_ends_at_the_share_labelled() -> None:

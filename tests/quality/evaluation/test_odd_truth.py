@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.quality.evaluation.maps import errors_at_origin
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.quality.evaluation.odd_truth import (
     PooledOffset,
@@ -81,15 +82,8 @@ def test_one_session_alone_names_none() -> None:
 
 
 def test_presses_without_a_label_are_left_out() -> None:
-    errors = PointErrors(
-        TruthKind.CONTROL_POINTS,
-        np.arange(2),
-        np.zeros((2, 2)),
-        np.array([[0.3, -0.1], [np.nan, np.nan]]),
-        np.array([0.3, np.nan]),
-        np.zeros(2),
-        np.array([0.4, 0.4]),
-    )
+    label = np.array([[0.3, -0.1], [np.nan, np.nan]])
+    errors = errors_at_origin(label, np.array([0.3, np.nan]), truth_m=0.4)
     [one] = press_offsets(["a", "b"], errors)
     assert (one.point, one.x_m, one.y_m) == ("a", 0.3, -0.1)
     assert one.sigma_m == pytest.approx(0.5)

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.quality.evaluation.maps import errors_at_origin
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.quality.evaluation.paper import (
@@ -21,7 +22,6 @@ from vislam2tag.quality.evaluation.paper import (
     table_2,
     walks_csv,
 )
-from vislam2tag.quality.evaluation.truth import PointErrors, TruthKind
 from vislam2tag.site.model import SessionKey
 
 
@@ -64,7 +64,7 @@ def table() -> PaperTable:
 
 
 def test_rows_are_statistics_over_walks_beside_the_papers(table: PaperTable) -> None:
-    cells = {(row.selection, row.metric, cell.strategy): cell for row in table.rows for cell in row.cells}
+    cells = {cell[:3]: cell for row in table.rows for cell in row}
     assert cells["all trajectories", "mean", "local"].here_m == pytest.approx(2.125)
     assert cells["all trajectories", "maximum", "local"].paper_m == 4.51
     assert cells["non-faulty trajectories", "median", "local"].here_m == 0.25
@@ -109,11 +109,7 @@ def test_no_walk_is_a_dash() -> None:
 
 
 def test_walks_count_only_labels_that_are_sure() -> None:
-    time_ns, truth = np.arange(3), np.zeros((3, 2))
-    label = np.array([(0.1, 0.0), (0.3, 0.0), (9.0, 0.0)])
-    points = PointErrors(
-        TruthKind.CONTROL_POINTS, time_ns, truth, label, np.array([0.1, np.nan, 2.0]), np.full(3, np.nan), np.zeros(3)
-    )
+    points = errors_at_origin(np.array([(0.1, 0.0), (0.3, 0.0), (9.0, 0.0)]), np.array([0.1, np.nan, 2.0]))
     walk = PaperWalk(KEY, {"smoother": points}, faulty=False, movement_m=0.5, max_sigma_m=0.5)
     assert walk.errors.error_m == {"smoother": pytest.approx(0.2)}
     (line,) = csv.DictReader(io.StringIO(walks_csv([walk])))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed_rows
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import WalkedWays
-from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.core.transforms import as_complex, as_points
 
 FITTING_M = 1.0
 """Fixes this far in walls speak against the plan: it may lie elsewhere, or show another floor."""

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, joint_columns
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_survey.landmark_map import (
     LandmarkMap,
     apart,

@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, with_rows
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.smoother import SolvedWalk
@@ -115,13 +115,8 @@ class LocalMap:
     def select(self, keep: BoolArray) -> LocalMap:
         """Keep only the landmarks of a mask (k,)."""
         rows = np.flatnonzero(np.concatenate((np.repeat(keep, 2), keep)))
-        return LocalMap(
-            self.landmark[keep],
-            self.position[keep],
-            self.heading_rad[keep],
-            self.covariance[np.ix_(rows, rows)],
-            self.passes[keep],
-        )
+        some = with_rows(self, keep, "landmark", "position", "heading_rad", "passes")
+        return replace(some, covariance=self.covariance[np.ix_(rows, rows)])
 
     def linearised(
         self,

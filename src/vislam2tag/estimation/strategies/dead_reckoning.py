@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import compress
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import FloatArray, IntArray, with_rows
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.context import FixLog
 from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -46,12 +46,10 @@ class DeadReckoning:
         doubt_m = np.interp(time_s, walk.nodes.time_s[walk.fixes.node], contradiction_m)
         spread = spread + doubt_m[:, None, None] ** 2 / 2 * np.eye(2)
         builder.position_bcs[frame] = np.column_stack((position, height.z_m[frame]))
+        builder.covariance_bcs[frame] = spread
         builder.status[frame] = Status.OK
-        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        covariance[frame] = spread
         return replace(
             builder.finish(camera, (), ()),
-            covariance_bcs=covariance,
             floor=height.floor,
             events=_events(camera, walk, frame, time_s),
             not_converged=() if walk.path.converged else ("path",),
@@ -73,12 +71,8 @@ def _reckoned(camera: CameraTrack, area: WalkableArea | None, settings: DeadReck
     if sensed is None:
         return None
     usable = sensed.usable(camera.fixes)
-    fixes = FixLog(
-        camera.fixes.time_ns[usable],
-        camera.fixes.position_bcs[usable],
-        tuple(name for name, taken in zip(camera.fixes.name, usable.tolist(), strict=True) if taken),
-        None if camera.fixes.sigma_m is None else camera.fixes.sigma_m[usable],
-    )
+    names = tuple(compress(camera.fixes.name, usable))
+    fixes = replace(with_rows(camera.fixes, usable, "time_ns", "position_bcs", "sigma_m"), name=names)
     spread = np.ptp(fixes.position_bcs, axis=0).max() if usable.sum() > 1 else -1.0
     if spread < (0.0 if np.isfinite(sensed.headings.drift_rad).any() else APART_M):
         return None

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Affine2, Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Segment, Trajectory
+from vislam2tag.core.transforms import Affine2, Similarity2
 from vislam2tag.core.visits import boundaries_of_loss, find_visits
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed_rows
 

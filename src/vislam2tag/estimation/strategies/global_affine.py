@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vislam2tag.core.similarity import Affine2
+from vislam2tag.core.transforms import Affine2
 from vislam2tag.estimation.strategies.global_ import GlobalMapping
 from vislam2tag.estimation.strategy import register
 

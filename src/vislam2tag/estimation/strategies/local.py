@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Segment, Trajectory, Visit
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.core.visits import NO_LANDMARK, boundaries_of_loss, find_visits, merge_boundaries
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed_rows
 

@@ -12,8 +12,8 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.orientation import camera_to_bcs, level_view
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
-from vislam2tag.estimation.contradictions import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.fault_detection import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.frame_states import ExposureInterpolation
 from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
@@ -82,11 +82,10 @@ class Smoother:
             position, spread = stamps.blend(position), stamps.blend(spread)
             orientation = stamps.blend_quaternions(orientation)
         builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
-        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        builder.position_bcs[frame], covariance[frame] = position, spread
+        builder.position_bcs[frame], builder.covariance_bcs[frame] = position, spread
         builder.orientation_bcs[frame] = orientation
         builder.status[frame] = Status.OK
-        return replace(builder.finish(camera, (), ()), covariance_bcs=covariance)
+        return builder.finish(camera, (), ())
 
     def _tied(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> SolvedWalk:
         """Smooth again with what others tell of the body, which is behind the camera; ``frame`` (n,) are used."""

@@ -14,7 +14,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.clock_alignment import ClockAlignment
+from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.sessions.clocks import WAYS, first_clear, possible_alignments
 from vislam2tag.sessions.companion_ties import (
     FOLDER,

@@ -13,8 +13,8 @@ import numpy as np
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.dead_reckoning.walk import LeftOut as LeftOutFixes
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk

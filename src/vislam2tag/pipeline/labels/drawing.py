@@ -7,9 +7,9 @@ import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
 from vislam2tag.core.path_length import arc_lengths, line_length
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.labeling.results import Drawing, Polyline, Stretch
 
 SPACING_M = 0.4

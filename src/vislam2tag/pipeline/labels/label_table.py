@@ -18,8 +18,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
-from vislam2tag.core.clock_by_levels import Heard, align_by_levels
+from vislam2tag.core.clocks import ClockAlignment, Heard, align_by_levels, align_by_motion
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory

@@ -15,8 +15,8 @@ from vislam2tag.common.files.whole_file import file_to_write, output_errors
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.core.similarity import as_points
-from vislam2tag.estimation.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
+from vislam2tag.core.transforms import as_points
+from vislam2tag.estimation.fault_detection import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
 from vislam2tag.estimation.landmark_survey.comparison import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
 from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, predicted
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession

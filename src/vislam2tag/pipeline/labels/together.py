@@ -24,7 +24,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import FloatArray, of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
 from vislam2tag.estimation.noise import noise_of_other_walks

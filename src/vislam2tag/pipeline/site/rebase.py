@@ -20,7 +20,7 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.datasets.folder import dataset_folder, is_dataset, open_dataset_to_share, sha256_of
 from vislam2tag.datasets.labelled import LabelledSurvey, is_labelled, open_labelled
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo

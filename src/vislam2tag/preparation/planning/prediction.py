@@ -20,7 +20,7 @@ from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.noise import USUAL, NoiseLevels

@@ -15,7 +15,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import ComplexArray, IntArray
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.preparation.registration.names import PlaceByPoint, point_label
 
 BUILDING = "the building"

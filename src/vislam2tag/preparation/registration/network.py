@@ -18,7 +18,7 @@ import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.preparation.registration.least_squares import (
     Adjusted,
     SingularError,

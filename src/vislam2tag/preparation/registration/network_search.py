@@ -11,7 +11,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.preparation.registration.consensus import rough_frames
 from vislam2tag.preparation.registration.least_squares import (
     PRIOR_FREEDOM,

@@ -14,7 +14,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.transforms import as_complex
 from vislam2tag.preparation.registration.names import (
     FAR_M,
     LandmarkTable,

@@ -10,7 +10,7 @@ and not from how the walk was mapped: a wrong landmark would have made that wors
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_AT_ONCE, MAX_DIAGNOSED_PASSES, MAX_PAIRS
-from vislam2tag.core.similarity import as_complex, as_points
+from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.drift import STATES, transitions
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
@@ -139,11 +139,6 @@ class Alignment:
     cuts: tuple[int, ...]
     cost: float
 
-    @cached_property
-    def rows(self) -> IntArray:
-        """Passes that take part."""
-        return np.flatnonzero(np.isfinite(self.target))
-
     @property
     def fits(self) -> BoolArray:
         """(p,) passes that take part and fit."""
@@ -201,18 +196,15 @@ def _turns(walk: WalkPasses, target: ComplexArray) -> Iterator[tuple[complex, co
         return
     turn = true[pairs] / logged[pairs]
     turn /= np.abs(turn)
-    middle = (place[first[pairs]] + place[second[pairs]]) / 2
-    origin = (wanted[first[pairs]] + wanted[second[pairs]]) / 2 - turn * middle
-    cost = np.concatenate(
-        [
-            _cost(place, wanted, origin[some], turn[some], first[pairs[some]], second[pairs[some]])
-            for some in np.array_split(np.arange(len(pairs)), -(-len(pairs) * len(rows) // MAX_AT_ONCE))
-        ]
-    )
+    first, second = first[pairs], second[pairs]
+    one, other = place[first], place[second]
+    origin = (wanted[first] + wanted[second]) / 2 - turn * ((one + other) / 2)
+    parts = np.array_split(np.arange(len(pairs)), -(-len(pairs) * len(rows) // MAX_AT_ONCE))
+    cost = np.concatenate([_cost(place, wanted, origin[at], turn[at], (one[at], other[at])) for at in parts])
     yielded: list[tuple[complex, complex]] = []
     for pair in np.argsort(cost, kind="stable").tolist():
         candidate = complex(turn[pair]), complex(origin[pair])
-        if all(_differs(candidate, other, complex(place.mean())) for other in yielded):
+        if all(_differs(candidate, earlier, complex(place.mean())) for earlier in yielded):
             yielded.append(candidate)
             yield candidate
         if len(yielded) == TRIED:
@@ -228,16 +220,11 @@ def _some_pairs(count: int) -> tuple[IntArray, IntArray]:
 
 
 def _cost(
-    place: ComplexArray,
-    wanted: ComplexArray,
-    origin: ComplexArray,
-    turn: ComplexArray,
-    first: IntArray,
-    second: IntArray,
+    place: ComplexArray, wanted: ComplexArray, origin: ComplexArray, turn: ComplexArray, pair: Sequence[ComplexArray]
 ) -> FloatArray:
-    """How badly all places fit with each origin and turn (q,), which the pairs ``first`` and ``second`` suggest."""
+    """How badly all places fit with each origin and turn (q,), which the two places of each ``pair`` (q,) suggest."""
     off = np.abs(origin[:, None] + turn[:, None] * place - wanted)
-    near = np.minimum(np.abs(place - place[first, None]), np.abs(place - place[second, None]))
+    near = np.minimum(*(np.abs(place - one[:, None]) for one in pair))
     return np.asarray(np.minimum((off / (NEAR_M + NEAR_SHARE * near)) ** 2, 9.0).sum(axis=1))
 
 
@@ -260,7 +247,6 @@ class _Solved:
     """(3,) by how much to move and turn the walk."""
     worth: FloatArray
     """(2k, 2k) precision once everything that is free has adapted itself."""
-    residual: FloatArray
 
 
 class _System:
@@ -325,7 +311,7 @@ class _System:
             shift[row], spread[row] = solution[at : at + 2], covariance[at : at + 2, at : at + 2]
         change = np.einsum("ki,kij,kj->k", shift, np.linalg.inv(spread), shift)
         squares = float(self.residual @ worth @ self.residual)
-        return _Solved(squares, shift, spread, change, -solution[:3], worth, self.residual)
+        return _Solved(squares, shift, spread, change, -solution[:3], worth)
 
     def cut_gains(self, solved: _Solved, out: BoolArray) -> dict[int, float]:
         """By how much the squared residuals fall with a cut before each pass that has two kept ones on either side."""

@@ -11,8 +11,16 @@ from math import log, pi
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import as_complex, as_points
-from vislam2tag.quality.diagnosis.evidence import Evidence, Hypothesis, Mark, Sight, choices, misfit_of_passes
+from vislam2tag.core.transforms import as_complex, as_points
+from vislam2tag.quality.diagnosis.evidence import (
+    Evidence,
+    Hypothesis,
+    Mark,
+    Sight,
+    choices,
+    misfit_of_passes,
+    span_between,
+)
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind, proposed
 from vislam2tag.site.corrections.file import session_start
 
@@ -164,19 +172,8 @@ def _two_places(new: _NewPlace, rows: Sequence[tuple[int, int]], evidence: Evide
     summary = f"two sheets of floor {new.mark.floor} have the id {name}: a second one is {new.where(evidence)}"
     entries = []
     for number, row in rows:
-        key, span = evidence.walks[number].passes.key, _span_of(evidence, number, row)
-        entries.append(proposed("rename_landmark", id=name, to=f"{name} (second)", **asdict(key), **span))
+        walk = evidence.walks[number]
+        own = walk.rows_of(new.mark)
+        span = span_between(walk.passes.time_s[own], *[own.tolist().index(row)] * 2)
+        entries.append(proposed("rename_landmark", id=name, to=f"{name} (second)", **asdict(walk.passes.key), **span))
     return new.fault(FaultKind.TWO_PLACES, summary, entries, evidence)
-
-
-def _span_of(evidence: Evidence, number: int, row: int) -> dict[str, float]:
-    """From the middle between this pass and the landmark's one before to the middle to the next, seconds."""
-    walk = evidence.walks[number]
-    rows = walk.rows_of(walk.marks[row]).tolist()
-    at, time_s = rows.index(row), walk.passes.time_s
-    span = {}
-    if at > 0:
-        span["from_s"] = round(float(time_s[rows[at - 1]] + time_s[row]) / 2, 1)
-    if at + 1 < len(rows):
-        span["to_s"] = round(float(time_s[row] + time_s[rows[at + 1]]) / 2, 1)
-    return span

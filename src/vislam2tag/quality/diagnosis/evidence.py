@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
-from vislam2tag.core.similarity import Similarity2, as_points
+from vislam2tag.core.transforms import Similarity2, as_points
 from vislam2tag.quality.diagnosis.alignment import Alignment, WalkPasses, align
 from vislam2tag.quality.diagnosis.record import Fault
 
@@ -151,22 +151,12 @@ class Evidence:
     table: Table
     walks: tuple[PlacedWalk, ...]
 
-    @property
-    def cost(self) -> float:
-        """What all walks together are off by."""
-        return sum(walk.alignment.cost for walk in self.walks)
-
     def with_targets(
         self, targets: Mapping[int, ComplexArray], place: Mapping[Mark, complex] | None = None
     ) -> Evidence:
         """The same with other targets for some walks, by their number, and other places of some landmarks."""
-        return replace(
-            self,
-            table=replace(self.table, place={**self.table.place, **(place or {})}),
-            walks=tuple(
-                replace(walk, target=targets[i]) if i in targets else walk for i, walk in enumerate(self.walks)
-            ),
-        )
+        walks = [replace(walk, target=targets[i]) if i in targets else walk for i, walk in enumerate(self.walks)]
+        return Evidence(replace(self.table, place={**self.table.place, **(place or {})}), tuple(walks))
 
     def moved(self, places: Mapping[tuple[int, int], complex]) -> dict[int, ComplexArray]:
         """Targets, by number of the walk, of walks of which some passes (walk, row) are of other places."""
@@ -252,6 +242,19 @@ Propose: TypeAlias = Callable[[Evidence], Iterable[Hypothesis]]
 def choices(count: int) -> float:
     """Price of choosing one among so many."""
     return 2 * log(max(count, 1))
+
+
+def span_between(time_s: FloatArray, first: int, last: int) -> dict[str, float]:
+    """From the middle between an item of times (k,) and the one before to the middle between another and the next, s.
+
+    Open at either end of the times.
+    """
+    span = {}
+    if first > 0:
+        span["from_s"] = round(float(time_s[first - 1] + time_s[first]) / 2, 1)
+    if last + 1 < len(time_s):
+        span["to_s"] = round(float(time_s[last] + time_s[last + 1]) / 2, 1)
+    return span
 
 
 def listed(names: Sequence[str]) -> str:

@@ -10,12 +10,12 @@ from itertools import groupby
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
-from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import as_points
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.quality.diagnosis.alignment import WalkPasses, align
 from vislam2tag.quality.diagnosis.displaced import SLACK_M, TOGETHER
-from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, listed
+from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, listed, span_between
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.quality.diagnosis.search import LEAST_GAIN
 from vislam2tag.sessions.session_landmarks import SAME_IDS, compared_with_logs
@@ -134,11 +134,7 @@ def _two_floors(walk: WalkPasses, name: str, time_s: FloatArray, floors: Sequenc
     for floor, run in groupby(range(len(floors)), key=floors.__getitem__):
         rows = list(run)
         if floor != walk.key.floor or len(visited) == 1:
-            span = {}
-            if rows[0] > 0:
-                span["from_s"] = round(float(time_s[rows[0] - 1] + time_s[rows[0]]) / 2, 1)
-            if rows[-1] + 1 < len(floors):
-                span["to_s"] = round(float(time_s[rows[-1]] + time_s[rows[-1] + 1]) / 2, 1)
+            span = span_between(time_s, rows[0], rows[-1])
             entries.append(proposed("set_landmark_floor", id=name, to=floor, **asdict(walk.key), **span))
     passes = [f"{floors.count(floor)} on floor {floor}" for floor in visited]
     return Fault(

@@ -1,7 +1,7 @@
 """Faults of streams, seen without geometry: clocks, repeated scans, sessions in another device's folder.
 
 The clock of the inertial sensors may be off that of the poses by any amount: both see the same turns. The lag of pose
-stamps, at most half a second, is another thing (:mod:`vislam2tag.core.pose_lag`).
+stamps, at most half a second, is another thing (:func:`vislam2tag.core.clocks.estimate_pose_lag`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.clock_alignment import LEAST_MARGIN, best_shift, comparable, resampled
+from vislam2tag.core.clocks import best_shift, comparable, resampled
 from vislam2tag.core.orientation import turns_rad
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.quality.diagnosis.evidence import listed
@@ -37,15 +37,13 @@ def sensor_clock_offset_s(camera: CameraTrack, sensors: pl.DataFrame) -> float |
     usable = camera.usable
     time_ns, orientation = camera.time_ns[usable], camera.orientation_acs[usable]
     gyro_ns, turning = readings_of(sensors, "GYRO", ("v1", "v2", "v3"))
-    if len(time_ns) < FEWEST_SAMPLES or len(gyro_ns) < FEWEST_SAMPLES:
-        return None
-    if not comparable(time_ns, gyro_ns):
+    if min(len(time_ns), len(gyro_ns)) < FEWEST_SAMPLES or not comparable(time_ns, gyro_ns):
         return None
     frame_speed = turns_rad(orientation) / np.maximum(np.diff(time_ns) * 1e-9, 1e-6)
     seen = resampled(time_ns[1:], _capped(frame_speed))
     felt = resampled(gyro_ns, _capped(np.linalg.norm(turning, axis=1)))
     found = best_shift(seen, felt)
-    if found.correlation < LEAST_CORRELATION or found.correlation - found.other < LEAST_MARGIN:
+    if not found.is_clear(LEAST_CORRELATION):
         return None
     return found.shift_s + float(time_ns[1] - gyro_ns[0]) * 1e-9
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.core.similarity import as_points
+from vislam2tag.core.transforms import as_points
 from vislam2tag.quality.diagnosis.evidence import Evidence, Table, Way, listed
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.site.model import SessionKey

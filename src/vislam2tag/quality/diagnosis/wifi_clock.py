@@ -125,8 +125,8 @@ def offsets_on_floor(telling: Sequence[HeardOnWalk]) -> list[ClockOffset | None]
         walks[surest] = replace(walks[surest], time_s=walks[surest].time_s + shift_s[surest])
 
 
-_Levels: TypeAlias = tuple[FloatArray, FloatArray]
-"""Sums of levels (access points, rows, columns) and of their weights."""
+_Levels: TypeAlias = FloatArray
+"""(2, access points, rows, columns): sums of levels, and of their weights."""
 
 
 @dataclass(frozen=True)
@@ -160,14 +160,11 @@ class _Cells:
 
     def _references(self, walks: Sequence[HeardOnWalk], offsets_db: FloatArray) -> Iterator[_Levels]:
         """For each walk what the others heard, less the offsets (w,) of their devices; one map at a time is kept."""
-        sums, weights = np.zeros(self.shape), np.zeros(self.shape)
+        total = np.zeros((2, *self.shape))
         for walk, db in zip(walks, offsets_db, strict=True):
-            own = self._levels(walk, walk.dbm - db)
-            sums += own[0]
-            weights += own[1]
+            total += self._levels(walk, walk.dbm - db)
         for walk, db in zip(walks, offsets_db, strict=True):
-            own = self._levels(walk, walk.dbm - db)
-            yield self._spread((sums - own[0], weights - own[1]))
+            yield self._spread(total - self._levels(walk, walk.dbm - db))
 
     def _index(self, walk: HeardOnWalk, offset_s: float) -> tuple[tuple[IntArray, ...], FloatArray]:
         """Cells of readings that lie on the way, and which of all readings do."""
@@ -179,20 +176,18 @@ class _Cells:
     def _levels(self, walk: HeardOnWalk, dbm: FloatArray) -> _Levels:
         """Sums of levels and numbers of a walk's readings."""
         index, on = self._index(walk, 0.0)
-        sums, weights = np.zeros(self.shape), np.zeros(self.shape)
-        np.add.at(sums, index, dbm[on])
-        np.add.at(weights, index, 1.0)
-        return sums, weights
+        levels = np.zeros((2, *self.shape))
+        np.add.at(levels[0], index, dbm[on])
+        np.add.at(levels[1], index, 1.0)
+        return levels
 
     def _spread(self, levels: _Levels) -> _Levels:
         """Levels spread over the cells about each: from near, and for a small part from afar."""
-        near, far = (
-            [gaussian_filter(part, (0.0, at_m / self.cell_m, at_m / self.cell_m), truncate=2.5) for part in levels]
-            for at_m in SPREADS_M
-        )
+        cells = (at_m / self.cell_m for at_m in SPREADS_M)
+        near, far = (gaussian_filter(levels, (0.0, 0.0, sigma, sigma), truncate=2.5) for sigma in cells)
         known = far[1] >= LEAST_WEIGHT
         mean = np.divide(far[0], far[1], out=np.zeros(self.shape), where=known)
-        return near[0] + FAR_WEIGHT * mean, near[1] + FAR_WEIGHT * known
+        return np.asarray(near + FAR_WEIGHT * np.stack((mean, known)))
 
     def differences(self, walk: HeardOnWalk, offset_s: float, reference: _Levels) -> FloatArray:
         """(k,) levels less those of the reference, dB; NaN where that says nothing."""

@@ -29,7 +29,6 @@ from vislam2tag.quality.evaluation.truth import (
     PointErrors,
     Truth,
     TruthKind,
-    heading_of,
     walking_velocity,
 )
 
@@ -96,10 +95,8 @@ def dense_errors(trajectory: Trajectory, path: TruePath, settings: TruthSettings
     """Compare the label at each true point's time with it."""
     truth = path.truth
     labels = label_by_interpolation(truth.time_ns, trajectory, MAX_GAP_S)
-    heading = heading_of(path.velocity_bcs)
-    plane = labels.position_bcs[:, :2]
     own_m = truth.sigma_or(settings.file_sigma_m)
-    return PointErrors(TruthKind.DENSE, truth.time_ns, truth.position_bcs, plane, labels.sigma_m, heading, own_m)
+    return PointErrors.of((TruthKind.DENSE, truth.time_ns, truth.position_bcs), labels, path.velocity_bcs, own_m)
 
 
 def dense_figures(points: PointErrors, path: TruePath, visits_ns: IntArray) -> DenseFigures:

@@ -5,7 +5,7 @@ Of one walk (one strategy in one session against one truth); of many, over walks
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -140,19 +140,11 @@ def table_rows(sessions: Sequence[SessionEvaluation]) -> list[ErrorRow]:
     found = []
     for truth, method, strategy in dict.fromkeys((m.truth, m.method, m.strategy) for s in sessions for m in s.measured):
         for group, chosen in _groups(sessions):
-            for selection, included in (
-                (ALL_WALKS, chosen),
-                (WITHOUT_FAULTS, [s for s in chosen if s.faulty is False]),
-            ):
-                mine = [
-                    one
-                    for session in included
-                    for one in session.measured
-                    if (one.truth, one.method, one.strategy) == (truth, method, strategy)
-                ]
-                for over, statistics in ((OVER_WALKS, _over_walks), (OVER_POINTS, _over_points)):
-                    if mine:
-                        found.append(_row(mine, statistics, group=group, selection=selection, over=over))
+            sound = [session for session in chosen if session.faulty is False]
+            for selection, included in ((ALL_WALKS, chosen), (WITHOUT_FAULTS, sound)):
+                every = [one for session in included for one in session.measured]
+                mine = [one for one in every if (one.truth, one.method, one.strategy) == (truth, method, strategy)]
+                found += [_row(mine, over, group, selection) for over in (OVER_WALKS, OVER_POINTS) if mine]
     return found
 
 
@@ -166,14 +158,8 @@ def _groups(sessions: Sequence[SessionEvaluation]) -> Iterator[tuple[str, list[S
         yield device, [s for s in sessions if s.device == device]
 
 
-def _row(
-    mine: Sequence[StrategyErrors],
-    statistics: Callable[[Sequence[StrategyErrors], IntArray], Statistics],
-    *,
-    group: str,
-    selection: str,
-    over: str,
-) -> ErrorRow:
+def _row(mine: Sequence[StrategyErrors], over: str, group: str, selection: str) -> ErrorRow:
+    statistics = _over_walks if over == OVER_WALKS else _over_points
     once = statistics(mine, np.arange(len(mine))[None])
     labelled_walks = sum(one.labelled > 0 for one in mine)
     again = statistics(mine, draws(len(mine))) if labelled_walks >= FEWEST_WALKS else {}

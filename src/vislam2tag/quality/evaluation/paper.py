@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.quality.evaluation.metrics import points_within_sigma
@@ -61,84 +61,63 @@ class WalkSummary(NamedTuple):
     max_m: float
 
 
-def summarise_walks(walks: Sequence[WalkErrors], strategy: str, only_non_faulty: bool = False) -> WalkSummary:
+def summarise_walks(walks: Sequence[WalkErrors], strategy: str) -> WalkSummary:
     """Reduce the walks that this strategy labels (at least in part) to mean, median and maximum."""
-    errors = np.array([w.error_m[strategy] for w in walks if not (only_non_faulty and w.faulty)])
+    errors = np.array([walk.error_m[strategy] for walk in walks])
     errors = errors[np.isfinite(errors)]
     if not errors.size:
         return WalkSummary(0, float("nan"), float("nan"), float("nan"))
     return WalkSummary(len(errors), float(errors.mean()), float(np.median(errors)), float(errors.max()))
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One statistic of one strategy, metres: ours (NaN where no walk is labelled) and the paper's, where it has one."""
-
-    strategy: str
-    here_m: float
-    paper_m: float | None
-    walks: int
-
-
-@dataclass(frozen=True)
-class TableRow:
-    """One statistic over a selection of the walks, a cell for each strategy."""
+class Cell(NamedTuple):
+    """One statistic of one strategy over a selection of walks, metres: ours (NaN where no walk is labelled) and the
+    paper's, where it has one.
+    """
 
     selection: str
     metric: str
-    cells: tuple[Cell, ...]
+    strategy: str
+    walks: int
+    here_m: float
+    paper_m: float | None
 
 
-@dataclass(frozen=True)
-class PaperTable:
-    """A table of the paper: rows of the same strategies."""
+class PaperTable(NamedTuple):
+    """A table of the paper: rows with a cell for each of the same strategies, of one selection and metric each."""
 
     title: str
-    rows: tuple[TableRow, ...]
+    rows: Sequence[Sequence[Cell]]
 
 
 def table_1(walks: Sequence[WalkErrors], strategies: Sequence[str]) -> PaperTable:
     """Errors at control points, over all walks and over those without faults."""
-    rows = (
-        *_rows("all trajectories", walks, strategies, PAPER_TABLE_1, only_non_faulty=False),
-        *_rows("non-faulty trajectories", walks, strategies, PAPER_TABLE_1_NON_FAULTY, only_non_faulty=True),
-    )
+    sound = [walk for walk in walks if not walk.faulty]
+    rows = _rows("all trajectories", walks, strategies, PAPER_TABLE_1)
+    rows += _rows("non-faulty trajectories", sound, strategies, PAPER_TABLE_1_NON_FAULTY)
     return PaperTable("Table I: error at control points, over walks (metres)", rows)
 
 
 def table_2(walks: Sequence[WalkErrors], strategies: Sequence[str]) -> PaperTable:
     """Errors against the total station, over all walks."""
-    rows = _rows("all trajectories", walks, strategies, PAPER_TABLE_2, only_non_faulty=False)
+    rows = _rows("all trajectories", walks, strategies, PAPER_TABLE_2)
     return PaperTable("Table II: error against the total station, over walks (metres)", rows)
 
 
 def _rows(
-    selection: str,
-    walks: Sequence[WalkErrors],
-    strategies: Sequence[str],
-    published: _Published,
-    *,
-    only_non_faulty: bool,
-) -> tuple[TableRow, ...]:
-    ours = {name: summarise_walks(walks, name, only_non_faulty) for name in strategies}
-    rows = []
+    selection: str, walks: Sequence[WalkErrors], strategies: Sequence[str], published: _Published
+) -> list[Sequence[Cell]]:
+    ours = {name: summarise_walks(walks, name) for name in strategies}
+    rows: list[Sequence[Cell]] = []
     for number, metric in enumerate(METRICS):
         theirs = {name: figures[number] for name, figures in published.items()}
-        cells = (Cell(name, ours[name][1 + number], theirs.get(name), ours[name].walks) for name in strategies)
-        rows.append(TableRow(selection, metric, tuple(cells)))
-    return tuple(rows)
+        here = {name: (summary.walks, summary[1 + number]) for name, summary in ours.items()}
+        rows.append([Cell(selection, metric, name, *here[name], theirs.get(name)) for name in strategies])
+    return rows
 
 
 CLOCK_STRATEGY = "local-corrected"
 """Whose errors the clock offset makes least, as in the paper."""
-
-
-@dataclass(frozen=True)
-class StationWalks:
-    """The walks of one phone before a total station; ``clock_ns`` is the station's wall clock minus its boot clock."""
-
-    walks: tuple[PaperWalk, ...]
-    clock_ns: int
 
 
 def station_settings(settings: MappingSettings) -> MappingSettings:
@@ -150,18 +129,17 @@ def station_walks(
     sessions: Sequence[tuple[Session, TrajectoryByStrategy, StationTrack]],
     bcs_T_station: Similarity2,
     max_sigma_m: float,
-) -> StationWalks:
+) -> list[PaperWalk]:
     """Compare the mapped sessions of one phone with the station's tracks (see :func:`paper_walk` for the labels).
 
     As in the paper the clock offset is fitted to the very errors it is then used for.
     """
     clock_ns = clock_offset([(mapped[CLOCK_STRATEGY], track) for _, mapped, track in sessions], bcs_T_station)
-
     walks = []
     for session, mapped, track in sessions:
         truth = Truth(track.time_ns - clock_ns, bcs_T_station @ track.position)
         walks.append(paper_walk(session, mapped, partial(station_point_errors, truth=truth), max_sigma_m))
-    return StationWalks(tuple(walks), clock_ns)
+    return walks
 
 
 def landmark_movement_m(log: LandmarkLog) -> float:
@@ -246,11 +224,9 @@ NONE = "-"
 def csv_text(table: PaperTable) -> str:
     """One line for each cell: ``trajectories,metric,strategy,walks,here_m,paper_m``; empty where there is no figure."""
     rows: list[Sequence[object]] = [("trajectories", "metric", "strategy", "walks", "here_m", "paper_m")]
-    for row in table.rows:
-        for cell in row.cells:
-            here = "" if math.isnan(cell.here_m) else f"{cell.here_m:.4f}"
-            paper = "" if cell.paper_m is None else f"{cell.paper_m:.2f}"
-            rows.append((row.selection, row.metric, cell.strategy, cell.walks, here, paper))
+    for cell in (cell for row in table.rows for cell in row):
+        here = "" if math.isnan(cell.here_m) else f"{cell.here_m:.4f}"
+        rows.append((*cell[:4], here, "" if cell.paper_m is None else f"{cell.paper_m:.2f}"))
     return csv_rows(rows)
 
 
@@ -270,33 +246,34 @@ def walks_csv(walks: Sequence[PaperWalk]) -> str:
 
 def markdown_text(table: PaperTable, names: Mapping[str, str]) -> str:
     """Two columns for each strategy, called by ``names``: here, and in the paper."""
-    heads = [head for cell in table.rows[0].cells for head in heads_of(cell, names[cell.strategy])]
-    rows = [(f"{row.selection} ({_walks(row.cells)})", row.metric, *_figures(row)) for row in table.rows]
+    heads = [head for cell in table.rows[0] for head in heads_of(cell, names[cell.strategy])]
+    rows = [(f"{row[0].selection} ({_walks(row)})", row[0].metric, *figures_in(row)) for row in table.rows]
     return markdown_table(table.title, ("trajectories", "metric", *heads), rows, texts=2)
 
 
 def latex_text(table: PaperTable, names: Mapping[str, str]) -> str:
     """A ``tabular`` (packages booktabs and multirow), two columns for each strategy: here, and in the paper."""
-    cells = table.rows[0].cells
+    cells = table.rows[0]
     heads = [heads_of(cell, "here") for cell in cells]
     groups = [
         f"\\multicolumn{{{len(head)}}}{{c}}{{{latex_escaped(names[cell.strategy])}}}"
         for cell, head in zip(cells, heads, strict=True)
     ]
     title = (("Trajectories", "Metric", *groups), ("", "", *(head for pair in heads for head in pair)))
-    rows = [list(group) for _, group in groupby(table.rows, key=lambda row: row.selection)]
+    rows = [list(group) for _, group in groupby(table.rows, key=lambda row: row[0].selection)]
     return latex_table(table.title, title, (_latex_group(group) for group in rows), texts=2)
 
 
-def _latex_group(rows: Sequence[TableRow]) -> Iterator[tuple[str, ...]]:
+def _latex_group(rows: Sequence[Sequence[Cell]]) -> Iterator[tuple[str, ...]]:
     """Rows of one selection of trajectories, which is named once."""
-    selection = rf"\multirow{{{len(rows)}}}{{*}}{{{rows[0].selection}}}"
+    selection = rf"\multirow{{{len(rows)}}}{{*}}{{{rows[0][0].selection}}}"
     for number, row in enumerate(rows):
-        yield ("" if number else selection, row.metric, *_figures(row))
+        yield ("" if number else selection, row[0].metric, *figures_in(row))
 
 
-def _figures(row: TableRow) -> list[str]:
-    return [text for cell in row.cells for text in figures_of(cell)]
+def figures_in(row: Sequence[Cell]) -> list[str]:
+    """What stands below the heads of a row's cells."""
+    return [text for cell in row for text in figures_of(cell)]
 
 
 def heads_of(cell: Cell, name: str) -> tuple[str, ...]:
@@ -311,7 +288,7 @@ def figures_of(cell: Cell) -> tuple[str, ...]:
     return texts if cell.strategy in PUBLISHED else texts[:1]
 
 
-def _walks(cells: tuple[Cell, ...]) -> str:
+def _walks(cells: Sequence[Cell]) -> str:
     """How many walks the strategies label: one number, or the least and the greatest."""
     counts = sorted({cell.walks for cell in cells})
     return f"{counts[0]} walks" if len(counts) == 1 else f"{counts[0]} to {counts[-1]} walks"

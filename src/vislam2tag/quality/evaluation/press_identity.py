@@ -29,7 +29,8 @@ def read_route(root: Path, session: Path, ids: Sequence[str]) -> IntArray | None
     The file in the ``session`` folder counts, else that of its floor (``floor_K/route.csv``). Its header is ``point``,
     then one id a line. Raises SurveyError where it cannot be read, has another header or names an unknown point.
     """
-    path = next((folder / ROUTE_FILE for folder in (session, session.parent.parent) if _there(folder)), None)
+    paths = [folder / ROUTE_FILE for folder in (session, session.parent.parent)]
+    path = next(filter(is_file, paths), None)
     if path is None:
         return None
     try:
@@ -41,21 +42,13 @@ def read_route(root: Path, session: Path, ids: Sequence[str]) -> IntArray | None
     return np.array([_index(path, table, row, ids) for row in range(len(table.rows))], dtype=np.int64)
 
 
-def _counted_from_one(ids: Sequence[str]) -> set[str]:
-    """The ids that the control points would have if they were counted from 1."""
-    return {str(number) for number in range(1, len(ids) + 1)}
-
-
-def _there(folder: Path) -> bool:
-    return is_file(folder / ROUTE_FILE)
-
-
 def _index(path: Path, table: SiteTable, row: int, ids: Sequence[str]) -> int:
     line, fields = table.rows[row]
     if fields[0] not in ids:
         named = tuple(dict.fromkeys(row[0] for _, row in table.rows))
         found = compare_ids(NamedIds("refmarker.csv", tuple(ids)), NamedIds("the route", named))
-        counting = "; control points are counted from 0" if ids and set(named) <= _counted_from_one(ids) else ""
+        from_one = {str(number) for number in range(1, len(ids) + 1)}
+        counting = "; control points are counted from 0" if ids and from_one.issuperset(named) else ""
         raise SurveyError(
             f"{path}:{line}: there is no control point '{fields[0]}' on this floor: {found.text}{counting}; correct "
             "the route"

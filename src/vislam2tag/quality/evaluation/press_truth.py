@@ -22,7 +22,6 @@ from vislam2tag.quality.evaluation.truth import (
     MAX_GAP_S,
     PointErrors,
     TruthKind,
-    heading_of,
     nearest_points,
     press_covariance,
     usable_path,
@@ -200,16 +199,8 @@ def _compared(
     time_ns: IntArray, truth_bcs: FloatArray, labels: Labels, velocity_bcs: FloatArray, settings: TruthSettings
 ) -> PointErrors:
     """Put true places (k, 2) at ``time_ns`` (k,), passed with these velocities (k, 2), beside their labels."""
-    heading, own_m2 = heading_of(velocity_bcs), press_covariance(velocity_bcs, settings)
-    return PointErrors(
-        TruthKind.CONTROL_POINTS,
-        time_ns,
-        truth_bcs,
-        labels.position_bcs[:, :2],
-        labels.sigma_m,
-        heading,
-        np.sqrt(np.trace(own_m2, axis1=1, axis2=2) / 2),
-    )
+    own_m = np.sqrt(np.trace(press_covariance(velocity_bcs, settings), axis1=1, axis2=2) / 2)
+    return PointErrors.of((TruthKind.CONTROL_POINTS, time_ns, truth_bcs), labels, velocity_bcs, own_m)
 
 
 def _places(points_bcs: FloatArray, point: IntArray) -> FloatArray:

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, with_rows
 from vislam2tag.core.interpolation import label_by_interpolation
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.quality.evaluation.station_frame import StationFrame, StationTrack
 from vislam2tag.quality.evaluation.truth import MAX_GAP_S, Truth, heading_of, walking_velocity
 
@@ -51,9 +52,7 @@ class TrackSegment:
 
     def part(self, rows: slice | BoolArray) -> TrackSegment:
         """Only some of the measured points: a slice or mask (k,)."""
-        return TrackSegment(
-            self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows], self.steady[rows]
-        )
+        return with_rows(self, rows, "time_ns", "prism_bcs", "ahead", "steady")
 
     @property
     def left(self) -> FloatArray:
@@ -109,11 +108,8 @@ def mean_clipped_error_m(segment: TrackSegment, clock_ns: int) -> float:
 def search_clock(segment: TrackSegment) -> int:
     """The offset (ns) with the least error among all at which track and walk overlap, to :data:`GRID_S`."""
     thinned = segment.part(slice(None, None, len(segment.time_ns) // SEARCHED + 1))
-    first, last = (
-        segment.time_ns[0] - segment.reference.time_ns.max(),
-        segment.time_ns[-1] - segment.reference.time_ns.min(),
-    )
-    offsets = np.arange(first, last, round(GRID_S * 1e9), dtype=np.int64)
+    track_ns, walk_ns = segment.time_ns, segment.reference.time_ns
+    offsets = np.arange(track_ns[0] - walk_ns.max(), track_ns[-1] - walk_ns.min(), round(GRID_S * 1e9), dtype=np.int64)
     return int(min(offsets.tolist(), key=lambda offset: mean_clipped_error_m(thinned, offset)))
 
 
@@ -126,7 +122,9 @@ def fit_adjustment(segments: Sequence[TrackSegment], start: Adjustment, freedom:
     free = np.array([True, freedom.drift, freedom.prism, freedom.prism])
 
     def at(values: FloatArray) -> Adjustment:
-        clock_s, drift_ppm, ahead_m, left_m = _spread(values, free)
+        every = np.zeros(len(free))
+        every[free] = values
+        clock_s, drift_ppm, ahead_m, left_m = every.tolist()
         return Adjustment(start.epoch_ns, start.clock_ns + round(clock_s * 1e9), drift_ppm, ahead_m, left_m)
 
     def residual(values: FloatArray) -> FloatArray:
@@ -135,17 +133,9 @@ def fit_adjustment(segments: Sequence[TrackSegment], start: Adjustment, freedom:
     def jacobian(values: FloatArray) -> FloatArray:
         return np.concatenate([_jacobian(segment, at(values)) for segment in steady])[:, free]
 
-    solution = least_squares(
-        residual, np.zeros(int(free.sum())), jac=jacobian, loss="soft_l1", f_scale=TYPICAL_M, x_scale="jac"
-    )
-    return at(np.asarray(solution.x))
-
-
-def _spread(values: FloatArray, free: BoolArray) -> list[float]:
-    """Values (u,) of what is free (4,) among all parameters, the others 0."""
-    full = np.zeros(len(free))
-    full[free] = values
-    return [float(value) for value in full]
+    start_at = np.zeros(int(free.sum()))
+    robust = least_squares(residual, start_at, jac=jacobian, loss="soft_l1", f_scale=TYPICAL_M, x_scale="jac")
+    return at(np.asarray(robust.x))
 
 
 def _residual(segment: TrackSegment, adjustment: Adjustment) -> FloatArray:
@@ -189,8 +179,7 @@ class StationWalk:
     frame: StationFrame
 
 
-@dataclass(frozen=True)
-class UncertainValue:
+class UncertainValue(NamedTuple):
     """A value and its standard deviation."""
 
     value: float
@@ -242,13 +231,12 @@ def align_device(walks: Sequence[StationWalk], freedom: FreeParameters | None = 
     truths = [
         _truth(parts, without, [i for i, (walk, _) in enumerate(folds) if walk == one]) for one in range(len(walks))
     ]
-    drift = _estimate(best.drift_ppm, [one.drift_ppm for one in without]) if freedom.drift else None
     return DeviceAlignment(
         adjustment=best,
-        clock_sigma_s=_jackknife_sigma([(one.clock_ns - best.clock_ns) * 1e-9 for one in without]),
-        drift_ppm=drift,
-        prism_ahead_m=_estimate(free.ahead_m, [one.ahead_m for one in free_without]),
-        prism_left_m=_estimate(free.left_m, [one.left_m for one in free_without]),
+        clock_sigma_s=_jackknifed(0.0, [(one.clock_ns - best.clock_ns) * 1e-9 for one in without]).sigma,
+        drift_ppm=_jackknifed(best.drift_ppm, [one.drift_ppm for one in without]) if freedom.drift else None,
+        prism_ahead_m=_jackknifed(free.ahead_m, [one.ahead_m for one in free_without]),
+        prism_left_m=_jackknifed(free.left_m, [one.left_m for one in free_without]),
         prism_applied=freedom.prism,
         folds=len(folds),
         truths=tuple(truths),
@@ -323,12 +311,8 @@ def _truth(parts: list[TrackSegment], adjustments: list[Adjustment], mine: list[
     return Truth(time_ns, camera[first])
 
 
-def _estimate(value: float, without: list[float]) -> UncertainValue:
-    return UncertainValue(value, _jackknife_sigma(without))
-
-
-def _jackknife_sigma(without: Sequence[float]) -> float:
-    """Standard deviation of an estimate, from those that leave out one fold each."""
+def _jackknifed(value: float, without: Sequence[float]) -> UncertainValue:
+    """An estimate with its standard deviation, from those that leave out one fold each."""
     values: FloatArray = np.array(without)
     count = len(values)
-    return float(np.sqrt((count - 1) / count * np.sum((values - values.mean()) ** 2)))
+    return UncertainValue(value, float(np.sqrt((count - 1) / count * np.sum((values - values.mean()) ** 2))))

@@ -10,8 +10,8 @@ import numpy as np
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.interpolation import label_by_interpolation
-from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.transforms import Similarity2
 from vislam2tag.labeling.settings import TruthSettings
 from vislam2tag.quality.evaluation.station_clock import (
     DeviceAlignment,
@@ -26,7 +26,6 @@ from vislam2tag.quality.evaluation.truth import (
     PointErrors,
     Truth,
     TruthKind,
-    walking_heading,
     walking_velocity,
 )
 
@@ -39,16 +38,8 @@ UNSURE_CLOCK_S = 0.1
 def station_point_errors(trajectory: Trajectory, truth: Truth) -> PointErrors:
     """Labels against the camera's true places (k, 2) that the station measured."""
     labels = label_by_interpolation(truth.time_ns, trajectory, MAX_GAP_S)
-    heading = walking_heading(truth.time_ns, truth.time_ns, truth.position_bcs)
-    return PointErrors(
-        TruthKind.TOTAL_STATION,
-        truth.time_ns,
-        truth.position_bcs,
-        labels.position_bcs[:, :2],
-        labels.sigma_m,
-        heading,
-        truth.sigma_or(np.nan),
-    )
+    velocity, own_m = walking_velocity(truth.time_ns, truth.time_ns, truth.position_bcs), truth.sigma_or(np.nan)
+    return PointErrors.of((TruthKind.TOTAL_STATION, truth.time_ns, truth.position_bcs), labels, velocity, own_m)
 
 
 def with_station_sigma(truth: Truth, alignment: DeviceAlignment, settings: TruthSettings) -> Truth:

@@ -18,9 +18,10 @@ from vislam2tag.common.errors import SurveyError, first_line
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.clocks import best_shift
 from vislam2tag.core.limits import of_one_recording
-from vislam2tag.core.similarity import Similarity2, as_complex
 from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.core.transforms import Similarity2, as_complex
 from vislam2tag.quality.evaluation.press_truth import PressTruth
 from vislam2tag.quality.evaluation.truth import MAX_GAP_S, usable_path, walking_velocity
 from vislam2tag.site.model import ControlPoints
@@ -28,6 +29,10 @@ from vislam2tag.site.model import ControlPoints
 TRACK_FILE = "tachy.csv"
 SHOTS_FOLDER = "tachymeter"
 """Folder of a floor with the station's shots of fixed points."""
+SHOT_KINDS = ("landmark", "point")
+"""Columns that name what was shot."""
+STATION_LANDMARKS = ("10", "9")
+"""The landmarks in data rows 2 and 3 of a tachymeter file that names none (the published survey's)."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +43,6 @@ class StationTrack:
     position: FloatArray
     left_out: int = 0
     """Further rows: without a finite position, not later than one before them, or at a time of another recording."""
-
-
-@dataclass(frozen=True)
-class Shots:
-    """Shots of fixed points (k, 2) in the station's frame, metres, in the file's order.
-
-    ``landmark`` and ``point`` (k,) name the landmark or the control point shot; empty where the file has no such
-    column or the row no name.
-    """
-
-    position: FloatArray
-    landmark: tuple[str, ...]
-    point: tuple[str, ...]
 
 
 def read_station_track(path: Path) -> StationTrack:
@@ -71,20 +63,17 @@ def read_station_track(path: Path) -> StationTrack:
     return StationTrack(later["time"].to_numpy(), later.select("X", "Y").to_numpy(), len(rows) - len(later))
 
 
-def read_shots(path: Path) -> Shots:
+def read_shots(path: Path) -> tuple[FloatArray, list[tuple[int, str]]]:
     """Read a file of single shots: ``;``, header with ``X`` and ``Y``, optional columns ``landmark`` and ``point``.
 
-    Raises SurveyError where it is none.
+    Returns the positions (k, 2) in the station's frame, metres, and which rows are shots of what: ``landmark 9`` or
+    ``point 4``; :data:`STATION_LANDMARKS` where no row has a name. Raises SurveyError where it is no such file.
     """
     table = _read(path, ("X", "Y"))
-    names = [_names_in(table, column) for column in ("landmark", "point")]
-    return Shots(table.select(pl.col("X", "Y").fill_null(np.nan)).to_numpy(), *names)
-
-
-def _names_in(table: pl.DataFrame, column: str) -> tuple[str, ...]:
-    if column not in table.columns:
-        return ("",) * len(table)
-    return tuple(table[column].fill_null("").str.strip_chars())
+    names = {kind: table[kind].fill_null("").str.strip_chars() for kind in SHOT_KINDS if kind in table.columns}
+    named = [(row, f"{kind} {name}") for kind, column in names.items() for row, name in enumerate(column) if name]
+    published = [(row, f"landmark {name}") for row, name in enumerate(STATION_LANDMARKS, 1) if row < len(table)]
+    return table.select(pl.col("X", "Y").fill_null(np.nan)).to_numpy(), named or published
 
 
 def _read(path: Path, columns: tuple[str, ...]) -> pl.DataFrame:
@@ -99,8 +88,6 @@ def _read(path: Path, columns: tuple[str, ...]) -> pl.DataFrame:
         raise SurveyError(f"{path}: expected columns {wanted} separated by ';' ({first_line(error)})") from error
 
 
-STATION_LANDMARKS = ("10", "9")
-"""The landmarks in data rows 2 and 3 of a tachymeter file that names none (the published survey's)."""
 SHOT_RESIDUAL_M = 0.1
 """A shot that fits the frame worse than this is odd, metres."""
 
@@ -183,15 +170,15 @@ def shot_points(
     names: list[str] = []
     pairs: list[tuple[FloatArray, FloatArray]] = []
     for path in sorted((folder / SHOTS_FOLDER).glob("*.csv")):
-        shots = read_shots(path)
-        for row, name in _named_rows(shots):
+        position, shots = read_shots(path)
+        for row, name in shots:
             if name not in known:
                 raise SurveyError(
                     f"{path}: row {row + 1} is a shot of {name}, whose position on floor {floor} is unknown"
                 )
-            if np.isfinite(shots.position[row]).all():
+            if np.isfinite(position[row]).all():
                 names.append(name)
-                pairs.append((shots.position[row], known[name]))
+                pairs.append((position[row], known[name]))
     both = np.array(pairs, dtype=np.float64).reshape(-1, 2, 2)
     return CommonPoints(tuple(names), both[:, 0], both[:, 1])
 
@@ -203,16 +190,6 @@ def _known_points(landmarks: Landmarks, floor: int, control_points: ControlPoint
     if control_points is not None:
         known |= {f"point {n}": p for n, p in zip(control_points.ids, control_points.position_bcs, strict=True)}
     return known
-
-
-def _named_rows(shots: Shots) -> list[tuple[int, str]]:
-    """Data rows that are shots of named points; the published rule where no row has a name."""
-    named = [(row, f"landmark {name}") for row, name in enumerate(shots.landmark) if name]
-    named += [(row, f"point {name}") for row, name in enumerate(shots.point) if name]
-    if named:
-        return named
-    published = [(row + 1, f"landmark {name}") for row, name in enumerate(STATION_LANDMARKS)]
-    return [(row, name) for row, name in published if row < len(shots.position)]
 
 
 STEP_S = 0.1
@@ -245,17 +222,15 @@ def clock_by_speed(reference: Trajectory, track: StationTrack) -> int:
 
     Raises SurveyError where they are alike at no offset.
     """
-    mapped, measured = _speeds(*usable_path(reference)), _speeds(track.time_ns, track.position)
-    fewest = round(FEWEST_S / STEP_S)
-    shifts = range(fewest - len(mapped), len(measured) - fewest + 1)
-    alike = [_correlation(mapped, measured, shift, fewest) for shift in shifts]
-    if not alike or max(alike) < MIN_CORRELATION:
+    time_ns, position_bcs = usable_path(reference)
+    mapped, measured = _speeds(time_ns, position_bcs), _speeds(track.time_ns, track.position)
+    found = best_shift(measured, mapped, STEP_S, FEWEST_S) if len(mapped) else None
+    if found is None or found.correlation < MIN_CORRELATION:
         raise SurveyError(
             "the total station's track and the labels never move alike: are tachy.csv and the session of one "
             f"measurement, and do they overlap for {FEWEST_S:.0f} s at least?"
         )
-    shift = shifts[int(np.argmax(alike))]
-    return int(track.time_ns[0] - usable_path(reference)[0][0]) + round(shift * STEP_S * 1e9)
+    return int(track.time_ns[0] - time_ns[0]) + round(found.shift_s * 1e9)
 
 
 def _speeds(time_ns: IntArray, position: FloatArray) -> FloatArray:
@@ -273,16 +248,6 @@ def _in_gap(at_ns: IntArray, time_ns: IntArray) -> BoolArray:
     """Mask (k,) of the times between two points too far apart."""
     after = np.searchsorted(time_ns, at_ns).clip(1, len(time_ns) - 1)
     return np.asarray(time_ns[after] - time_ns[after - 1] > MAX_GAP_S * 1e9)
-
-
-def _correlation(mapped: FloatArray, measured: FloatArray, shift: int, fewest: int) -> float:
-    """Of the speeds (j,), (l,) where both are known, with ``mapped[i]`` beside ``measured[i + shift]``."""
-    start, stop = max(0, -shift), min(len(mapped), len(measured) - shift)
-    one, other = mapped[start:stop], measured[start + shift : stop + shift]
-    known = np.isfinite(one) & np.isfinite(other)
-    if known.sum() < fewest or not min(one[known].std(), other[known].std()) > 0:
-        return -1.0
-    return float(np.corrcoef(one[known], other[known])[0, 1])
 
 
 def _position_at(track: StationTrack, at_ns: IntArray) -> FloatArray:

@@ -11,17 +11,7 @@ from vislam2tag.quality.evaluation.record import DenseRow, ErrorRow, FigureWithI
 
 _ROW_KEYS = ("truth", "method", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
-HEADS = {
-    "mean_m": "mean",
-    "median_m": "median",
-    "rmse_m": "RMSE",
-    "p75_m": "p75",
-    "p95_m": "p95",
-    "max_m": "max",
-    "along_m": "along",
-    "across_m": "across",
-    "ahead_m": "ahead",
-}
+HEADS = {name: name.removesuffix("_m").replace("rmse", "RMSE") for name in (*FIGURES, *DIRECTED)}
 """What the figures are called in tables for reading."""
 
 

@@ -6,7 +6,6 @@ clock of its own has to be brought there first, for instance with ``evo_traj --t
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -35,7 +34,8 @@ def tum_text(trajectory: Trajectory) -> str:
     position = np.nan_to_num(trajectory.position_bcs[labelled], nan=0.0)
     orientation = trajectory.orientation_bcs[labelled]
     known = np.isfinite(orientation).all(axis=1, keepdims=True)
-    return _tum_lines(trajectory.time_ns[labelled], position, np.where(known, orientation, NO_TURN))
+    poses = np.column_stack((position, np.where(known, orientation, NO_TURN)))
+    return _timed_lines(trajectory.time_ns[labelled], poses, ".6f")
 
 
 def covariance_text(trajectory: Trajectory) -> str:
@@ -45,32 +45,23 @@ def covariance_text(trajectory: Trajectory) -> str:
     """
     labelled = has_position(trajectory.status)
     entries = trajectory.covariance_bcs[labelled].reshape(-1, 4)[:, (0, 1, 3)]
-    text = io.StringIO()
-    text.write("# time_s xx xy yy (m2)\n")
-    for time, row in zip(trajectory.time_ns[labelled].tolist(), entries.tolist(), strict=True):
-        text.write(f"{_seconds(time)} {' '.join(f'{value:.9g}' for value in row)}\n")
-    return text.getvalue()
+    return "# time_s xx xy yy (m2)\n" + _timed_lines(trajectory.time_ns[labelled], entries, ".9g")
 
 
-def _seconds(time_ns: int) -> str:
-    """Whole nanoseconds digit by digit: as a floating-point number of seconds they would be rounded."""
-    seconds, rest = divmod(time_ns, 1_000_000_000)
-    return f"{seconds}.{rest:09d}"
+def _timed_lines(time_ns: IntArray, values: FloatArray, form: str) -> str:
+    """Lines of times (n,) and numbers (n, c) in a ``form``.
+
+    Times are written digit by digit: as floating-point numbers of seconds whole nanoseconds would be rounded.
+    """
+    times = (divmod(time, 1_000_000_000) for time in time_ns.tolist())
+    rows = (" ".join(format(value, form) for value in row) for row in values.tolist())
+    return "".join(f"{seconds}.{rest:09d} {row}\n" for (seconds, rest), row in zip(times, rows, strict=True))
 
 
 def tum_text_of_truth(truth: Truth) -> str:
     """Write a truth the same way, at height 0 and without turn."""
-    position = np.column_stack((truth.position_bcs, np.zeros(len(truth.time_ns))))
-    return _tum_lines(truth.time_ns, position, np.tile(NO_TURN, (len(truth.time_ns), 1)))
-
-
-def _tum_lines(time_ns: IntArray, position: FloatArray, orientation: FloatArray) -> str:
-    """Lines of times (n,), positions (n, 3), quaternions (n, 4)."""
-    values = np.column_stack((position, orientation))
-    text = io.StringIO()
-    for time, row in zip(time_ns.tolist(), values.tolist(), strict=True):
-        text.write(f"{_seconds(time)} {' '.join(f'{value:.6f}' for value in row)}\n")
-    return text.getvalue()
+    poses = np.column_stack((truth.position_bcs, np.tile((0.0, *NO_TURN), (len(truth.time_ns), 1))))
+    return _timed_lines(truth.time_ns, poses, ".6f")
 
 
 def read_tum(path: Path) -> Truth:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import polars as pl
@@ -12,8 +13,8 @@ import polars as pl
 from vislam2tag.common.errors import SessionError, first_line
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.interpolation import label_by_interpolation
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, with_rows
+from vislam2tag.core.interpolation import Labels, label_by_interpolation
 from vislam2tag.core.limits import MAX_AT_ONCE
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Trajectory
@@ -36,6 +37,10 @@ class TruthKind(StrEnum):
     """A trajectory of the whole walk: the simulator's, or that of another tracking system."""
 
 
+_Known: TypeAlias = tuple[TruthKind, IntArray, FloatArray]
+"""What true positions (n, 2) come from, their times (n,), and they themselves."""
+
+
 @dataclass(frozen=True)
 class PointErrors:
     """True positions and labels of a session at ``n`` times, both in the plane of the session's own floor.
@@ -53,6 +58,12 @@ class PointErrors:
     sigma_m: FloatArray
     heading_rad: FloatArray
     truth_sigma_m: FloatArray
+
+    @classmethod
+    def of(cls, truth: _Known, labels: Labels, velocity_bcs: FloatArray, truth_sigma_m: FloatArray) -> PointErrors:
+        """Compare labels with a truth at their times, passed with these velocities (n, 2), metres per second."""
+        plane, heading = labels.position_bcs[:, :2], heading_of(velocity_bcs)
+        return cls(*truth, plane, labels.sigma_m, heading, truth_sigma_m)
 
     def __post_init__(self) -> None:
         """Raise ValueError where the shapes do not match: a mistake of the program, not of the data."""
@@ -99,15 +110,8 @@ class PointErrors:
 
     def select(self, wanted: BoolArray) -> PointErrors:
         """Keep only the true positions of a mask (n,)."""
-        return PointErrors(
-            self.kind,
-            self.time_ns[wanted],
-            self.truth_bcs[wanted],
-            self.label_bcs[wanted],
-            self.sigma_m[wanted],
-            self.heading_rad[wanted],
-            self.truth_sigma_m[wanted],
-        )
+        names = ("time_ns", "truth_bcs", "label_bcs", "sigma_m", "heading_rad", "truth_sigma_m")
+        return with_rows(self, wanted, *names)
 
 
 def walking_velocity(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArray) -> FloatArray:
@@ -126,14 +130,6 @@ def walking_velocity(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArra
     before, after = np.stack([np.interp(around, knots, position_bcs[:, axis]) for axis in (0, 1)], axis=-1)
     span_s = around[1] - around[0]
     return np.asarray((after - before) / np.where(span_s > 0, span_s, np.nan)[:, None])
-
-
-def walking_heading(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArray) -> FloatArray:
-    """Direction of walking (k,), radians from the BCS x axis, at times (k,) of a path as in :func:`walking_velocity`.
-
-    NaN where the velocity is unknown or below :data:`STANDING_M_S`.
-    """
-    return heading_of(walking_velocity(at_ns, time_ns, position_bcs))
 
 
 def heading_of(velocity_bcs: FloatArray) -> FloatArray:

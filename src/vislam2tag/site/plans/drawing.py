@@ -15,7 +15,7 @@ from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Affine2, Similarity2
+from vislam2tag.core.transforms import Affine2, Similarity2
 from vislam2tag.site.georeference import Georeference, from_wgs84
 from vislam2tag.site.plans.source import Extent, PlanPolygon, PlanSource, PlanText, Point
 

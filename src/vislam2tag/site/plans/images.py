@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw
 
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Affine2
+from vislam2tag.core.transforms import Affine2
 from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, bounds_of
 from vislam2tag.site.plans.source import PlanPolygon, Use
 

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.limits import MAX_FLOOR_M
-from vislam2tag.core.similarity import Affine2
+from vislam2tag.core.transforms import Affine2
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.raster import IMAGES

@@ -1,13 +1,23 @@
-"""Clocks of two recorders of one walk are aligned, or refused with the figures that say why."""
+"""Clocks are aligned, or refused with the figures that say why; the lag of poses is found beside a gyroscope."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.clock_alignment import STAMPS_SIGMA_S, ClockAlignment, _line, align_by_motion
-from vislam2tag.core.clock_by_levels import align_by_levels
+from vislam2tag.core.clocks import (
+    STAMPS_SIGMA_S,
+    ClockAlignment,
+    Heard,
+    _line,
+    align_by_levels,
+    align_by_motion,
+    align_by_taps,
+    best_shift,
+    estimate_pose_lag,
+)
 
 UNIX_S = 1.7e9
 
@@ -117,3 +127,108 @@ def test_what_all_windows_share_is_part_of_sigma() -> None:
     found = align_by_motion(their_ns, theirs, np.round(time_s * 1e9).astype(np.int64), norm)
     assert found.offset_ns is not None
     assert found.sigma_s > STAMPS_SIGMA_S
+
+
+def test_what_is_not_known_of_a_series_is_not_compared() -> None:
+    _, norm = motion(300.0, 4)
+    whole = norm[::10]
+    holed = whole.copy()
+    holed[1000:3000] = np.nan
+    found = best_shift(whole, holed[400:])
+    assert found.shift_s == pytest.approx(400 * 0.05)
+    assert found.correlation == pytest.approx(1.0)
+    assert found.is_clear(0.7)
+    assert not best_shift(whole, np.where(np.isnan(holed), 0.0, np.nan)[:1200]).is_clear(0.0)
+
+
+def levels(seed: int, jitter_s: float, offset_s: float, device_db: float) -> Heard:
+    """What a device hears of 12 access points along a walk of four minutes, in scans of its own every 3 s."""
+    walk = np.random.default_rng(5)
+    places, rng = walk.uniform(0, 200, 12), np.random.default_rng(seed)
+    scan_s = np.arange(rng.uniform(0, 3), 240.0, 3.0)
+    at_m = 200 * np.sin(scan_s / 70) ** 2 + scan_s / 8
+    heard = {}
+    for number, place in enumerate(places):
+        level = np.round(-40 - 25 * np.log10(1 + np.abs(at_m - place)) + rng.normal(0, 3, len(scan_s)) + device_db)
+        stamps = np.round((scan_s + offset_s + rng.uniform(0, jitter_s, len(scan_s))) * 1e9).astype(np.int64)
+        heard[f"ap{number}"] = (np.sort(stamps), level)
+    return heard
+
+
+def test_levels_of_another_device() -> None:
+    found = align_by_levels(levels(1, 0.3, UNIX_S, -6.0), levels(2, 0.3, 800.0, 0.0))
+    assert found.offset_ns is not None
+    error_s = found.offset_ns * 1e-9 - (UNIX_S - 800.0)
+    assert abs(error_s) < 3 * found.sigma_s < 5
+    assert found.figures.startswith("12 access points in common, ")
+
+
+def test_the_same_readings_tell_it_to_ten_milliseconds() -> None:
+    own = levels(2, 0.0, 800.0, 0.0)
+    theirs = {name: (stamps + 123_450_000_000, level) for name, (stamps, level) in own.items()}
+    found = align_by_levels(theirs, own)
+    assert (found.offset_ns, found.sigma_s) == (123_450_000_000, 0.01)
+
+
+def test_levels_that_say_nothing_are_refused_with_their_figure() -> None:
+    rng = np.random.default_rng(3)
+    own = levels(2, 0.0, 800.0, 0.0)
+    flat = {name: (stamps, rng.normal(-60, 1, len(stamps))) for name, (stamps, _) in own.items()}
+    assert "dB apart" in align_by_levels(flat, own).figures
+    assert align_by_levels(flat, own).offset_ns is None
+    assert align_by_levels({"other": own["ap0"]}, own).figures == "no access point was heard by both"
+
+
+OFFSET_NS = 7_300_000_000
+OURS_NS = np.array((1.0, 4.2, 11.9, 30.1, 30.9, 52.4)) * 1e9
+
+
+def test_taps_in_common_tell_the_offset_with_its_sigma() -> None:
+    hands_s = np.array((0.03, -0.02, 0.01, -0.04, 0.02, 0.0))
+    theirs = np.append(OURS_NS + OFFSET_NS + hands_s * 1e9, (3e12, 0.5e12)).astype(np.int64)
+    found = align_by_taps(theirs, OURS_NS.astype(np.int64))
+    assert found.offset_ns is not None
+    assert abs(found.offset_ns - OFFSET_NS) < 30_000_000
+    assert 0.01 <= found.sigma_s < 0.03
+    assert found.figures.startswith("6 taps in common")
+
+
+def test_taps_that_do_not_tell_are_refused_with_their_figures() -> None:
+    ours = OURS_NS.astype(np.int64)
+    few = align_by_taps(ours[:3], ours)
+    assert (few.offset_ns, few.figures) == (None, "3 and 6 taps, 4 of each are needed")
+    even = np.arange(8, dtype=np.int64) * 2_000_000_000
+    alike = align_by_taps(even, even)
+    assert alike.offset_ns is None, "taps as even as a clock fit one later nearly as well"
+    assert alike.figures == "8 taps in common, 7 at the best other offset"
+    other = align_by_taps(np.cumsum(np.array((3, 7, 19, 43, 101))) * 1_000_000_000, ours)
+    assert other.offset_ns is None
+
+
+def recorded(lag_s: float, seconds: float = 60.0) -> tuple[IntArray, FloatArray, IntArray, FloatArray]:
+    """Heading that swings irregularly, logged by a tracker that stamps late and by a gyroscope."""
+    fine = np.arange(0, seconds, 0.005)
+    rng = np.random.default_rng(4)
+    rate = np.convolve(rng.normal(size=len(fine)), np.hanning(120), mode="same") * 0.1
+    heading = np.cumsum(rate) * 0.005
+    frames = np.arange(0.6, seconds - 0.6, 1 / 30)
+    poses = Rotation.from_euler("y", np.interp(frames, fine, heading)[:, None]).as_quat()
+    gyro_s = np.arange(0, seconds, 0.02)
+    gyro = np.column_stack((np.zeros(len(gyro_s)), np.interp(gyro_s, fine, rate), np.zeros(len(gyro_s))))
+    return ((frames + lag_s) * 1e9).astype(np.int64), poses, (gyro_s * 1e9).astype(np.int64), gyro
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.04, 0.25, -0.1])
+def test_lag_is_found_to_a_few_milliseconds(lag_s: float) -> None:
+    assert estimate_pose_lag(*recorded(lag_s)) == pytest.approx(lag_s, abs=0.004)
+
+
+def test_none_where_nothing_overlaps_or_correlates() -> None:
+    time_ns, poses, gyro_ns, gyro = recorded(0.0)
+    assert estimate_pose_lag(time_ns, poses, gyro_ns + 10**12, gyro) is None
+    assert estimate_pose_lag(time_ns, poses, gyro_ns[:10], gyro[:10]) is None
+    assert estimate_pose_lag(time_ns[:0], poses[:0], gyro_ns, gyro) is None
+    noise = np.random.default_rng(0).normal(size=gyro.shape)
+    assert estimate_pose_lag(time_ns, poses, gyro_ns, noise) is None
+    still = np.tile(poses[:1], (len(poses), 1))
+    assert estimate_pose_lag(time_ns, still, gyro_ns, gyro) is None

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.similarity import Affine2, Similarity2, as_complex, as_points
+from vislam2tag.core.transforms import Affine2, Similarity2, as_complex, as_points
 
 coordinates = st.floats(-1e3, 1e3)
 scales = st.floats(1e-3, 1e3)
