@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import Enum
 
 import polars as pl
 
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,8 @@ class Quantity:
 
     def outside(self, file: str, lines: list[int], done: str) -> list[Finding]:
         """Report the 1-based lines whose values are outside the range; ``done`` says what happens to them."""
-        if not lines:
-            return []
         message = f"{self.name} must be {self.range_text}; {done}. Possible cause: {self.cause}. {self.cure}"
-        return [Finding.at_lines(self.kind, file, lines, message, self.severity)]
+        return at_lines_if(self.kind, file, lines, message, self.severity)
 
 
 SIGNAL_STRENGTH = Quantity(
@@ -117,17 +115,14 @@ def level_findings(
     return [lost_sign(file, len(positive), positive, done), *strength.outside(file, rest, done)]
 
 
-def without_absurd_levels(
-    rows: pl.DataFrame, file: str, strength: Quantity = SIGNAL_STRENGTH
-) -> tuple[pl.DataFrame, list[Finding]]:
+def without_absurd_levels(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Make ``rssi_dbm`` null (and float32) where it is out of range, and report these rows."""
-    findings = level_findings(rows, file, "these rows are kept without their level", strength)
-    return rows.with_columns(measured(strength)), findings
+    return rows.with_columns(measured()), level_findings(rows, file, "these rows are kept without their level")
 
 
-def measured(strength: Quantity = SIGNAL_STRENGTH) -> pl.Expr:
+def measured() -> pl.Expr:
     """The column ``rssi_dbm`` (float32), null where it is out of range."""
-    return pl.when(strength.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
+    return pl.when(SIGNAL_STRENGTH.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
 
 
 _OCTETS = (1, 2, 3, 6)
@@ -184,15 +179,16 @@ def _with_dashes(lower: str) -> str | None:
 
 def normal_addresses(column: pl.Series) -> pl.Series:
     """:func:`normal_address` of each name; null stays null."""
-    names = column.unique().drop_nulls()
-    changed = {name: new for name in names if (new := normal_address(name)) != name}
-    return column.replace(old=changed) if changed else column
+    return _in_normal_form(column, normal_address)
 
 
 def normal_uuids(column: pl.Series) -> pl.Series:
     """:func:`normal_uuid` of each text; null stays null."""
-    names = column.unique().drop_nulls()
-    changed = {name: new for name in names if (new := normal_uuid(name)) != name}
+    return _in_normal_form(column, normal_uuid)
+
+
+def _in_normal_form(column: pl.Series, form: Callable[[str], str]) -> pl.Series:
+    changed = {name: new for name in column.unique().drop_nulls() if (new := form(name)) != name}
     return column.replace(old=changed) if changed else column
 
 
@@ -205,11 +201,12 @@ def with_addresses(
     """
     named = rows.with_columns(normal_addresses(rows[column]))
     masked = pl.col(column).is_null() | pl.col(column).is_in(list(MASKED))
-    left_out = named.select("row", column, out=masked if known is None else masked & ~known).filter("out")
+    gone = masked if known is None else masked & ~known
+    left_out = named.filter(gone)
     if left_out.is_empty():
         return named, []
-    kept = named.filter(~masked if known is None else ~masked | known)
-    return kept, [masked_addresses(file, left_out["row"].to_list(), left_out[column].fill_null("").unique().to_list())]
+    names = left_out[column].fill_null("").unique().to_list()
+    return named.filter(~gone), [masked_addresses(file, left_out["row"].to_list(), names)]
 
 
 def masked_addresses(file: str, lines: list[int], names: list[str]) -> Finding:

@@ -20,7 +20,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, longest_
 from vislam2tag.estimation.heights import vertical_span_m
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.settings import SmootherSettings
-from vislam2tag.intake.ids import IdComparison, IdShift, NamedIds, compare_ids, shift_by_geometry
+from vislam2tag.intake.ids import IdComparison, IdShift, compare_ids, shift_by_geometry
 from vislam2tag.sessions.model import Session
 from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
 from vislam2tag.site.model import SessionKey, Site
@@ -322,9 +322,7 @@ def compared_with_logs(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]
         if not table or not seen:
             continue
         elsewhere = len(seen) < len(set(names))
-        one = compare_ids(
-            NamedIds(f"the landmark table of floor {floor}", table), NamedIds("what the phones logged there", seen)
-        )
+        one = compare_ids(table, seen, (f"the landmark table of floor {floor}", "what the phones logged there"))
         if one.differ and (one.pattern is not None or not elsewhere):
             found[floor] = one
     return found

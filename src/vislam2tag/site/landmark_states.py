@@ -21,7 +21,7 @@ from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.intake.ids import NamedIds, compare_ids
+from vislam2tag.intake.ids import compare_ids
 from vislam2tag.site.frame_change import FrameChange
 from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.model import landmark_id
@@ -267,8 +267,8 @@ def planned_twice(file: str, landmarks: Sequence[SurveyedLandmark]) -> list[Find
     line = {one.landmark: one.line for one in landmarks}
     pairs: dict[str, str] = {}
     for measured in series.values():
-        found = compare_ids(NamedIds("planned", tuple(planned)), NamedIds("measured", tuple(measured)))
-        alike = {} if found.pattern is None else found.pattern.mapping
+        pattern = compare_ids(tuple(planned), tuple(measured)).pattern
+        alike = {} if pattern is None else pattern.mapping
         close = sum(measured[one].distance_m(planned[other]) < CLOSE_M for one, other in alike.items())
         if close > len(alike) / 2:
             pairs |= alike

@@ -17,7 +17,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.ids import NamedIds, compare_ids
+from vislam2tag.intake.ids import compare_ids
 from vislam2tag.site.site_table import SiteTable, is_file, read_site_table
 
 ROUTE_FILE = "route.csv"
@@ -54,7 +54,7 @@ def _index(path: Path, table: SiteTable, row: int, ids: Sequence[str]) -> int:
     line, fields = table.rows[row]
     if fields[0] not in ids:
         named = tuple(dict.fromkeys(row[0] for _, row in table.rows))
-        found = compare_ids(NamedIds("refmarker.csv", tuple(ids)), NamedIds("the route", named))
+        found = compare_ids(ids, named, ("refmarker.csv", "the route"))
         counting = "; control points are counted from 0" if ids and set(named) <= _counted_from_one(ids) else ""
         raise SurveyError(
             f"{path}:{line}: there is no control point '{fields[0]}' on this floor: {found.text}{counting}; correct "
