@@ -119,7 +119,7 @@ def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> Oth
     tables, odd = session_tables(timed, path.stem), list[Finding]()
     if "wifi" in tables:
         wifi, odd = admitted(tables["wifi"], "bssid", path.name)
-        tables["wifi"] = mark_repeated(wifi)
+        tables["wifi"] = mark_repeated(wifi, "bssid")
     taps = np.empty(0, dtype=np.int64)
     told = f"a table, {times.interpretation}"
     return OtherRecording(tables, taps, told, asked, rows.height, timed.height, tuple(odd))

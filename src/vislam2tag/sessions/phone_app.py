@@ -12,7 +12,7 @@ import polars as pl
 from pydantic import Field, ValidationError
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, runs_of
 from vislam2tag.core.context import TrackerState
@@ -195,23 +195,24 @@ def phone_camera(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     failure = rows["failure"].cast(pl.Enum(failures)).to_physical().to_numpy().astype(np.int64)
     state = TrackerState(np.asarray(tracking, dtype=bool), rows["part"].to_numpy(), tuple(failures), failure)
     unknown = rows.filter(pl.col("frame_clock") == _UNKNOWN)["row"].to_list()
-    if unknown:
-        message = "the clock of the images is not known: these frames have the time at which they were logged"
-        findings.append(Finding.at_lines("unknown_exposure", file, unknown, message))
-    findings += [*_tracking_lost(camera, state, file), *_restarted(camera, state, file)]
+    message = "the clock of the images is not known: these frames have the time at which they were logged"
+    findings += at_lines_if("unknown_exposure", file, unknown, message)
+    first = np.flatnonzero(np.diff(state.section) != 0) + 1
+    restarted = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
+    findings += _tracking_lost(camera, state, file)
+    findings += at_lines_if("tracking_restarted", file, camera.row[first].tolist(), restarted)
     return replace(camera, state=state, exposure_known=bool(len(rows)) and not unknown), findings
 
 
 def _held(rows: pl.DataFrame) -> pl.DataFrame:
     """Name the pose columns as usual; a frame without tracking gets the pose last tracked in its part, or next."""
     rows = unit_poses(rows)
-    tracking = pl.col("state") == TRACKING
-    pose = pl.col(list(POSE_COLUMNS))
-    held = pl.when(tracking).then(pose).forward_fill().backward_fill().over("part")
+    own = pl.when(pl.col("state") == TRACKING).then(pl.col(list(POSE_COLUMNS)))
+    held = own.forward_fill().backward_fill().over("part")
     at_rest = [pl.lit(1.0 if name == "qw" else 0.0).alias(name) for name in POSE_COLUMNS]
-    filled = rows.with_columns(pl.when(tracking).then(pose).otherwise(held))
+    filled = rows.with_columns(own.otherwise(held))
     return filled.with_columns(
-        pl.when(tracking).then(pl.col(name)).otherwise(pl.coalesce(name, rest)).alias(name)
+        pl.when(pl.col("state") == TRACKING).then(pl.col(name)).otherwise(pl.coalesce(name, rest)).alias(name)
         for name, rest in zip(POSE_COLUMNS, at_rest, strict=True)
     )
 
@@ -228,12 +229,3 @@ def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[
     why = f" for {', '.join(counted)}" if counted else ""
     message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; it splits the walk"
     return [Finding.at_lines("tracking_lost", file, camera.row[lost].tolist(), message)]
-
-
-def _restarted(camera: CameraTrack, state: TrackerState, file: str) -> list[Finding]:
-    """Report the frames at which the tracker began anew."""
-    first = np.flatnonzero(np.diff(state.section) != 0) + 1
-    if not len(first):
-        return []
-    message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
-    return [Finding.at_lines("tracking_restarted", file, camera.row[first].tolist(), message)]

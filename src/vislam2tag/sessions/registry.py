@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import polars as pl
 
@@ -62,15 +62,6 @@ class SessionFormat(Protocol):
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; data problems are findings, only a SessionError may escape."""
-        ...
-
-
-@runtime_checkable
-class TrackFormat(Protocol):
-    """A format that can also read less of a session than the whole."""
-
-    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read poses, landmarks, air pressure and what the walker told; tables may be empty, findings are left out."""
         ...
 
 
@@ -133,15 +124,16 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
 def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
     """Read of a session what its map follows from: whole where it has no poses, or its format knows no shorter way.
 
-    Raises as :func:`read_session`.
+    The shorter way is a format's ``read_track``, which reads poses, landmarks, air pressure and what the walker told;
+    tables may then be empty, and findings are left out. Raises as :func:`read_session`.
     """
     with _readable(ref) as here:
-        known = format_for(here)
-        if isinstance(known, TrackFormat):
-            session = known.read_track(here, settings or FindingSettings())
+        known, settings = format_for(here), settings or FindingSettings()
+        if (shorter := getattr(known, "read_track", None)) is not None:
+            session: Session = shorter(here, settings)
             if session.camera.usable.any():
                 return session
-        return known.read(here, settings or FindingSettings())
+        return known.read(here, settings)
 
 
 @contextmanager

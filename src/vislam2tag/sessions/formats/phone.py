@@ -12,16 +12,13 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.files.plain_files import plain
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Severity, at_lines_if
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import AnchorLog, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions.clocks import (
-    clock_of,
-    pose_lag_of,
-)
+from vislam2tag.sessions.clocks import clock_of, pose_lag_of
 from vislam2tag.sessions.model import Recording, Session
 from vislam2tag.sessions.phone_app import (
     ANCHORS,
@@ -44,10 +41,7 @@ from vislam2tag.sessions.phone_app import (
     phone_camera,
     unit_poses,
 )
-from vislam2tag.sessions.readings import (
-    mark_repeated,
-    pressure_log,
-)
+from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
@@ -82,7 +76,8 @@ def _recognises(folder: Path) -> bool:
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
     record = _record(reading, key)
-    camera = _camera(reading, settings)
+    poses = reading.rows("poses", CAMERA.read, FRAMES)
+    camera = reading.noted(phone_camera(poses, reading.name_of("poses"), settings))
     landmarks = _landmarks(reading, camera)
     anchors = _anchors(reading, camera)
     sensors = reading.readings(SENSORS.read, camera)
@@ -93,13 +88,8 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
     tables |= {name: table for name, table in (("ble", ble), ("rtt", _rtt(reading, camera, clock_ns))) if table.height}
     presses_ns, taps = _presses(reading, camera, clock_ns)
     recording, told_floors = _recording(reading, record, clock_ns)
-    camera = replace(
-        camera,
-        anchors=anchors,
-        told_floors=told_floors,
-        pressure=pressure_log(sensors),
-        pose_lag_s=pose_lag_of(camera, sensors),
-    )
+    pressure, pose_lag_s = pressure_log(sensors), pose_lag_of(camera, sensors)
+    camera = replace(camera, anchors=anchors, told_floors=told_floors, pressure=pressure, pose_lag_s=pose_lag_s)
     session = reading.session(key, camera, landmarks, tables, presses_ns=presses_ns, recording=recording)
     return with_taps(with_fixes(session, reading), reading, taps, reading.name_of("presses"))
 
@@ -139,12 +129,6 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
     return record
 
 
-def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
-    camera, findings = phone_camera(reading.rows("poses", CAMERA.read, FRAMES), reading.name_of("poses"), settings)
-    reading.findings += findings
-    return camera
-
-
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     """Rows that the tracker stands for; one that it does not track, or in a lost frame, counts as lost."""
     file = reading.name_of("landmarks")
@@ -165,8 +149,8 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     """Rows of anchors that are tracked, at usable frames with tracking; None where there are none."""
     rows = unit_poses(reading.rows("anchors", ANCHORS.read, FRAMES, clock_of(camera)))
     rows = rows.filter(pl.col("state") == TRACKING)
-    position, orientation, sound, findings = poses_of(rows, reading.name_of("anchors"))
-    reading.findings += findings
+    position, orientation, sound, odd = poses_of(rows, reading.name_of("anchors"))
+    reading.findings += odd
     frame, _ = frames_of(rows["time_ns"].to_numpy(), camera)
     used = sound & (frame >= 0)
     if camera.state is not None and len(camera.time_ns):
@@ -180,9 +164,9 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
 
 def _rtt(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
     """Ranges to access points; older apps have no such file."""
-    rows, odd = admitted(reading.rows("rtt", RTT.read, ANY, clock_ns), "bssid", reading.name_of("rtt"))
-    reading.findings += odd
-    return reading.on_clock("rtt", mark_repeated(rows.with_columns(responder=pl.col("responder") != 0)), camera)
+    rows = reading.noted(admitted(reading.rows("rtt", RTT.read, ANY, clock_ns), "bssid", reading.name_of("rtt")))
+    rows = mark_repeated(rows.with_columns(responder=pl.col("responder") != 0), "bssid")
+    return reading.on_clock("rtt", rows, camera)
 
 
 def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> tuple[IntArray, pl.DataFrame]:
@@ -218,14 +202,12 @@ def _recording(
         )
         reading.note("scans_refused", file, message, count=recording.scans_refused)
     stopped = rows.filter(pl.col("event") == "scans_stopped")
-    if stopped.height:
-        radios = " and ".join(_RADIOS.get(word, word) for word in stopped["detail"].fill_null("").unique().sort())
-        message = (
-            f"with the screen off the phone brought no {radios} for 90 s and more; walk with the screen on, or free "
-            "the app from battery saving in the phone's settings (Apps, vislam2tag, Battery: unrestricted)"
-        )
-        lines = stopped["row"].to_list()
-        reading.findings.append(Finding.at_lines("scans_stopped", file, lines, message))
+    radios = " and ".join(_RADIOS.get(word, word) for word in stopped["detail"].fill_null("").unique().sort())
+    message = (
+        f"with the screen off the phone brought no {radios} for 90 s and more; walk with the screen on, or free "
+        "the app from battery saving in the phone's settings (Apps, vislam2tag, Battery: unrestricted)"
+    )
+    reading.findings += at_lines_if("scans_stopped", file, stopped["row"].to_list(), message)
     dropped = counts.get("rows_dropped", 0)
     if dropped:
         message = "rows came faster than the phone could write them, and are missing; log at a lower rate"
