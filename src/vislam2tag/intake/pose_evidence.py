@@ -266,10 +266,13 @@ def _in_axes(axes: FloatArray) -> Callable[[Poses], Poses]:
     return lambda poses: replace(poses, position=poses.position @ axes.T, rotation=axes @ poses.rotation @ camera)
 
 
-def _with_positions(matrix: FloatArray | float) -> Callable[[Poses], Poses]:
-    """The positions alone have other axes (3, 3), or another unit, metres."""
-    axes = np.eye(3) * matrix if np.isscalar(matrix) else np.asarray(matrix)
+def _with_positions(axes: FloatArray) -> Callable[[Poses], Poses]:
+    """The positions alone have other axes (3, 3), or another unit."""
     return lambda poses: replace(poses, position=poses.position @ axes.T)
+
+
+def _of_length(metres: float) -> Callable[[Poses], Poses]:
+    return _with_positions(np.eye(3) * metres)
 
 
 def _of_time(seconds: float) -> Callable[[Poses], Poses]:
@@ -310,12 +313,12 @@ CONVENTIONS = (
     ),
     Convention("times are in milliseconds", "Divide them by 1000: seconds are expected.", _of_time(1e-3)),
     Convention("times are in microseconds", "Divide them by 1,000,000: seconds are expected.", _of_time(1e-6)),
-    Convention("lengths are in millimetres", "Divide them by 1000: metres are expected.", _with_positions(1e-3)),
-    Convention("lengths are in centimetres", "Divide them by 100: metres are expected.", _with_positions(1e-2)),
+    Convention("lengths are in millimetres", "Divide them by 1000: metres are expected.", _of_length(1e-3)),
+    Convention("lengths are in centimetres", "Divide them by 100: metres are expected.", _of_length(1e-2)),
     Convention(
         "lengths are in feet",
         "Multiply them by 0.3048: metres are expected.",
-        _with_positions(0.3048),
+        _of_length(0.3048),
         vehicle_alike=True,
     ),
 )

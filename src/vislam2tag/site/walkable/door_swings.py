@@ -11,6 +11,7 @@ from skimage.morphology import skeletonize
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.site.walkable.painted_cells import clearance_px
 from vislam2tag.site.walkable.skeleton import traced
 
 _RADII = 8
@@ -43,8 +44,7 @@ def without_swings(walls: BoolArray, radii: tuple[float, float]) -> BoolArray:
     """Leave out of walls (rows, columns) quarter circles about a hinge with a radius in a range (pixels), and lines
     from their ends to it.
     """
-    off_wall = _distance(~walls)
-    depth = _distance(walls)
+    off_wall, depth = (clearance_px(mask).astype(np.float64) for mask in (~walls, walls))
     erased = np.zeros(walls.shape, dtype=np.uint8)
     for branch in traced(np.argwhere(skeletonize(walls)), CellGrid((0.0, 0.0), 1.0, *walls.shape)).branches.values():
         for swing in _swings_on(branch.line, radii, off_wall):
@@ -57,11 +57,6 @@ def without_swings(walls: BoolArray, radii: tuple[float, float]) -> BoolArray:
                     _erase(erased, leaf[: round(len(leaf) * (1 - _HINGE))], width)
     kept: BoolArray = walls & (erased == 0)
     return kept
-
-
-def _distance(mask: BoolArray) -> FloatArray:
-    """Distance (rows, columns) of each pixel in the mask to the nearest one outside, pixels."""
-    return np.asarray(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float64)
 
 
 def _erase(erased: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], line: FloatArray, width: int) -> None:
@@ -77,11 +72,12 @@ def _ink_along(line: FloatArray, off_wall: FloatArray) -> float:
 
 def _swings_on(line: FloatArray, radii: tuple[float, float], off_wall: FloatArray) -> list[_Swing]:
     """The swings on a line (k, 2), best first, none over another."""
-    found: list[tuple[float, int, int, _Swing]] = []
-    for start, stop in _windows(line, radii).tolist():
-        swing = _swing_through(line[start:stop], radii, off_wall)
-        if swing is not None:
-            found.append((swing.error, start, stop, swing))
+    windows = _windows(line, radii).tolist()
+    found = [
+        (swing.error, start, stop, swing)
+        for start, stop in windows
+        if (swing := _swing_through(line[start:stop], radii, off_wall)) is not None
+    ]
     taken = np.zeros(len(line), dtype=np.bool_)
     kept = []
     for _, start, stop, swing in sorted(found, key=lambda each: each[:3]):
