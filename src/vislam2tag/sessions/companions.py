@@ -100,12 +100,8 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
 
 def _taps(session: Session) -> IntArray:
     """When somebody tapped: presses, or the moments of its fixes."""
-    fixes = [session.presses_ns]
-    if session.geographic_fixes is not None:
-        fixes.append(session.geographic_fixes.time_ns)
-    if session.camera.fixes is not None:
-        fixes.append(session.camera.fixes.time_ns)
-    return np.unique(np.concatenate(fixes))
+    fixes = (session.geographic_fixes, session.camera.fixes)
+    return np.unique(np.concatenate([session.presses_ns, *(each.time_ns for each in fixes if each is not None)]))
 
 
 def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> OtherRecording:
@@ -169,9 +165,8 @@ def _attached(session: Session, name: str, tie: Tie, path: Path) -> Session:
 
 def _records(folder: Path) -> list[FileRecord]:
     """Account of the ties and the recordings, by the names that :func:`companion_hashes` gives them."""
-    records = []
-    for name, sha256 in companion_hashes(folder).items():
-        is_tie = name.endswith(".json")
-        size = len(read_bytes(folder / name)) if is_tie else 0
-        records.append(FileRecord(name, "companion", size, sha256, int(is_tie), int(is_tie)))
-    return records
+    return [
+        FileRecord(name, "companion", len(read_bytes(folder / name)) if is_tie else 0, sha256, is_tie, is_tie)
+        for name, sha256 in companion_hashes(folder).items()
+        for is_tie in (int(name.endswith(".json")),)
+    ]

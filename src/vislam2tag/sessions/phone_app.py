@@ -91,17 +91,11 @@ SIGHTING = "FULL_TRACKING"
 """The tracker's word for a landmark that it sees in this frame."""
 _POSE: Columns = dict.fromkeys(("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw"), pl.Float64)
 
+_WORDS = ("frame_clock", "state", "failure")
 CAMERA = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "frame_clock": pl.String,
-        "part": pl.Int64,
-        "state": pl.String,
-        "failure": pl.String,
-        **_POSE,
-    },
-    required=("time_ns", "frame_clock", "part", "state", "failure"),
-    words=("frame_clock", "state", "failure"),
+    {"time_ns": pl.Int64, "frame_clock": pl.String, "part": pl.Int64, "state": pl.String, "failure": pl.String} | _POSE,
+    required=("time_ns", "part", *_WORDS),
+    words=_WORDS,
     severity=Severity.ERROR,
 )
 LANDMARKS = NamedTable(
@@ -121,42 +115,29 @@ SENSORS = NamedTable(
     required=("time_ns", "sensor"),
     words=("sensor",),
 )
+_LEVEL: Columns = {"rssi_dbm": pl.Float32}
 WIFI = NamedTable(
     {
         "time_ns": pl.Int64,
         "scan": pl.Int32,
         "bssid": pl.String,
         "ssid": pl.String,
-        "rssi_dbm": pl.Float32,
+        **_LEVEL,
         "frequency_mhz": pl.Float32,
     },
     required=("time_ns", "scan", "rssi_dbm", "frequency_mhz"),
     quoted=True,
 )
+_BEACON: Columns = {"uuid": pl.String, "major": pl.Int32, "minor": pl.Int32}
 BLE = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "address": pl.String,
-        "name": pl.String,
-        "uuid": pl.String,
-        "major": pl.Int32,
-        "minor": pl.Int32,
-        "rssi_dbm": pl.Float32,
-    },
+    {"time_ns": pl.Int64, "address": pl.String, "name": pl.String, **_BEACON, **_LEVEL},
     required=("time_ns", "rssi_dbm"),
     quoted=True,
 )
+_RANGE: Columns = dict.fromkeys(("range_m", "range_sigma_m", "rssi_dbm"), pl.Float32)
 RTT = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "bssid": pl.String,
-        "responder": pl.Int32,
-        "range_m": pl.Float32,
-        "range_sigma_m": pl.Float32,
-        "rssi_dbm": pl.Float32,
-        "attempted": pl.Int32,
-        "successful": pl.Int32,
-    },
+    {"time_ns": pl.Int64, "bssid": pl.String, "responder": pl.Int32, **_RANGE}
+    | dict.fromkeys(("attempted", "successful"), pl.Int32),
     required=("time_ns", "responder", "range_m"),
 )
 PRESSES = NamedTable(
@@ -220,12 +201,10 @@ def _held(rows: pl.DataFrame) -> pl.DataFrame:
 def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[Finding]:
     """Report the usable frames without tracking, with the tracker's reasons."""
     lost: BoolArray = camera.usable & ~state.tracking
-    if not lost.any():
-        return []
     spans = runs_of(lost)
     reasons = Counter(filter(None, (state.reason(first, after) for first, after in spans)))
     by_count = sorted(reasons.items(), key=lambda each: (-each[1], each[0]))
     counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in by_count]
     why = f" for {', '.join(counted)}" if counted else ""
     message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; it splits the walk"
-    return [Finding.at_lines("tracking_lost", file, camera.row[lost].tolist(), message)]
+    return at_lines_if("tracking_lost", file, camera.row[lost].tolist(), message)

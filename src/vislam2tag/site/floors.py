@@ -11,7 +11,7 @@ import numpy as np
 from shapely.geometry import Polygon
 
 from vislam2tag.common.files.plain_files import plain, read_json
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.site.georeference import Georeference, georeference_of
 from vislam2tag.site.landmark_file import read_control_points
 from vislam2tag.site.model import ControlPoints, Floor, SessionKey, floor_number
@@ -128,8 +128,7 @@ def read_room_names(root: Path, path: Path | None) -> tuple[list[PlanText], list
         else:
             wrong.append(line)
     message = "these rows have no name, or no x and y in metres; they are left out: correct them"
-    malformed = [Finding.at_lines("malformed_lines", name, wrong, message)] if wrong else []
-    return found, [*table.findings, *malformed]
+    return found, [*table.findings, *at_lines_if("malformed_lines", name, wrong, message)]
 
 
 def names_on_plan(plan: FloorPlan) -> list[PlanText]:
