@@ -37,6 +37,7 @@ from vislam2tag.site.corrections.landmarks import corrected_landmarks, named_by_
 from vislam2tag.site.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.site.model import Floor, SessionRef, Site
 from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.site_table import site_finding
 
 _REFUSED = ("pose_convention", "far_landmarks", "not_level")
 """Kinds of findings that, as errors, keep a session from being mapped."""
@@ -248,7 +249,7 @@ def _damaged_poses(session: Session) -> list[Finding]:
             f"{file} {what}; copy the file from the phone again, or map the session by its inertial sensors with "
             "--strategy dead-reckoning"
         )
-        return [Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)]
+        return [site_finding("no_frames", file, message, Severity.ERROR)]
     return []
 
 

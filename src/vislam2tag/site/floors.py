@@ -117,18 +117,15 @@ def read_room_names(root: Path, path: Path | None) -> tuple[list[PlanText], list
         return [], [unreadable_file(name, error, "rooms keep the names that the plan has")]
     if (problem := table.missing_columns(ROOMS)) is not None:
         return [], [Finding(kind="malformed_header", file=name, count=1, message=problem, lines=table.header_lines)]
-    found, wrong = [], []
+    found: dict[int, PlanText] = {}
     for line, fields in table.rows:
-        try:
+        with suppress(ValueError):
             x, y = (finite_or_none(table.cell(fields, axis)) for axis in ("x", "y"))
-        except ValueError:
-            x = y = None
-        if fields[0] and x is not None and y is not None:
-            found.append(PlanText(fields[0], (x, y)))
-        else:
-            wrong.append(line)
+            if fields[0] and x is not None and y is not None:
+                found[line] = PlanText(fields[0], (x, y))
+    wrong = [line for line, _ in table.rows if line not in found]
     message = "these rows have no name, or no x and y in metres; they are left out: correct them"
-    return found, [*table.findings, *at_lines_if("malformed_lines", name, wrong, message)]
+    return list(found.values()), [*table.findings, *at_lines_if("malformed_lines", name, wrong, message)]
 
 
 def names_on_plan(plan: FloorPlan) -> list[PlanText]:

@@ -26,7 +26,6 @@ from vislam2tag.site.frame_change import FrameChange
 from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import (
-    LineCounts,
     SiteTable,
     finite_or_none,
     number_or_none,
@@ -93,19 +92,13 @@ def read_states(root: Path, folder: Path) -> tuple[dict[str, StateRow], list[Fin
     except OSError as error:
         consequence = "planned positions count as measured"
         return {}, [unreadable_file(path.relative_to(root).as_posix(), error, consequence)]
-    counts = LineCounts(table.file)
-    found: dict[str, StateRow] = {}
-    for line, fields in table.rows:
-        row = _state_row(table, fields)
-        if row is None:
-            counts.add("malformed_lines", line)
-        else:
-            found[row.landmark] = row
+    rows = {line: _state_row(table, fields) for line, fields in table.rows}
+    found = {row.landmark: row for row in rows.values() if row is not None}
     message = (
         f"a row needs the columns {', '.join(COLUMNS)}, with the state planned or measured; these rows are left out, "
         "their landmarks count as measured: correct them"
     )
-    return found, counts.findings({"malformed_lines": message})
+    return found, at_lines_if("malformed_lines", table.file, [line for line in rows if rows[line] is None], message)
 
 
 def _state_row(table: SiteTable, fields: tuple[str, ...]) -> StateRow | None:

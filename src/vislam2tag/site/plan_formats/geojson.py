@@ -46,20 +46,18 @@ def properties_of(feature: Feature) -> Mapping[str, Any]:
 
 def geometries_of(feature: Feature) -> Iterator[tuple[str, Any]]:
     """Yield kind (``Point``, ``LineString``, ``Polygon``) and coordinates of each part of a feature's geometry."""
-    yield from _parts(feature.get("geometry"))
-
-
-def _parts(geometry: object) -> Iterator[tuple[str, Any]]:
-    if not isinstance(geometry, dict):
-        return
-    kind, coordinates = str(geometry.get("type")), geometry.get("coordinates")
-    if kind == "GeometryCollection":
-        for part in geometry.get("geometries") or ():
-            yield from _parts(part)
-    elif kind.startswith("Multi") and isinstance(coordinates, list):
-        yield from ((kind.removeprefix("Multi"), part) for part in coordinates)
-    else:
-        yield kind, coordinates
+    waiting = [feature.get("geometry")]
+    while waiting:
+        geometry = waiting.pop()
+        if not isinstance(geometry, dict):
+            continue
+        kind, coordinates = str(geometry.get("type")), geometry.get("coordinates")
+        if kind == "GeometryCollection":
+            waiting += reversed(list(geometry.get("geometries") or ()))
+        elif kind.startswith("Multi") and isinstance(coordinates, list):
+            yield from ((kind.removeprefix("Multi"), part) for part in coordinates)
+        else:
+            yield kind, coordinates
 
 
 def rings(coordinates: object) -> Rings:
