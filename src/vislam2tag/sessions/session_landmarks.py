@@ -322,7 +322,7 @@ def compared_with_logs(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]
 
 def other_ids_findings(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]) -> list[Finding]:
     """Report floors whose walks logged ids of another kind than the table has."""
-    found = []
+    found: list[Finding] = []
     for one in compared_with_logs(landmarks, logged).values():
         message = f"the ids do not match: {one.text}. Landmarks without a match are unsurveyed: {SAME_IDS}"
         found += finding_if(len(one.unknown), "other_ids", message, severity=Severity.ERROR)

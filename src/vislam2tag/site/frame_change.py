@@ -122,11 +122,12 @@ def estimated_changes(old: Site, new: Site, *, rigid: bool = False, without: Col
     that the new site lacks, or neither has landmarks on, are left out. Raises SurveyError where two sites share fewer
     than two places on a floor, or no floor.
     """
-    found = []
-    for floor in new.floors:
-        known = [each for each in old.floors if each.number == floor.number]
-        if known and len(old.landmarks.on_floor(floor.number).ids):
-            found.append(_estimated(known[0], floor, old.landmarks, new.landmarks, rigid, without))
+    known = {floor.number: floor for floor in old.floors if len(old.landmarks.on_floor(floor.number).ids)}
+    found = [
+        _estimated(known[floor.number], floor, old.landmarks, new.landmarks, rigid, without)
+        for floor in new.floors
+        if floor.number in known
+    ]
     if not found:
         raise SurveyError("the old and the new site share no floor with landmarks; give the change by --by rebase.toml")
     return FrameChanges(floors=tuple(found))

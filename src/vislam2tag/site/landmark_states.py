@@ -291,18 +291,18 @@ def proposals_in(root: Path) -> Proposals:
 
 def perhaps_planned(table: SiteTable, floor: int, known: Collection[str], proposals: Proposals) -> list[Finding]:
     """Report rows of a floor's landmark table that are as a plan left them, except those whose state is ``known``."""
-    names, lines = [], []
-    for line, fields in table.rows:
-        name = landmark_id(fields[0])
-        if name not in known and _is_untouched(table, fields, proposals.get((floor, name))):
-            names.append(name)
-            lines.append(line)
+    untouched = {
+        line: name
+        for line, fields in table.rows
+        if (name := landmark_id(fields[0])) not in known and _is_untouched(table, fields, proposals.get((floor, name)))
+    }
     message = (
-        f"landmarks {names_shown(names)} are where vislam2tag plan proposed them, with the sigmas of a plan; they are "
-        "used as measured positions. If they are not measured yet, do so (vislam2tag register); if someone has, write "
-        f"the true sigma_m into these rows, and the state measured into {STATES_FILE} beside the file"
+        f"landmarks {names_shown(list(untouched.values()))} are where vislam2tag plan proposed them, with the sigmas "
+        "of a plan; they are used as measured positions. If they are not measured yet, do so (vislam2tag register); if "
+        f"someone has, write the true sigma_m into these rows, and the state measured into {STATES_FILE} beside the "
+        "file"
     )
-    return at_lines_if("perhaps_planned", table.file, lines, message)
+    return at_lines_if("perhaps_planned", table.file, list(untouched), message)
 
 
 def nearly_planned(file: str, landmarks: Sequence[SurveyedLandmark], states: States) -> list[Finding]:

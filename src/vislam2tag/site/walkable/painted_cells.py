@@ -163,7 +163,7 @@ def parts_of(mask: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
     left, top, width, height and area, and its longer side, pixels.
     """
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
-    boxes = np.asarray(stats)
+    boxes: IntArray = np.asarray(stats, dtype=np.int64)
     return np.asarray(labels), boxes, boxes[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
 
 
