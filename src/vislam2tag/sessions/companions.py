@@ -32,6 +32,7 @@ from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.model import SessionKey, SessionRef
+from vislam2tag.site.site_table import site_finding
 
 
 @dataclass(frozen=True)
@@ -135,8 +136,8 @@ def with_companions(session: Session, folder: Path) -> Session:
             tie = read_tie(path)
             session = _attached(session, path.stem, tie, tie.path(folder))
         except SessionError as error:
-            file, message = f"{FOLDER}/{path.name}", f"{error}; its readings are missing"
-            problem = Finding(kind="companion_missing", file=file, count=1, message=message, severity=Severity.ERROR)
+            message = f"{error}; its readings are missing"
+            problem = site_finding("companion_missing", f"{FOLDER}/{path.name}", message, Severity.ERROR)
             session = replace(session, findings=(*session.findings, problem))
     return replace(session, files=(*session.files, *_records(folder)))
 
@@ -165,8 +166,9 @@ def _attached(session: Session, name: str, tie: Tie, path: Path) -> Session:
 
 def _records(folder: Path) -> list[FileRecord]:
     """Account of the ties and the recordings, by the names that :func:`companion_hashes` gives them."""
-    return [
-        FileRecord(name, "companion", len(read_bytes(folder / name)) if is_tie else 0, sha256, is_tie, is_tie)
-        for name, sha256 in companion_hashes(folder).items()
-        for is_tie in (int(name.endswith(".json")),)
-    ]
+    records = []
+    for name, sha256 in companion_hashes(folder).items():
+        is_tie = int(name.endswith(".json"))
+        size = len(read_bytes(folder / name)) if is_tie else 0
+        records.append(FileRecord(name, "companion", size, sha256, is_tie, is_tie))
+    return records
