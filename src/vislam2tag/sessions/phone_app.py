@@ -91,70 +91,43 @@ SIGHTING = "FULL_TRACKING"
 """The tracker's word for a landmark that it sees in this frame."""
 _POSE: Columns = dict.fromkeys(("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw"), pl.Float64)
 
-_WORDS = ("frame_clock", "state", "failure")
+_WORDS: Columns = dict.fromkeys(("state", "failure"), pl.String)
+_BEACON: Columns = {"uuid": pl.String, "major": pl.Int32, "minor": pl.Int32, "rssi_dbm": pl.Float32}
+_RANGE: Columns = dict.fromkeys(("range_m", "range_sigma_m", "rssi_dbm"), pl.Float32)
+_COUNTS: Columns = dict.fromkeys(("attempted", "successful"), pl.Int32)
+
 CAMERA = NamedTable(
-    {"time_ns": pl.Int64, "frame_clock": pl.String, "part": pl.Int64, "state": pl.String, "failure": pl.String} | _POSE,
-    required=("time_ns", "part", *_WORDS),
-    words=_WORDS,
+    {"time_ns": pl.Int64, "frame_clock": pl.String, "part": pl.Int64, **_WORDS, **_POSE},
+    required=("part",),
+    words=("frame_clock", *_WORDS),
     severity=Severity.ERROR,
 )
 LANDMARKS = NamedTable(
     {"time_ns": pl.Int64, "id": pl.String, "state": pl.String, "method": pl.String, **_POSE},
-    required=("time_ns", "id", "state", "method"),
+    required=("id",),
     words=("state", "method"),
     quoted=True,
     severity=Severity.ERROR,
 )
-ANCHORS = NamedTable(
-    {"time_ns": pl.Int64, "anchor": pl.Int64, "state": pl.String, **_POSE},
-    required=("time_ns", "anchor", "state"),
-    words=("state",),
-)
+ANCHORS = NamedTable({"time_ns": pl.Int64, "anchor": pl.Int64, "state": pl.String, **_POSE}, ("anchor",), ("state",))
 SENSORS = NamedTable(
-    {"time_ns": pl.Int64, "sensor": pl.String} | dict.fromkeys(SENSOR_VALUES, pl.Float64),
-    required=("time_ns", "sensor"),
-    words=("sensor",),
+    {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}, words=("sensor",)
 )
-_LEVEL: Columns = {"rssi_dbm": pl.Float32}
 WIFI = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "scan": pl.Int32,
-        "bssid": pl.String,
-        "ssid": pl.String,
-        **_LEVEL,
-        "frequency_mhz": pl.Float32,
-    },
-    required=("time_ns", "scan", "rssi_dbm", "frequency_mhz"),
+    {"time_ns": pl.Int64, "scan": pl.Int32, "bssid": pl.String, "ssid": pl.String}
+    | dict.fromkeys(("rssi_dbm", "frequency_mhz"), pl.Float32),
+    required=("scan", "rssi_dbm", "frequency_mhz"),
     quoted=True,
 )
-_BEACON: Columns = {"uuid": pl.String, "major": pl.Int32, "minor": pl.Int32}
-BLE = NamedTable(
-    {"time_ns": pl.Int64, "address": pl.String, "name": pl.String, **_BEACON, **_LEVEL},
-    required=("time_ns", "rssi_dbm"),
-    quoted=True,
-)
-_RANGE: Columns = dict.fromkeys(("range_m", "range_sigma_m", "rssi_dbm"), pl.Float32)
+BLE = NamedTable({"time_ns": pl.Int64, "address": pl.String, "name": pl.String, **_BEACON}, ("rssi_dbm",), quoted=True)
 RTT = NamedTable(
-    {"time_ns": pl.Int64, "bssid": pl.String, "responder": pl.Int32, **_RANGE}
-    | dict.fromkeys(("attempted", "successful"), pl.Int32),
-    required=("time_ns", "responder", "range_m"),
+    {"time_ns": pl.Int64, "bssid": pl.String, "responder": pl.Int32, **_RANGE, **_COUNTS}, ("responder", "range_m")
 )
-PRESSES = NamedTable(
-    {"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, required=("time_ns", "n", "action"), words=("action",)
-)
-TAPS = NamedTable(
-    {**PRESSES.columns, "x_m": pl.Float64, "y_m": pl.Float64, "sigma_m": pl.Float64},
-    required=PRESSES.required,
-    words=PRESSES.words,
-)
+PRESSES = NamedTable({"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, ("n",), ("action",))
+_PLACE: Columns = dict.fromkeys(("x_m", "y_m", "sigma_m"), pl.Float64)
+TAPS = NamedTable({**PRESSES.columns, **_PLACE}, PRESSES.required, PRESSES.words)
 """Presses as apps write them that take taps on the plan, too."""
-EVENTS = NamedTable(
-    {"time_ns": pl.Int64, "event": pl.String, "detail": pl.String},
-    required=("time_ns", "event"),
-    words=("event",),
-    quoted=True,
-)
+EVENTS = NamedTable({"time_ns": pl.Int64, "event": pl.String, "detail": pl.String}, words=("event",), quoted=True)
 
 
 def unit_poses(rows: pl.DataFrame) -> pl.DataFrame:

@@ -232,12 +232,12 @@ _TEXT = r"^[^\x00-\x1f\x7f]*$"
 class NamedTable:
     """A table with a header, of commas: columns are taken by name.
 
-    A row without a value of a ``required`` one is no row; ``words`` are texts of letters, digits and ``_``; ``quoted``
-    says that texts may be anything, in quotes.
+    A row without a value of the first one, a ``required`` one or one of the ``words`` is no row. Words are texts of
+    letters, digits and ``_``; ``quoted`` says that texts may be anything, in quotes.
     """
 
     columns: Columns
-    required: tuple[str, ...]
+    required: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
     quoted: bool = False
     severity: Severity = Severity.WARNING
@@ -311,11 +311,12 @@ class NamedTable:
         return [*casts.values(), pl.when(~wrong).then(_END).alias(_END)]
 
     def _readable(self, table: pl.DataFrame) -> pl.Expr:
-        parts = [pl.col(_END) == _MARK, *(pl.col(name).is_not_null() for name in self.required)]
+        needed = (next(iter(self.columns)), *self.required, *self.words)
+        parts = [pl.col(_END) == _MARK, *(pl.col(name).is_not_null() for name in needed)]
         for name, kind in self.columns.items():
             if kind == pl.String:
                 parts.append(_is_text(table[name], _WORD if name in self.words else _TEXT))
-        parts += [pl.col(name) >= 0 for name in self.required if name.endswith("_ns")]
+        parts += [pl.col(name) >= 0 for name in needed if name.endswith("_ns")]
         return pl.all_horizontal(parts)
 
 

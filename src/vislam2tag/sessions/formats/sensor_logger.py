@@ -75,7 +75,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
 
 def _rows(reading: SessionFiles, role: str, columns: Columns, *needed: str) -> pl.DataFrame:
     """Rows of a file, ``time_ns`` first; none where it is not there."""
-    table = NamedTable({"time": pl.Int64, **columns}, ("time", *needed), quoted=True, page=_PAGE)
+    table = NamedTable({"time": pl.Int64, **columns}, needed, quoted=True, page=_PAGE)
     if not reading.has(role):
         return pl.DataFrame(schema={"row": pl.Int64, "time_ns": pl.Int64, **columns})
     return reading.rows(role, table.read).rename({"time": "time_ns"})
