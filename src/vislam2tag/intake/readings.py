@@ -19,6 +19,7 @@ import polars as pl
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 
 CURE = "Leave such levels out of the file, or write them in dBm."
+_LEVELS = "signal strengths"
 _CAUSE = "0, 127 and -127 stand for 'no value', 100 for 'not heard', or the file has another unit"
 
 
@@ -35,10 +36,8 @@ class LevelRange:
 
     def outside(self, file: str, lines: list[int], done: str) -> list[Finding]:
         """Report the 1-based lines whose values are outside the range; ``done`` says what happens to them."""
-        message = (
-            f"signal strengths must be from {self.least:g} to {self.greatest:g} dBm; {done}. Possible cause: {_CAUSE}. "
-            f"{CURE}"
-        )
+        possible = f"from {self.least:g} to {self.greatest:g} dBm"
+        message = f"{_LEVELS} must be {possible}; {done}. Possible cause: {_CAUSE}. {CURE}"
         return at_lines_if("absurd_levels", file, lines, message)
 
 

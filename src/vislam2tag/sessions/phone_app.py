@@ -151,10 +151,10 @@ def phone_camera(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     unknown = rows.filter(pl.col("frame_clock") == _UNKNOWN)["row"].to_list()
     message = "the clock of the images is not known: these frames have the time at which they were logged"
     findings += at_lines_if("unknown_exposure", file, unknown, message)
-    first = np.flatnonzero(np.diff(state.section) != 0) + 1
-    restarted = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
     findings += _tracking_lost(camera, state, file)
-    findings += at_lines_if("tracking_restarted", file, camera.row[first].tolist(), restarted)
+    first = np.flatnonzero(np.diff(state.section) != 0) + 1
+    message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
+    findings += at_lines_if("tracking_restarted", file, camera.row[first].tolist(), message)
     return replace(camera, state=state, exposure_known=bool(len(rows)) and not unknown), findings
 
 

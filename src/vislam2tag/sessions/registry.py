@@ -313,15 +313,16 @@ def _sessions(root: Path) -> tuple[list[SessionRef], list[Finding]]:
         path = os.fsencode(folder.relative_to(root)).decode("utf-8", errors="replace")
         name = format_of(folder) if packed is None or folder.exists() else None
         if "\ufffd" in path:
-            findings.append(site_finding(_UNRECOGNISED, path, "the folder's name is not UTF-8; left out: rename it"))
+            message = "the folder's name is not UTF-8; left out: rename it"
+            findings.append(site_finding(_UNRECOGNISED, path, message))
         elif name is not None:
             sessions.append(SessionRef(key, folder, name, "", from_outside=_is_from_outside(root, folder)))
             if packed is not None:
                 message = f"is left out: the folder {folder.name} beside it is a session already; remove one of the two"
                 findings.append(site_finding("zipped_session", f"{path}.zip", message))
         elif packed is None:
-            message = "no file of a known session format in it; left out"
-            findings.append(site_finding(_UNRECOGNISED, path, message, Severity.INFO))
+            found = "no file of a known session format in it; left out"
+            findings.append(site_finding(_UNRECOGNISED, path, found, Severity.INFO))
         elif (name := _format_in_zip(root, packed, findings)) is not None:
             outside = _is_from_outside(root, folder, packed)
             sessions.append(SessionRef(key, folder, name, "", packed=packed, from_outside=outside))

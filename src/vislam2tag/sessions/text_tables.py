@@ -269,7 +269,8 @@ class NamedTable:
     def _without_header(self, body: bytes, file: str, missing: Iterable[str]) -> RawTable:
         lines = line_count(body)
         wanted = ", ".join(missing) or "each column once"
-        message = f"the header must name {wanted} ({self.page}); the file is not used: correct its first line"
+        cure = "the file is not used: correct its first line"
+        message = f"the header must name {wanted} ({self.page}); {cure}"
         finding = Finding(
             kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=self.severity, lines=(1,)
         )

@@ -187,19 +187,18 @@ def names_shown(names: Sequence[str]) -> str:
 
 def planned_findings(landmarks: Landmarks, *, use_planned: bool) -> list[Finding]:
     """Report the landmarks of each floor whose positions were only planned, and whether these are used."""
-    used = "used as if measured (--use-planned)"
-    if not use_planned:
-        used = (
-            "not used. Measure them (vislam2tag register, or write measured positions into marker_dict.csv and the "
-            f"state measured into {STATES_FILE}), or use the plan's places with --use-planned"
-        )
     severity = Severity.INFO if use_planned else Severity.WARNING
     found: list[Finding] = []
     for floor in np.unique(landmarks.floor).tolist():
         here = landmarks.on_floor(floor)
+        counts, names = LandmarkCounts.of(here), names_shown(here.planned_ids)
         message = (
-            f"floor {floor} has {LandmarkCounts.of(here)}. The positions of landmarks {names_shown(here.planned_ids)} "
-            f"come from vislam2tag plan and are not measured yet; they are {used}"
+            f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are not "
+            "measured yet; they are used as if measured (--use-planned)"
+            if use_planned
+            else f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are "
+            "not measured yet; they are not used. Measure them (vislam2tag register, or write measured positions into "
+            f"marker_dict.csv and the state measured into {STATES_FILE}), or use the plan's places with --use-planned"
         )
         found += finding_if(len(here.planned_ids), "planned_landmarks", message, severity=severity)
     return found
