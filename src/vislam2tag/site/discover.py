@@ -155,8 +155,10 @@ def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
 
 def site_files(root: Path) -> list[Path]:
     """Files that a site is made of, besides its sessions', sorted: what its labels may follow from."""
-    patterns = _ILC20_SITE_FILES if is_ilc20_site(root) else _SITE_FILES
-    found = {path for pattern in patterns for path in root.glob(pattern)}
+    if is_ilc20_site(root):
+        found = {path for pattern in _ILC20_SITE_FILES for path in root.glob(pattern)}
+    else:
+        found = {path for pattern in _SITE_FILES for path in root.glob(pattern)}
     if has_site_file(root):
         plans = [root / floor.plan.file for floor in read_site_file(root).floors if floor.plan is not None]
         found |= {path for plan in plans for path in ([plan] if plan.is_file() else plan.rglob("*"))}
