@@ -132,13 +132,14 @@ class Network:
             branch = self.branches[number]
             self.remove(number)
             if {branch.first, branch.last} != {node, into}:
-                self.add(*(into if end == node else end for end in (branch.first, branch.last)), branch.line)
+                first, last = (into if end == node else end for end in (branch.first, branch.last))
+                self.add(first, last, branch.line)
         del self.places[node], self._at[node]
         self.places[into] = place
         for number in list(dict.fromkeys(self._at[into])):
             branch = self.branches[number]
-            first, last = ([place[None]] if end == into else [] for end in (branch.first, branch.last))
-            self.replace_line(number, np.vstack((*first, branch.line, *last)))
+            ahead, behind = ([place[None]] if end == into else [] for end in (branch.first, branch.last))
+            self.replace_line(number, np.vstack((*ahead, branch.line, *behind)))
 
     def leaves(self) -> Iterator[tuple[int, int]]:
         """Branches that end at a node where nothing else is, with that node."""
