@@ -15,7 +15,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.datasets.factory import bssid, small_dataset
 from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.privacy import key_name, read_key
-from vislam2tag.intake.readings import SIGNAL_STRENGTH
+from vislam2tag.intake.readings import CURE
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.model_file import load_model, save_model
 
@@ -130,7 +130,7 @@ def test_levels_and_masks_that_locate_leaves_out(place: Path, tmp_path: Path) ->
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "odd.csv", odd))
     assert "masked_addresses: 2 (lines 2, 3)" in done.stderr
     assert "absurd_levels: 2 (lines 4, 5)" in done.stderr
-    assert SIGNAL_STRENGTH.cure in done.stderr
+    assert CURE in done.stderr
     assert "02:00:00:00:00:00, an empty field are no addresses; these rows are left out" in done.stderr.replace(
         "an empty field, 02:00:00:00:00:00", "02:00:00:00:00:00, an empty field"
     )

@@ -23,7 +23,7 @@ from vislam2tag.datasets.annotated_tables import (
 )
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.datasets.privacy import Privacy, hashed
-from vislam2tag.sessions.readings import parse_wifi
+from vislam2tag.sessions.readings import WIFI_LINES
 
 WIFI_HEAD = "id,time,type,ssid,mac,rss,x_coord,y_coord\n"
 
@@ -126,7 +126,7 @@ def test_addresses_and_names_are_hidden() -> None:
 
 def test_a_raw_file_keeps_what_is_not_hidden() -> None:
     data = b"0; 11; WLAN; a; b; c; 00:01; -40\n0;12;WLAN;;00:02;-41,5\ngarbage\n1; 13; WLAN; n\xff; 00:03; -42"
-    rows = parse_wifi(data, "wifi.csv").rows.select("row", "bssid", "ssid")
+    rows = WIFI_LINES.read(data, "wifi.csv").rows.select("row", "bssid", "ssid")
     assert hidden_wifi_file(data, rows).split(b"\n") == [
         b"0; 11; WLAN; a; b; c; 00:01; -40",
         b"0;12;WLAN;;00:02;-41,5",
@@ -140,7 +140,7 @@ def test_a_raw_file_keeps_what_is_not_hidden() -> None:
 @given(ssid=st.text(st.characters(exclude_characters="\n\r", codec="utf-8"), max_size=12))
 def test_what_is_rewritten_reads_back(ssid: str) -> None:
     data = f"5; 77; WLAN; {ssid}; 00:01; -40\n".encode()
-    rows = parse_wifi(data, "wifi.csv").rows
+    rows = WIFI_LINES.read(data, "wifi.csv").rows
     changed = rows.with_columns(bssid=pl.lit("hash"))
-    back = parse_wifi(hidden_wifi_file(data, changed.select("row", "bssid", "ssid")), "wifi.csv").rows
+    back = WIFI_LINES.read(hidden_wifi_file(data, changed.select("row", "bssid", "ssid")), "wifi.csv").rows
     assert back.equals(changed)

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.intake.ids import IdComparison, IdShift, NamedIds, compare_ids, shift_by_geometry
+from vislam2tag.intake.ids import IdComparison, IdShift, compare_ids, shift_by_geometry
 
 NUMBERS = [str(number) for number in range(1, 10)]
 AFFIX = st.text(alphabet="abcDEF_- ", max_size=6)
 
 
 def compared(ours: list[str], theirs: list[str]) -> IdComparison:
-    return compare_ids(NamedIds("the table", tuple(ours)), NamedIds("the phone", tuple(theirs)))
+    return compare_ids(ours, theirs, ("the table", "the phone"))
 
 
 @given(

@@ -15,7 +15,6 @@ from vislam2tag.intake.readings import (
     KINDS,
     SIGNAL_STRENGTH,
     Judgement,
-    Quantity,
     admitted,
     filler_of,
     in_range,
@@ -29,30 +28,21 @@ from vislam2tag.intake.readings import (
     without_absurd_levels,
 )
 
-WALKING_SPEED = Quantity(
-    name="walking speeds",
-    unit="m/s",
-    least=0.0,
-    greatest=3.0,
-    kind="unknown_unit",
-    cause="lengths are in millimetres",
-    cure="Convert the file.",
-)
-
 
 def test_bounds_belong_to_the_range_and_numbers_must_be_finite() -> None:
-    values = pl.Series([-0.1, 0.0, 3.0, 3.1, float("nan"), float("inf"), None])
-    kept = pl.select(WALKING_SPEED.contains(pl.lit(values))).to_series().to_list()
+    values = pl.Series([-126.1, -126.0, -1.0, -0.9, float("nan"), float("inf"), None])
+    kept = pl.select(SIGNAL_STRENGTH.contains(pl.lit(values))).to_series().to_list()
     assert kept == [False, True, True, False, False, False, None]
 
 
 def test_a_finding_names_range_cause_and_cure() -> None:
-    assert WALKING_SPEED.outside("poses.csv", [], "they are not used") == []
-    (finding,) = WALKING_SPEED.outside("poses.csv", [3, 9], "they are not used")
-    assert (finding.kind, finding.file, finding.count, finding.lines) == ("unknown_unit", "poses.csv", 2, (3, 9))
+    assert SIGNAL_STRENGTH.outside("wifi.csv", [], "they are not used") == []
+    (finding,) = SIGNAL_STRENGTH.outside("wifi.csv", [3, 9], "they are not used")
+    assert (finding.kind, finding.file, finding.count, finding.lines) == ("absurd_levels", "wifi.csv", 2, (3, 9))
     assert finding.message == (
-        "walking speeds must be from 0 to 3 m/s; they are not used. Possible cause: lengths are in millimetres. "
-        "Convert the file."
+        "signal strengths must be from -126 to -1 dBm; they are not used. Possible cause: 0, 127 and -127 stand for "
+        "'no value', 100 for 'not heard', or the file has another unit. Leave such levels out of the file, or write "
+        "them in dBm."
     )
 
 

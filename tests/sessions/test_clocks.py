@@ -125,10 +125,3 @@ def test_fixes_of_a_session_without_poses_are_brought_to_ns(
     assert found is not None
     assert abs(found.time_ns - true.time_ns).max() < ns_per_unit
     assert {finding.file for finding in session.findings if finding.kind == "time_unit"} >= {"fixes.csv", sensors.name}
-
-
-def test_tables_in_ns_are_no_finding(tmp_path: Path) -> None:
-    for layout in list(SessionLayout):
-        for without_poses in (False, True):
-            folder = written(tmp_path / f"{layout}{without_poses}", layout, without_poses=without_poses)
-            assert "time_unit" not in {finding.kind for finding in read(folder).findings}

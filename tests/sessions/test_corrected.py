@@ -249,24 +249,6 @@ def test_too_few_are_told_of_what_is_left(survey: Path) -> None:
     assert placed.session.findings == ()
 
 
-def test_a_moved_tap_spoils_labels_until_its_correction_and_undo_brings_that_back(survey: Path, tmp_path: Path) -> None:
-    fixes, at_s = taps(prepared(survey))
-    good = labels(survey, tmp_path)
-    file = session_folder(survey) / "fixes.csv"
-    lines = file.read_text(encoding="utf-8").splitlines()
-    right = fixes.position_bcs[1].tolist()
-    wrong = [
-        f"{fixes.time_ns[1]}; {right[0] + 6}; {right[1]}" if str(fixes.time_ns[1]) in line else line for line in lines
-    ]
-    assert wrong != lines
-    file.write_text("\n".join(wrong) + "\n", encoding="utf-8")
-    assert np.nanmax(np.abs(labels(survey, tmp_path) - good)) > 1
-    (survey / "corrections.toml").write_text(entry(survey, round(at_s[1], 2), right), encoding="utf-8")
-    assert labels(survey, tmp_path) == pytest.approx(good, abs=1e-6, nan_ok=True)
-    (survey / "corrections.toml").unlink()
-    assert np.nanmax(np.abs(labels(survey, tmp_path) - good)) > 1
-
-
 def test_a_walk_without_any_tap_is_walked_from_those_that_are_placed(survey: Path, tmp_path: Path) -> None:
     fixes, at_s = taps(prepared(survey))
     good = labels(survey, tmp_path)

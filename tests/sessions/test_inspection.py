@@ -39,14 +39,6 @@ def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> 
     assert finding.message.startswith("landmarks 7 were seen")
 
 
-def test_a_landmark_that_only_another_floor_has_is_a_finding(tmp_path: Path) -> None:
-    write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n3,1,1\n"})
-    session = inspect_survey(tmp_path).sessions[2]
-    assert session.landmarks_surveyed == 1
-    kinds = [finding.kind for finding in session.findings]
-    assert kinds == ["poses_not_judged", "missing_control_points", "landmark_of_other_floor"]
-
-
 def test_ids_that_clash_over_the_floors_walked_fail_the_session(tmp_path: Path) -> None:
     write_survey(
         tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n3,9,9\n", "floor_1/marker_dict.csv": "id,x,y\n10,1,1\n7,2,2\n"}

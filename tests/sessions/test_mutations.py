@@ -13,12 +13,12 @@ from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.clocks import clock_mismatch
 from vislam2tag.sessions.readings import (
+    BEACON,
     BLE_LINES,
     SENSOR_SCHEMA,
+    WIFI_LINES,
     ble_findings,
     mark_repeated,
-    mark_repeated_ble,
-    parse_wifi,
     sensor_table,
     wifi_findings,
 )
@@ -69,8 +69,8 @@ def read_sensors(data: bytes) -> RawTable:
 
 
 def read_wifi(data: bytes) -> RawTable:
-    table = parse_wifi(data, "wifi.csv")
-    rows = mark_repeated(table.rows)
+    table = WIFI_LINES.read(data, "wifi.csv")
+    rows = mark_repeated(table.rows, "bssid")
     wifi_findings(rows, "wifi.csv", SETTINGS)
     assert rows["time_ns"].min() is None or rows["time_ns"].to_numpy().min() >= 0
     return table
@@ -78,7 +78,7 @@ def read_wifi(data: bytes) -> RawTable:
 
 def read_ble(data: bytes) -> RawTable:
     table = BLE_LINES.read(data, "ble.csv")
-    ble_findings(mark_repeated_ble(table.rows), "ble.csv")
+    ble_findings(mark_repeated(table.rows, *BEACON), "ble.csv")
     identity = table.rows.select(pl.sum_horizontal(pl.col("uuid", "major", "minor").is_null())).to_series()
     assert identity.is_in([0, 3]).all()
     return table

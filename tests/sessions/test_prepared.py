@@ -17,13 +17,7 @@ from vislam2tag.core.context import TrackerState
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import Similarity2
-from vislam2tag.sessions.prepared import (
-    PreparedSession,
-    SessionTask,
-    prepared_session,
-    prepared_track,
-    press_findings,
-)
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session, prepared_track, press_findings
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.model import ControlPoints, Floor, Site

@@ -17,14 +17,13 @@ from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import (
+    BEACON,
     BLE_LINES,
     SENSOR_SCHEMA,
     WIFI_LINES,
     ble_findings,
     mark_repeated,
-    mark_repeated_ble,
     median_scan_interval_s,
-    parse_wifi,
     repeated_scans,
     sensor_table,
     wifi_findings,
@@ -103,7 +102,7 @@ def test_a_shifted_clock_shifts_the_barometer(tmp_path: Path) -> None:
 
 
 def parse(*lines: str) -> RawTable:
-    return parse_wifi(to_bytes(list(lines)), "wifi.csv")
+    return WIFI_LINES.read(to_bytes(list(lines)), "wifi.csv")
 
 
 def test_columns_units_and_types() -> None:
@@ -135,7 +134,7 @@ def test_columns_units_and_types() -> None:
 def test_an_ssid_may_be_anything(ssid: str) -> None:
     for separator, newline in product(("; ", ";"), ("\n", "\r\n")):
         line = wifi_line(1, 0, "SSID").replace("; ", separator).replace("SSID", ssid)
-        table = parse_wifi(f"{line}{newline}".encode(), "wifi.csv")
+        table = WIFI_LINES.read(f"{line}{newline}".encode(), "wifi.csv")
         assert table.rows["ssid"].to_list() == [ssid]
         assert table.rows["bssid"].to_list() == ["aa:bb:cc:dd:ee:00"]
         assert not table.findings
@@ -156,7 +155,7 @@ def test_levels_that_no_radio_measures_are_null_and_reported() -> None:
 
 def test_undecodable_bytes_are_replaced_and_reported() -> None:
     lines = [wifi_line(1, 0), wifi_line(1, 1, "caf??"), wifi_line(1, 2, "\ufffd")]
-    table = parse_wifi(to_bytes(lines).replace(b"caf??", b"caf\xe9\xff"), "wifi.csv")
+    table = WIFI_LINES.read(to_bytes(lines).replace(b"caf??", b"caf\xe9\xff"), "wifi.csv")
     assert table.rows["ssid"].to_list() == ["eduroam", "caf\ufffd\ufffd", "\ufffd"]
     assert [(finding.kind, finding.lines) for finding in table.findings] == [("undecodable_text", (2,))]
 
@@ -164,7 +163,7 @@ def test_undecodable_bytes_are_replaced_and_reported() -> None:
 def test_stale_rows_are_marked_across_scans_and_reported() -> None:
     fresh = [wifi_line(1, reading) for reading in range(3)]
     stale = ["2" + line[1:] for line in fresh[:2]]
-    rows = mark_repeated(parse(*fresh, *stale, wifi_line(2, 0)).rows)
+    rows = mark_repeated(parse(*fresh, *stale, wifi_line(2, 0)).rows, "bssid")
     assert rows["repeated"].to_list() == [False, False, False, True, True, False]
     findings = wifi_findings(rows, "wifi.csv", FindingSettings())
     assert [(finding.kind, finding.lines) for finding in findings] == [("stale_wifi_rows", (4, 5))]
@@ -172,13 +171,13 @@ def test_stale_rows_are_marked_across_scans_and_reported() -> None:
 
 def test_one_access_point_at_two_times_and_two_at_one_time_are_not_stale() -> None:
     lines = ("1; 5; WLAN; n; aa; -50", "1; 5; WLAN; n; bb; -50", "1; 6; WLAN; n; aa; -50")
-    assert not mark_repeated(parse(*lines).rows)["repeated"].any()
+    assert not mark_repeated(parse(*lines).rows, "bssid")["repeated"].any()
 
 
 def scans_every(interval_s: float, count: int = 5) -> pl.DataFrame:
     time_us = [START_NS // 1000 + round(scan * interval_s * 1e6) for scan in range(count)]
     lines = [f"{scan}; {t + late}; WLAN; n; {late:02x}; -50" for scan, t in enumerate(time_us) for late in (700, 0)]
-    return mark_repeated(parse(*lines).rows)
+    return mark_repeated(parse(*lines).rows, "bssid")
 
 
 def test_throttled_scanning_is_reported_with_its_interval() -> None:
@@ -279,14 +278,15 @@ def test_undecodable_names_and_cut_lines() -> None:
 
 
 def test_an_advertisement_counts_once() -> None:
-    rows = mark_repeated_ble(
+    rows = mark_repeated(
         parsed_ble(
             f"1; {SENDER}; a; -50",
             f"1; {SENDER}; a; -52",
             f"2; {SENDER}; a; -50",
             f"1; {SENDER}; a; -50; {UUID}; 1; 1",
             "1; aa; a; -50",
-        ).rows
+        ).rows,
+        *BEACON,
     )
     assert rows["repeated"].to_list() == [False, True, False, False, False]
     assert [(finding.kind, finding.lines) for finding in ble_findings(rows, "ble.csv")] == [("repeated_rows", (2,))]

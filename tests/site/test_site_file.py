@@ -15,14 +15,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.site.georeference import georeference_of, to_wgs84
 from vislam2tag.site.plans.source import Extent, PlanSource, ScaleDistance, ScalePoint
-from vislam2tag.site.site_file import (
-    FloorPart,
-    GeoreferencePart,
-    Relation,
-    SiteFile,
-    read_site_file,
-    site_file_text,
-)
+from vislam2tag.site.site_file import FloorPart, GeoreferencePart, Relation, SiteFile, read_site_file, site_file_text
 
 metres = st.floats(-1e5, 1e5)
 lengths = st.floats(0.01, 1e5)

@@ -62,6 +62,13 @@ def finding_if(
     return (Finding(kind=kind, file=file, count=count, message=message, severity=severity),) if count else ()
 
 
+def at_lines_if(
+    kind: FindingKind, file: str, lines: list[int], message: str, severity: Severity = Severity.WARNING
+) -> list[Finding]:
+    """Report the 1-based lines concerned, if there are any."""
+    return [Finding.at_lines(kind, file, lines, message, severity)] if lines else []
+
+
 def count_of(severity: Severity, findings: Iterable[Finding]) -> int:
     """How many findings are of a severity."""
     return sum(finding.severity is severity for finding in findings)

@@ -26,7 +26,7 @@ from vislam2tag.datasets.format_registry import ExportFormat, ImportContext, Imp
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.datasets.point_fingerprints import NO_NAMES, PointFingerprints, floor_infos, point_dataset
 from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
-from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, Quantity
+from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, LevelRange
 
 LEVELS = "rss"
 """Role of the file of levels; the only one where a name has no group ``role``."""
@@ -137,7 +137,7 @@ class FingerprintTables:
     by_folder: bool = False
     """Whether walks of one name in different folders are different walks."""
     not_heard: float = NOT_HEARD
-    strength: Quantity = SIGNAL_STRENGTH
+    strength: LevelRange = SIGNAL_STRENGTH
     lone_part: bool = True
     """Whether a training or test set alone makes a split."""
     recognised_by: re.Pattern[str] | None = None

@@ -30,7 +30,7 @@ from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.datasets.privacy import counted_without
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, RTT, SCHEMAS, UNITS
-from vislam2tag.intake.readings import MASKED, Quantity, level_findings, masked_addresses, normal_address, strength_of
+from vislam2tag.intake.readings import MASKED, LevelRange, level_findings, masked_addresses, normal_address, strength_of
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 from vislam2tag.site.links import CURE, outside_link
 
@@ -65,7 +65,7 @@ def with_rules(dataset: Dataset) -> Dataset:
     return replace(dataset, info=dataset.info.model_copy(update={"findings": findings}), tables=tables)
 
 
-def _kept(strength: Quantity) -> pl.Expr:
+def _kept(strength: LevelRange) -> pl.Expr:
     return strength.contains(pl.col("rssi_dbm").cast(pl.Float64)).fill_null(value=True)
 
 
@@ -73,7 +73,7 @@ def _named(table: pl.LazyFrame, names: dict[str, str]) -> pl.LazyFrame:
     return table.with_columns(pl.col("bssid").replace(old=names)) if names else table
 
 
-def _findings(gone: pl.DataFrame, count: int, strength: Quantity) -> list[Finding]:
+def _findings(gone: pl.DataFrame, count: int, strength: LevelRange) -> list[Finding]:
     masked = gone.filter(pl.col("bssid").is_in(list(MASKED)))
     found = level_findings(gone.filter(~pl.col("bssid").is_in(list(MASKED))), FILE, _DONE, strength, count)
     if masked.height:

@@ -18,7 +18,7 @@ from vislam2tag.intake.readings import (
     NOT_HEARD,
     SIGNAL_STRENGTH,
     Judgement,
-    Quantity,
+    LevelRange,
     all_heard,
     filler_found,
     filler_of,
@@ -36,7 +36,7 @@ class LevelRules:
 
     not_heard: float = NOT_HEARD
     """The level that the format states for "not heard"."""
-    strength: Quantity = SIGNAL_STRENGTH
+    strength: LevelRange = SIGNAL_STRENGTH
     said: float | None = None
     """The level that the user says stands for "not heard"; no other is looked for then."""
 

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from os.path import commonprefix
 
 import numpy as np
 
@@ -21,20 +22,6 @@ _PADDED = re.compile(r"(?<!\d)0+(?=\d)")
 _SEPARATOR = re.compile(r"[\s_.-]+")
 _MAX_AFFIX = 40
 """Letters of a prefix or suffix that is looked for."""
-
-
-@dataclass(frozen=True)
-class NamedIds:
-    """A set of ids and what a message calls it: ``the landmark table of floor 1``."""
-
-    name: str
-    ids: tuple[str, ...]
-
-    @property
-    def text(self) -> str:
-        """How many they are and the first few: ``the landmark table of floor 1 has 9 ids (1, 2, 3, 4, 5, ...)``."""
-        more = ", ..." if len(self.ids) > _SHOWN else ""
-        return f"{self.name} has {len(self.ids)} ids ({', '.join(self.ids[:_SHOWN])}{more})"
 
 
 @dataclass(frozen=True)
@@ -57,8 +44,10 @@ class IdPattern:
 class IdComparison:
     """What two sets of ids have in common. ``ours`` is the reference, as a rule a table of the survey."""
 
-    ours: NamedIds
-    theirs: NamedIds
+    names: tuple[str, str]
+    """What a message calls the two sets: ``the landmark table of floor 1``."""
+    ours: tuple[str, ...]
+    theirs: tuple[str, ...]
     agree: tuple[str, ...]
     unknown: tuple[str, ...]
     """Those of theirs that are not among ours."""
@@ -75,26 +64,29 @@ class IdComparison:
 
     @property
     def text(self) -> str:
-        """Both sets, how many ids agree, and the pattern."""
+        """Both sets with their first few ids, how many ids agree, and the pattern."""
+        sets = [
+            f"{name} has {len(ids)} ids ({', '.join(ids[:_SHOWN])}{', ...' if len(ids) > _SHOWN else ''})"
+            for name, ids in zip(self.names, (self.ours, self.theirs), strict=True)
+        ]
         agree = f"{len(self.agree)} of them agree" if self.agree else "none of them agree"
-        pattern = (
-            "no single pattern maps one to the other"
-            if self.pattern is None
-            else f"the pattern is: {self.pattern.text}"
-        )
-        return f"{self.ours.text}, {self.theirs.text}; {agree}; {pattern}"
+        pattern = "no single pattern maps one to the other"
+        if self.pattern is not None:
+            pattern = f"the pattern is: {self.pattern.text}"
+        return f"{', '.join(sets)}; {agree}; {pattern}"
 
 
-def compare_ids(ours: NamedIds, theirs: NamedIds) -> IdComparison:
+def compare_ids(
+    ours: Sequence[str], theirs: Sequence[str], names: tuple[str, str] = ("the table", "the log")
+) -> IdComparison:
     """Compare two sets of ids and look for the pattern that maps the unknown ones of theirs to ours."""
-    known = set(ours.ids)
-    agree = tuple(name for name in theirs.ids if name in known)
-    unknown = tuple(name for name in theirs.ids if name not in known)
-    free = tuple(name for name in ours.ids if name not in set(agree))
+    known, there = set(ours), set(theirs)
+    agree, unknown = (tuple(name for name in theirs if (name in known) is same) for same in (True, False))
+    free = tuple(name for name in ours if name not in there)
     pattern = None
     if len(unknown) >= MIN_UNKNOWN and free:
         pattern = max(_patterns(unknown, free, every=not agree), key=lambda one: len(one.mapping), default=None)
-    return IdComparison(ours, theirs, agree, unknown, pattern)
+    return IdComparison(names, tuple(ours), tuple(theirs), agree, unknown, pattern)
 
 
 def _patterns(theirs: Sequence[str], ours: Sequence[str], *, every: bool) -> Iterator[IdPattern]:
@@ -102,21 +94,13 @@ def _patterns(theirs: Sequence[str], ours: Sequence[str], *, every: bool) -> Ite
 
     Without ``every``, those alone that can hardly hold by chance if some ids of both sets agree already.
     """
-    plain: list[tuple[str, Callable[[str], str]]] = [
-        ("upper and lower case or separators", _without_case),
-        ("zero padding", _without_padding),
-        ("upper and lower case, separators or zero padding", lambda name: _without_case(_without_padding(name))),
-    ]
-    for kind, form in plain:
+    for kind, form in _PLAIN.items():
         yield from _explained(kind, theirs, ours, form, form)
-    for ahead, behind in _affixes(theirs):
-        yield from _affix_pattern(theirs, ours, (ahead, behind), ("", ""))
-    for ahead, behind in _affixes(ours):
-        yield from _affix_pattern(theirs, ours, ("", ""), (ahead, behind))
+    own, other = _affixes(theirs), _affixes(ours)
+    pairs = [*((affix, _NO_AFFIX) for affix in own), *((_NO_AFFIX, affix) for affix in other)]
+    for one, another in pairs + [(one, another) for one in own for another in other if every]:
+        yield from _explained("other prefix or suffix", theirs, ours, _without_affix(one), _without_affix(another))
     if every:
-        for own in _affixes(theirs):
-            for other in _affixes(ours):
-                yield from _affix_pattern(theirs, ours, own, other)
         yield from _shifted(theirs, ours)
 
 
@@ -128,35 +112,33 @@ def _without_padding(name: str) -> str:
     return _PADDED.sub("", name)
 
 
-def _affix_pattern(
-    theirs: Sequence[str], ours: Sequence[str], own: tuple[str, str], other: tuple[str, str]
-) -> Iterator[IdPattern]:
-    def form(affix: tuple[str, str]) -> Callable[[str], str]:
-        def core(name: str) -> str:
-            inner = name[len(affix[0]) : len(name) - len(affix[1])]
-            fits = name.startswith(affix[0]) and name.endswith(affix[1]) and inner
-            return _without_padding(inner) if fits else ""
+_PLAIN: Mapping[str, Callable[[str], str]] = {
+    "upper and lower case or separators": _without_case,
+    "zero padding": _without_padding,
+    "upper and lower case, separators or zero padding": lambda name: _without_case(_without_padding(name)),
+}
+"""What may differ, and the form in which it does not."""
+_NO_AFFIX = ("", "")
 
-        return core
 
-    yield from _explained("other prefix or suffix", theirs, ours, form(own), form(other))
+def _without_affix(affix: tuple[str, str]) -> Callable[[str], str]:
+    """What brings names with a prefix and a suffix to the form without both; empty for other names."""
+
+    def core(name: str) -> str:
+        inner = name[len(affix[0]) : len(name) - len(affix[1])]
+        return _without_padding(inner) if name.startswith(affix[0]) and name.endswith(affix[1]) else ""
+
+    return core
 
 
 def _affixes(names: Sequence[str]) -> list[tuple[str, str]]:
     """Prefixes and suffixes that all names share, the longest first; digits and parts of them belong to the id."""
-    ahead = _shared_start(names)[:_MAX_AFFIX]
-    behind = _shared_start([name[::-1] for name in names])[:_MAX_AFFIX][::-1]
+    ahead = commonprefix(names)[:_MAX_AFFIX]  # noqa: RUF071 - ids are no paths
+    behind = commonprefix([name[::-1] for name in names])[:_MAX_AFFIX][::-1]  # noqa: RUF071
     heads = [ahead[:length] for length in range(len(ahead), -1, -1) if not ahead[:length][-1:].isdigit()]
     tails = [behind[start:] for start in range(len(behind) + 1) if not behind[start:][:1].isdigit()]
     pairs = [(heads[0], tails[0]), *((head, "") for head in heads), *(("", tail) for tail in tails)]
-    return [pair for pair in dict.fromkeys(pairs) if pair != ("", "")]
-
-
-def _shared_start(names: Sequence[str]) -> str:
-    """The letters with which all names start."""
-    least, most = min(names), max(names)
-    length = next((i for i, (one, other) in enumerate(zip(least, most, strict=False)) if one != other), len(least))
-    return least[:length]
+    return [pair for pair in dict.fromkeys(pairs) if pair != _NO_AFFIX]
 
 
 def _explained(

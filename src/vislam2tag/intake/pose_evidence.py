@@ -9,6 +9,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import InertialLog
+from vislam2tag.core.orientation import rotated
 
 FRAME_S = 0.1
 """Frames are thinned out to this distance in time: walks need no closer look."""
@@ -183,13 +184,8 @@ def _seconds(time_ns: IntArray, start_ns: int) -> FloatArray:
 
 def matrices(orientation: FloatArray) -> FloatArray:
     """Rotation matrices (n, 3, 3) of unit quaternions (n, 4), x, y, z, w."""
-    x, y, z, w = orientation.T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    axes = np.broadcast_to(np.eye(3)[:, None], (3, len(orientation), 3))
+    return np.stack([rotated(orientation, axis) for axis in axes], axis=-1)
 
 
 def turn_rates(poses: Poses) -> FloatArray:
@@ -211,17 +207,13 @@ def _mean(time_s: FloatArray, values: FloatArray, first: FloatArray, last: Float
     return np.column_stack(columns) / (last - first)[:, None]
 
 
-def _length(vectors: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.norm(vectors, axis=-1))
-
-
 def _ahead(look: FloatArray, step: FloatArray) -> float:
     """Mean cosine between the horizontal parts of directions (k, 3), each step weighted by its length."""
     look, step = look[:, (0, 2)], step[:, (0, 2)]
     weight = np.linalg.norm(step, axis=1)
     size = np.linalg.norm(look, axis=1) * weight
     known = size > 0
-    if not known.any() or _length(look[known].mean(axis=0)) > _UNTURNED * _length(look[known]).max():
+    if not known.any() or np.linalg.norm(look[known].mean(axis=0)) > _UNTURNED * np.hypot(*look[known].T).max():
         return float("nan")
     return float(np.average(np.sum(look * step, axis=1)[known] / size[known], weights=weight[known]))
 
@@ -274,12 +266,13 @@ def _in_axes(axes: FloatArray) -> Callable[[Poses], Poses]:
     return lambda poses: replace(poses, position=poses.position @ axes.T, rotation=axes @ poses.rotation @ camera)
 
 
-def _positions_in_axes(axes: FloatArray) -> Callable[[Poses], Poses]:
+def _with_positions(axes: FloatArray) -> Callable[[Poses], Poses]:
+    """The positions alone have other axes (3, 3), or another unit."""
     return lambda poses: replace(poses, position=poses.position @ axes.T)
 
 
 def _of_length(metres: float) -> Callable[[Poses], Poses]:
-    return lambda poses: replace(poses, position=poses.position * metres)
+    return _with_positions(np.eye(3) * metres)
 
 
 def _of_time(seconds: float) -> Callable[[Poses], Poses]:
@@ -288,24 +281,9 @@ def _of_time(seconds: float) -> Callable[[Poses], Poses]:
 
 def _real_part_first(poses: Poses) -> Poses:
     """Rotations of quaternions whose four numbers were read in the order x, y, z, w."""
-    return replace(poses, rotation=matrices(_quaternions(poses.rotation)[:, (1, 2, 3, 0)]))
+    from scipy.spatial.transform import Rotation  # a quarter of a second, which only odd poses take
 
-
-def _quaternions(rotation: FloatArray) -> FloatArray:
-    """Unit quaternions (n, 4), x, y, z, w, of rotation matrices (n, 3, 3)."""
-    trace = np.trace(rotation, axis1=1, axis2=2)
-    diagonal = np.diagonal(rotation, axis1=1, axis2=2)
-    # The outer product of a quaternion with itself, times 4: its longest column is the quaternion, up to its length.
-    outer = np.empty((len(rotation), 4, 4))
-    symmetric = rotation + rotation.transpose(0, 2, 1)
-    skew = rotation - rotation.transpose(0, 2, 1)
-    outer[:, :3, :3] = symmetric
-    outer[:, range(3), range(3)] = 1 + 2 * diagonal - trace[:, None]
-    outer[:, 3, 3] = 1 + trace
-    real = np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=1)
-    outer[:, 3, :3] = outer[:, :3, 3] = real
-    longest = outer[np.arange(len(rotation)), np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)]
-    return np.asarray(longest / np.linalg.norm(longest, axis=1, keepdims=True))
+    return replace(poses, rotation=matrices(Rotation.from_matrix(poses.rotation).as_quat()[:, (1, 2, 3, 0)]))
 
 
 CONVENTIONS = (
@@ -315,12 +293,12 @@ CONVENTIONS = (
     Convention(
         "the z axis of the positions, but not of the orientations, points up",
         "Write the positions as x, z, -y: the y axis must point up.",
-        _positions_in_axes(_Z_UP),
+        _with_positions(_Z_UP),
     ),
     Convention(
         "y and z of the positions are exchanged",
         "Exchange them: the y axis must point up.",
-        _positions_in_axes(_SWAP),
+        _with_positions(_SWAP),
     ),
     Convention(
         "the frame is left-handed, as Unity's",

@@ -10,58 +10,38 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import Enum
 
 import polars as pl
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
+
+CURE = "Leave such levels out of the file, or write them in dBm."
+_LEVELS = "signal strengths"
+_CAUSE = "0, 127 and -127 stand for 'no value', 100 for 'not heard', or the file has another unit"
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A quantity with the range in which a value can be true; both bounds are included."""
+class LevelRange:
+    """The range, dBm, in which a signal strength can be true; both bounds are included."""
 
-    name: str
-    """In the plural, as a message names it: ``signal strengths``."""
-    unit: str
     least: float
     greatest: float
-    kind: FindingKind
-    cause: str
-    """What values outside the range usually come from, a clause: ``the sign was lost, or ...``."""
-    cure: str
-    """What to do, a clause: ``correct the file``."""
-    severity: Severity = Severity.WARNING
 
     def contains(self, values: pl.Expr) -> pl.Expr:
         """Whether values are finite and in the range; null stays null."""
         return values.is_finite() & values.is_between(self.least, self.greatest)
 
-    @property
-    def range_text(self) -> str:
-        """The range in words: ``from -126 to -1 dBm``."""
-        return f"from {self.least:g} to {self.greatest:g} {self.unit}"
-
     def outside(self, file: str, lines: list[int], done: str) -> list[Finding]:
         """Report the 1-based lines whose values are outside the range; ``done`` says what happens to them."""
-        if not lines:
-            return []
-        message = f"{self.name} must be {self.range_text}; {done}. Possible cause: {self.cause}. {self.cure}"
-        return [Finding.at_lines(self.kind, file, lines, message, self.severity)]
+        possible = f"from {self.least:g} to {self.greatest:g} dBm"
+        message = f"{_LEVELS} must be {possible}; {done}. Possible cause: {_CAUSE}. {CURE}"
+        return at_lines_if("absurd_levels", file, lines, message)
 
 
-SIGNAL_STRENGTH = Quantity(
-    name="signal strengths",
-    unit="dBm",
-    least=-126.0,
-    greatest=-1.0,
-    kind="absurd_levels",
-    cause="0, 127 and -127 stand for 'no value', 100 for 'not heard', or the file has another unit",
-    cure="Leave such levels out of the file, or write them in dBm.",
-)
+SIGNAL_STRENGTH = LevelRange(-126.0, -1.0)
 """Receivers report whole dBm. -127 is how Android (``WifiInfo``) and 127 how Bluetooth (Core, HCI) say "no value", and
 drivers that measured nothing report 0. Above, a transmitter of 20 dBm at a hand's breadth arrives with less than
 -1 dBm, and receivers saturate before; below -126 dBm is less than the thermal noise of 1 MHz (-114 dBm).
@@ -73,12 +53,12 @@ NOT_HEARD = 100.0
 """What published tables write for "not heard"."""
 
 
-def strength_of(formats: Iterable[str]) -> Quantity:
+def strength_of(formats: Iterable[str]) -> LevelRange:
     """Return the range of levels in data of these formats, by the formats' own specifications."""
     return SIGNAL_STRENGTH if _MEASURE_ZERO.isdisjoint(formats) else _WITH_ZERO
 
 
-def in_range(level_dbm: float, strength: Quantity = SIGNAL_STRENGTH) -> bool:
+def in_range(level_dbm: float, strength: LevelRange = SIGNAL_STRENGTH) -> bool:
     """Whether a single level can be true."""
     return strength.least <= level_dbm <= strength.greatest
 
@@ -101,7 +81,7 @@ def lost_sign(file: str, count: int, lines: list[int], done: str) -> Finding:
 
 
 def level_findings(
-    rows: pl.DataFrame, file: str, done: str, strength: Quantity = SIGNAL_STRENGTH, of: int | None = None
+    rows: pl.DataFrame, file: str, done: str, strength: LevelRange = SIGNAL_STRENGTH, of: int | None = None
 ) -> list[Finding]:
     """Report the levels of ``rows`` (``row``, ``rssi_dbm``) that are out of range; ``done`` says what happens to them.
 
@@ -117,17 +97,14 @@ def level_findings(
     return [lost_sign(file, len(positive), positive, done), *strength.outside(file, rest, done)]
 
 
-def without_absurd_levels(
-    rows: pl.DataFrame, file: str, strength: Quantity = SIGNAL_STRENGTH
-) -> tuple[pl.DataFrame, list[Finding]]:
+def without_absurd_levels(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Make ``rssi_dbm`` null (and float32) where it is out of range, and report these rows."""
-    findings = level_findings(rows, file, "these rows are kept without their level", strength)
-    return rows.with_columns(measured(strength)), findings
+    return rows.with_columns(measured()), level_findings(rows, file, "these rows are kept without their level")
 
 
-def measured(strength: Quantity = SIGNAL_STRENGTH) -> pl.Expr:
+def measured() -> pl.Expr:
     """The column ``rssi_dbm`` (float32), null where it is out of range."""
-    return pl.when(strength.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
+    return pl.when(SIGNAL_STRENGTH.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
 
 
 _OCTETS = (1, 2, 3, 6)
@@ -184,15 +161,16 @@ def _with_dashes(lower: str) -> str | None:
 
 def normal_addresses(column: pl.Series) -> pl.Series:
     """:func:`normal_address` of each name; null stays null."""
-    names = column.unique().drop_nulls()
-    changed = {name: new for name in names if (new := normal_address(name)) != name}
-    return column.replace(old=changed) if changed else column
+    return _in_normal_form(column, normal_address)
 
 
 def normal_uuids(column: pl.Series) -> pl.Series:
     """:func:`normal_uuid` of each text; null stays null."""
-    names = column.unique().drop_nulls()
-    changed = {name: new for name in names if (new := normal_uuid(name)) != name}
+    return _in_normal_form(column, normal_uuid)
+
+
+def _in_normal_form(column: pl.Series, form: Callable[[str], str]) -> pl.Series:
+    changed = {name: new for name in column.unique().drop_nulls() if (new := form(name)) != name}
     return column.replace(old=changed) if changed else column
 
 
@@ -205,11 +183,12 @@ def with_addresses(
     """
     named = rows.with_columns(normal_addresses(rows[column]))
     masked = pl.col(column).is_null() | pl.col(column).is_in(list(MASKED))
-    left_out = named.select("row", column, out=masked if known is None else masked & ~known).filter("out")
+    gone = masked if known is None else masked & ~known
+    left_out = named.filter(gone)
     if left_out.is_empty():
         return named, []
-    kept = named.filter(~masked if known is None else ~masked | known)
-    return kept, [masked_addresses(file, left_out["row"].to_list(), left_out[column].fill_null("").unique().to_list())]
+    names = left_out[column].fill_null("").unique().to_list()
+    return named.filter(~gone), [masked_addresses(file, left_out["row"].to_list(), names)]
 
 
 def masked_addresses(file: str, lines: list[int], names: list[str]) -> Finding:
@@ -271,7 +250,7 @@ class Filler:
 _NO_FILLER = Filler(Judgement.NONE)
 
 
-def filler_of(heard: pl.DataFrame, access_points: int, stated: int, strength: Quantity) -> Filler:
+def filler_of(heard: pl.DataFrame, access_points: int, stated: int, strength: LevelRange) -> Filler:
     """Judge which level of a table is its filler.
 
     ``heard``: ``bssid`` and ``rssi_dbm`` of all cells that are neither empty nor have the stated level; ``stated``: how

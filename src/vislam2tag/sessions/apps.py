@@ -12,13 +12,13 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.files.plain_files import json_values, read_bytes
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.orientation import multiply, rotated
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.model import FileRecord, Session
-from vislam2tag.sessions.readings import SENSOR_SCHEMA, mark_repeated, parse_wifi, sensor_rows, sensor_table
+from vislam2tag.sessions.readings import SENSOR_SCHEMA, WIFI_LINES, mark_repeated, sensor_rows, sensor_table
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import FieldTable, Parser, ns_of_seconds
@@ -230,7 +230,7 @@ class AppFormat:
         sensors, odd = sensor_table(self._sensor_rows(reading), self.files.get("sensors", ("",))[0])
         reading.findings += [*found, *odd, *tilt_findings(camera, sensors, file)]
         landmarks = _landmarks(reading, camera)
-        tables = {"wifi": mark_repeated(parse_wifi(b"", "").rows), "sensors": sensors}
+        tables = {"wifi": mark_repeated(WIFI_LINES.read(b"", "").rows, "bssid"), "sensors": sensors}
         return reading.session(ref.key, replace(camera, pose_lag_s=pose_lag_of(camera, sensors)), landmarks, tables)
 
     def _sensor_rows(self, reading: SessionFiles) -> pl.DataFrame:
@@ -240,9 +240,8 @@ class AppFormat:
             if reading.has(role):
                 rows, both = timed(reading.rows(role, readings.table.read)), list[pl.DataFrame]()
                 if readings.force:
-                    forces, odd = specific_force(rows.select(readings.force).to_numpy(), self.files[role][0])
+                    forces = reading.noted(specific_force(rows.select(readings.force).to_numpy(), self.files[role][0]))
                     both.append(sensor_rows(rows, "ACC", [pl.Series(axis) for axis in forces.T]))
-                    reading.findings += odd
                 if readings.rate:
                     both.append(sensor_rows(rows, "GYRO", [pl.col(axis) for axis in readings.rate]))
                 tables.append(pl.concat(both).sort("row", maintain_order=True))
@@ -276,14 +275,11 @@ def _keyframe_rows(keyframes: Keyframes, reading: SessionFiles) -> pl.DataFrame:
     found = keyframes.of(contents)
     name = files[0].name if files else ""
     reading.files.append(FileRecord.of(name, "poses", b"".join(contents), len(files), len(found)))
-    if len(found) < len(files):
-        message = "files of frames do not hold the pose that is expected; they are left out: look at the first ones"
-        odd = [number + 1 for number in range(len(files)) if number not in found]
-        reading.findings.append(Finding.at_lines("malformed_lines", name, odd, message))
-    rows = pl.DataFrame(
-        {"row": [number + 1 for number in found], "time_ns": [time_ns for time_ns, _, _ in found.values()]},
-        schema={"row": pl.Int64, "time_ns": pl.Int64},
-    )
+    message = "files of frames do not hold the pose that is expected; they are left out: look at the first ones"
+    odd = [number + 1 for number in range(len(files)) if number not in found]
+    reading.findings += at_lines_if("malformed_lines", name, odd, message)
+    times = [(number + 1, time_ns) for number, (time_ns, _, _) in found.items()]
+    rows = pl.DataFrame(times, schema={"row": pl.Int64, "time_ns": pl.Int64}, orient="row")
     matrices = np.array([matrix for _, matrix, _ in found.values()]).reshape(-1, 3, 4)
     return pose_rows(rows, poses_of_matrices(matrices)).sort("time_ns", maintain_order=True)
 
@@ -311,8 +307,7 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
         reading.note("no_sightings", SIGHTINGS_FILE, message, Severity.ERROR)
         return no_landmarks()
     rows = reading.rows("landmarks", FieldTable({**LANDMARK_SCHEMA, "sigma_m": pl.Float64}).read)
-    log, findings = landmark_log(_turned_into_acs(rows, camera), SIGHTINGS_FILE, camera)
-    reading.findings += findings
+    log = reading.noted(landmark_log(_turned_into_acs(rows, camera), SIGHTINGS_FILE, camera))
     return replace(log, seen=np.ones(len(log.landmark), dtype=bool))
 
 

@@ -32,6 +32,7 @@ from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.model import SessionKey, SessionRef
+from vislam2tag.site.site_table import site_finding
 
 
 @dataclass(frozen=True)
@@ -100,12 +101,8 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
 
 def _taps(session: Session) -> IntArray:
     """When somebody tapped: presses, or the moments of its fixes."""
-    fixes = [session.presses_ns]
-    if session.geographic_fixes is not None:
-        fixes.append(session.geographic_fixes.time_ns)
-    if session.camera.fixes is not None:
-        fixes.append(session.camera.fixes.time_ns)
-    return np.unique(np.concatenate(fixes))
+    fixes = (session.geographic_fixes, session.camera.fixes)
+    return np.unique(np.concatenate([session.presses_ns, *(each.time_ns for each in fixes if each is not None)]))
 
 
 def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> OtherRecording:
@@ -119,7 +116,7 @@ def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> Oth
     tables, odd = session_tables(timed, path.stem), list[Finding]()
     if "wifi" in tables:
         wifi, odd = admitted(tables["wifi"], "bssid", path.name)
-        tables["wifi"] = mark_repeated(wifi)
+        tables["wifi"] = mark_repeated(wifi, "bssid")
     taps = np.empty(0, dtype=np.int64)
     told = f"a table, {times.interpretation}"
     return OtherRecording(tables, taps, told, asked, rows.height, timed.height, tuple(odd))
@@ -139,8 +136,8 @@ def with_companions(session: Session, folder: Path) -> Session:
             tie = read_tie(path)
             session = _attached(session, path.stem, tie, tie.path(folder))
         except SessionError as error:
-            file, message = f"{FOLDER}/{path.name}", f"{error}; its readings are missing"
-            problem = Finding(kind="companion_missing", file=file, count=1, message=message, severity=Severity.ERROR)
+            message = f"{error}; its readings are missing"
+            problem = site_finding("companion_missing", f"{FOLDER}/{path.name}", message, Severity.ERROR)
             session = replace(session, findings=(*session.findings, problem))
     return replace(session, files=(*session.files, *_records(folder)))
 
@@ -171,7 +168,7 @@ def _records(folder: Path) -> list[FileRecord]:
     """Account of the ties and the recordings, by the names that :func:`companion_hashes` gives them."""
     records = []
     for name, sha256 in companion_hashes(folder).items():
-        is_tie = name.endswith(".json")
+        is_tie = int(name.endswith(".json"))
         size = len(read_bytes(folder / name)) if is_tie else 0
-        records.append(FileRecord(name, "companion", size, sha256, int(is_tie), int(is_tie)))
+        records.append(FileRecord(name, "companion", size, sha256, is_tie, is_tie))
     return records

@@ -251,7 +251,7 @@ def _wifi(rows: pl.DataFrame, bssid: str, level: str) -> pl.DataFrame:
         numbers(level).cast(pl.Float32).alias("rssi_dbm"),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
-    return mark_repeated(table.drop_nulls("rssi_dbm"))
+    return mark_repeated(table.drop_nulls("rssi_dbm"), "bssid")
 
 
 def _sensors(rows: pl.DataFrame, sensors: dict[str, list[str]]) -> pl.DataFrame:

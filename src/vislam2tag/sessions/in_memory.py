@@ -14,12 +14,7 @@ from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.intake.time_units import FRAMES
-from vislam2tag.sessions.clocks import (
-    clock_mismatch,
-    clock_of,
-    pose_lag_of,
-    with_times,
-)
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.settings import FindingSettings

@@ -22,7 +22,7 @@ from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.corrections.file import Corrections, read_corrections
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.links import Link, link_findings, links_in
-from vislam2tag.site.model import SessionRef, Survey
+from vislam2tag.site.model import Floor, SessionRef, Survey
 from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.stored_survey import survey_at_hand
 
@@ -134,7 +134,7 @@ def _inspection(root: Path, survey: Survey, finding_settings: FindingSettings, p
     findings = (*survey.findings, *_id_findings(survey, sessions), *link_findings(links))
     return Inspection(
         survey=str(root),
-        floors=_floors(survey),
+        floors=tuple(_floor(survey, floor) for floor in survey.site.floors),
         sessions=tuple(sessions),
         findings=findings,
         links=links,
@@ -163,25 +163,20 @@ def _judgement(sessions: Sequence[SessionOverview], findings: Sequence[Finding])
     return Judgement.of(wrong, read, looked_at, left_out, warnings)
 
 
-def _floors(survey: Survey) -> tuple[FloorOverview, ...]:
-    counts = {
-        floor.number: LandmarkCounts.of(survey.site.landmarks.on_floor(floor.number)) for floor in survey.site.floors
-    }
-    return tuple(
-        FloorOverview(
-            number=floor.number,
-            name=floor.name,
-            width_m=floor.width_m,
-            height_m=floor.height_m,
-            elevation_m=floor.elevation_m,
-            plan=floor.plan.relative_to(survey.root).as_posix() if floor.plan else None,
-            landmarks=counts[floor.number].total,
-            landmarks_planned=counts[floor.number].planned,
-            landmarks_unsurveyed=counts[floor.number].without_position,
-            control_points=len(floor.control_points.ids),
-            sessions=sum(ref.key.floor == floor.number for ref in survey.sessions),
-        )
-        for floor in survey.site.floors
+def _floor(survey: Survey, floor: Floor) -> FloorOverview:
+    landmarks = LandmarkCounts.of(survey.site.landmarks.on_floor(floor.number))
+    return FloorOverview(
+        number=floor.number,
+        name=floor.name,
+        width_m=floor.width_m,
+        height_m=floor.height_m,
+        elevation_m=floor.elevation_m,
+        plan=floor.plan.relative_to(survey.root).as_posix() if floor.plan else None,
+        landmarks=landmarks.total,
+        landmarks_planned=landmarks.planned,
+        landmarks_unsurveyed=landmarks.without_position,
+        control_points=len(floor.control_points.ids),
+        sessions=sum(ref.key.floor == floor.number for ref in survey.sessions),
     )
 
 

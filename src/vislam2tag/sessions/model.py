@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 
 import polars as pl
 
-from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.site.georeference import from_wgs84
 from vislam2tag.site.model import Floor, SessionKey
+from vislam2tag.site.site_table import site_finding
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class GeographicFixes:
                 f"its positions are in degrees, and floor {floor.number} has no georeference: give "
                 "[georeference] in site.toml (docs/how-to/site.md)"
             )
-            return None, [_error("fixes_without_georeference", self.file, message)]
+            return None, [site_finding("fixes_without_georeference", self.file, message, Severity.ERROR)]
         here = self.floor == floor.number
         names = tuple(name for name, taken in zip(self.name, here.tolist(), strict=True) if taken)
         fixes = FixLog(self.time_ns[here], from_wgs84(self.position[here], floor.georeference), names)
@@ -48,11 +48,7 @@ class GeographicFixes:
 def too_few_fixes(file: str, what: str) -> Finding:
     """Report a session of whose places fewer than two are known; ``what`` is how its file says one."""
     message = f"fewer than two known positions ({what}): it is not known where the walk was"
-    return _error("too_few_fixes", file, message)
-
-
-def _error(kind: FindingKind, file: str, message: str) -> Finding:
-    return Finding(kind=kind, file=file, count=1, message=message, severity=Severity.ERROR)
+    return site_finding("too_few_fixes", file, message, Severity.ERROR)
 
 
 @dataclass(frozen=True)

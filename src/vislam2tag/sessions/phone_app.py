@@ -12,7 +12,7 @@ import polars as pl
 from pydantic import Field, ValidationError
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, runs_of
 from vislam2tag.core.context import TrackerState
@@ -91,89 +91,43 @@ SIGHTING = "FULL_TRACKING"
 """The tracker's word for a landmark that it sees in this frame."""
 _POSE: Columns = dict.fromkeys(("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw"), pl.Float64)
 
+_WORDS: Columns = dict.fromkeys(("state", "failure"), pl.String)
+_BEACON: Columns = {"uuid": pl.String, "major": pl.Int32, "minor": pl.Int32, "rssi_dbm": pl.Float32}
+_RANGE: Columns = dict.fromkeys(("range_m", "range_sigma_m", "rssi_dbm"), pl.Float32)
+_COUNTS: Columns = dict.fromkeys(("attempted", "successful"), pl.Int32)
+
 CAMERA = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "frame_clock": pl.String,
-        "part": pl.Int64,
-        "state": pl.String,
-        "failure": pl.String,
-        **_POSE,
-    },
-    required=("time_ns", "frame_clock", "part", "state", "failure"),
-    words=("frame_clock", "state", "failure"),
+    {"time_ns": pl.Int64, "frame_clock": pl.String, "part": pl.Int64, **_WORDS, **_POSE},
+    required=("part",),
+    words=("frame_clock", *_WORDS),
     severity=Severity.ERROR,
 )
 LANDMARKS = NamedTable(
     {"time_ns": pl.Int64, "id": pl.String, "state": pl.String, "method": pl.String, **_POSE},
-    required=("time_ns", "id", "state", "method"),
+    required=("id",),
     words=("state", "method"),
     quoted=True,
     severity=Severity.ERROR,
 )
-ANCHORS = NamedTable(
-    {"time_ns": pl.Int64, "anchor": pl.Int64, "state": pl.String, **_POSE},
-    required=("time_ns", "anchor", "state"),
-    words=("state",),
-)
+ANCHORS = NamedTable({"time_ns": pl.Int64, "anchor": pl.Int64, "state": pl.String, **_POSE}, ("anchor",), ("state",))
 SENSORS = NamedTable(
-    {"time_ns": pl.Int64, "sensor": pl.String} | dict.fromkeys(SENSOR_VALUES, pl.Float64),
-    required=("time_ns", "sensor"),
-    words=("sensor",),
+    {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}, words=("sensor",)
 )
 WIFI = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "scan": pl.Int32,
-        "bssid": pl.String,
-        "ssid": pl.String,
-        "rssi_dbm": pl.Float32,
-        "frequency_mhz": pl.Float32,
-    },
-    required=("time_ns", "scan", "rssi_dbm", "frequency_mhz"),
+    {"time_ns": pl.Int64, "scan": pl.Int32, "bssid": pl.String, "ssid": pl.String}
+    | dict.fromkeys(("rssi_dbm", "frequency_mhz"), pl.Float32),
+    required=("scan", "rssi_dbm", "frequency_mhz"),
     quoted=True,
 )
-BLE = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "address": pl.String,
-        "name": pl.String,
-        "uuid": pl.String,
-        "major": pl.Int32,
-        "minor": pl.Int32,
-        "rssi_dbm": pl.Float32,
-    },
-    required=("time_ns", "rssi_dbm"),
-    quoted=True,
-)
+BLE = NamedTable({"time_ns": pl.Int64, "address": pl.String, "name": pl.String, **_BEACON}, ("rssi_dbm",), quoted=True)
 RTT = NamedTable(
-    {
-        "time_ns": pl.Int64,
-        "bssid": pl.String,
-        "responder": pl.Int32,
-        "range_m": pl.Float32,
-        "range_sigma_m": pl.Float32,
-        "rssi_dbm": pl.Float32,
-        "attempted": pl.Int32,
-        "successful": pl.Int32,
-    },
-    required=("time_ns", "responder", "range_m"),
+    {"time_ns": pl.Int64, "bssid": pl.String, "responder": pl.Int32, **_RANGE, **_COUNTS}, ("responder", "range_m")
 )
-PRESSES = NamedTable(
-    {"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, required=("time_ns", "n", "action"), words=("action",)
-)
-TAPS = NamedTable(
-    {**PRESSES.columns, "x_m": pl.Float64, "y_m": pl.Float64, "sigma_m": pl.Float64},
-    required=PRESSES.required,
-    words=PRESSES.words,
-)
+PRESSES = NamedTable({"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, ("n",), ("action",))
+_PLACE: Columns = dict.fromkeys(("x_m", "y_m", "sigma_m"), pl.Float64)
+TAPS = NamedTable({**PRESSES.columns, **_PLACE}, PRESSES.required, PRESSES.words)
 """Presses as apps write them that take taps on the plan, too."""
-EVENTS = NamedTable(
-    {"time_ns": pl.Int64, "event": pl.String, "detail": pl.String},
-    required=("time_ns", "event"),
-    words=("event",),
-    quoted=True,
-)
+EVENTS = NamedTable({"time_ns": pl.Int64, "event": pl.String, "detail": pl.String}, words=("event",), quoted=True)
 
 
 def unit_poses(rows: pl.DataFrame) -> pl.DataFrame:
@@ -195,23 +149,24 @@ def phone_camera(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     failure = rows["failure"].cast(pl.Enum(failures)).to_physical().to_numpy().astype(np.int64)
     state = TrackerState(np.asarray(tracking, dtype=bool), rows["part"].to_numpy(), tuple(failures), failure)
     unknown = rows.filter(pl.col("frame_clock") == _UNKNOWN)["row"].to_list()
-    if unknown:
-        message = "the clock of the images is not known: these frames have the time at which they were logged"
-        findings.append(Finding.at_lines("unknown_exposure", file, unknown, message))
-    findings += [*_tracking_lost(camera, state, file), *_restarted(camera, state, file)]
+    message = "the clock of the images is not known: these frames have the time at which they were logged"
+    findings += at_lines_if("unknown_exposure", file, unknown, message)
+    findings += _tracking_lost(camera, state, file)
+    first = np.flatnonzero(np.diff(state.section) != 0) + 1
+    message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
+    findings += at_lines_if("tracking_restarted", file, camera.row[first].tolist(), message)
     return replace(camera, state=state, exposure_known=bool(len(rows)) and not unknown), findings
 
 
 def _held(rows: pl.DataFrame) -> pl.DataFrame:
     """Name the pose columns as usual; a frame without tracking gets the pose last tracked in its part, or next."""
     rows = unit_poses(rows)
-    tracking = pl.col("state") == TRACKING
-    pose = pl.col(list(POSE_COLUMNS))
-    held = pl.when(tracking).then(pose).forward_fill().backward_fill().over("part")
+    own = pl.when(pl.col("state") == TRACKING).then(pl.col(list(POSE_COLUMNS)))
+    held = own.forward_fill().backward_fill().over("part")
     at_rest = [pl.lit(1.0 if name == "qw" else 0.0).alias(name) for name in POSE_COLUMNS]
-    filled = rows.with_columns(pl.when(tracking).then(pose).otherwise(held))
+    filled = rows.with_columns(own.otherwise(held))
     return filled.with_columns(
-        pl.when(tracking).then(pl.col(name)).otherwise(pl.coalesce(name, rest)).alias(name)
+        pl.when(pl.col("state") == TRACKING).then(pl.col(name)).otherwise(pl.coalesce(name, rest)).alias(name)
         for name, rest in zip(POSE_COLUMNS, at_rest, strict=True)
     )
 
@@ -219,21 +174,10 @@ def _held(rows: pl.DataFrame) -> pl.DataFrame:
 def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[Finding]:
     """Report the usable frames without tracking, with the tracker's reasons."""
     lost: BoolArray = camera.usable & ~state.tracking
-    if not lost.any():
-        return []
     spans = runs_of(lost)
     reasons = Counter(filter(None, (state.reason(first, after) for first, after in spans)))
     by_count = sorted(reasons.items(), key=lambda each: (-each[1], each[0]))
     counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in by_count]
     why = f" for {', '.join(counted)}" if counted else ""
     message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; it splits the walk"
-    return [Finding.at_lines("tracking_lost", file, camera.row[lost].tolist(), message)]
-
-
-def _restarted(camera: CameraTrack, state: TrackerState, file: str) -> list[Finding]:
-    """Report the frames at which the tracker began anew."""
-    first = np.flatnonzero(np.diff(state.section) != 0) + 1
-    if not len(first):
-        return []
-    message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
-    return [Finding.at_lines("tracking_restarted", file, camera.row[first].tolist(), message)]
+    return at_lines_if("tracking_lost", file, camera.row[lost].tolist(), message)

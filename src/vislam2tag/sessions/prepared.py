@@ -9,7 +9,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.estimation.observations import FEWEST_FRAMES
@@ -37,6 +37,7 @@ from vislam2tag.site.corrections.landmarks import corrected_landmarks, named_by_
 from vislam2tag.site.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.site.model import Floor, SessionRef, Site
 from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.site_table import site_finding
 
 _REFUSED = ("pose_convention", "far_landmarks", "not_level")
 """Kinds of findings that, as errors, keep a session from being mapped."""
@@ -171,7 +172,7 @@ def prepared_track(task: SessionTask) -> PreparedSession:
 
 def prepared_from(task: SessionTask, read: Session) -> PreparedSession:
     """Correct a session as it was read and choose its landmarks; raises SessionError if it cannot be used."""
-    task = _with_told_floors(task, read)
+    task = replace(task, corrections=with_told_floors(task.corrections, read, task.site.landmarks))
     session, session_uses = corrected_session(read, task.corrections)
     entries = task.corrections.for_session(session.key)
     session, tap_uses = _on_its_floor(session, task, entries.set_tap)
@@ -188,17 +189,13 @@ def prepared_from(task: SessionTask, read: Session) -> PreparedSession:
 def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
     """A session with its corrections applied, and one sentence for each use; raises SessionError as reading it does."""
     read = _read(task, read_session)
-    return corrected_session(read, _with_told_floors(task, read).corrections)
+    return corrected_session(read, with_told_floors(task.corrections, read, task.site.landmarks))
 
 
 def _read(task: SessionTask, reader: Callable[[SessionRef, FindingSettings], Session]) -> Session:
     with at_hand(task.ref) as ref:
         read = with_companions(reader(ref, task.finding_settings), ref.own)
     return on_known_floors(read, task.site)
-
-
-def _with_told_floors(task: SessionTask, read: Session) -> SessionTask:
-    return replace(task, corrections=with_told_floors(task.corrections, read, task.site.landmarks))
 
 
 def _on_its_floor(session: Session, task: SessionTask, taps: Sequence[SetTap]) -> tuple[Session, tuple[str, ...]]:
@@ -247,18 +244,13 @@ def _damaged_poses(session: Session) -> list[Finding]:
     wrong = [
         (each.name, f"has {each.lines} lines and no usable pose") for each in session.files if each.role == "poses"
     ]
-    wrong += [(file, "cannot be opened") for file in closed]
-    return [
-        Finding(
-            kind="no_frames",
-            file=file,
-            count=1,
-            message=f"{file} {what}; copy the file from the phone again, or map the session by its inertial sensors "
-            "with --strategy dead-reckoning",
-            severity=Severity.ERROR,
+    for file, what in [*wrong, *((file, "cannot be opened") for file in closed)]:
+        message = (
+            f"{file} {what}; copy the file from the phone again, or map the session by its inertial sensors with "
+            "--strategy dead-reckoning"
         )
-        for file, what in wrong[:1]
-    ]
+        return [site_finding("no_frames", file, message, Severity.ERROR)]
+    return []
 
 
 def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:
@@ -291,7 +283,11 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
             "a floor where one landmark was met looks the same: pass a second one there, or log air pressure",
         ),
     )
-    return [Finding(kind=kind, file="", count=len(names), message=message) for kind, names, message in odd if names]
+    return [
+        finding
+        for kind, names, message in odd
+        for finding in finding_if(len(names), kind, message, severity=Severity.WARNING)
+    ]
 
 
 def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[Finding]:
@@ -303,29 +299,22 @@ def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[F
         f"mapped together with {told.sessions} other sessions, which place the {len(told.ids)} landmarks that it "
         f"passed to {np.median(sigma_m):.2f} m (one standard deviation, median)"
     )
-    findings = [_finding("told_by_others", "", len(told.ids), message)] if told.ids else []
+    findings = [*finding_if(len(told.ids), "told_by_others", message)]
     if ties is not None:
         variance_m2 = np.diag(ties.covariance_m2).reshape(-1, 2).mean(axis=1)
         message = (
             f"other sessions heard the like of its Wi-Fi scans and so place it at {len(ties.time_ns)} moments, to "
             f"{np.sqrt(np.median(variance_m2)):.1f} m each (one standard deviation, median)"
         )
-        findings.append(_finding("placed_by_others", "", len(ties.time_ns), message))
+        findings += finding_if(len(ties.time_ns), "placed_by_others", message)
     return findings
 
 
 def press_findings(session: Session, floor: Floor) -> list[Finding]:
     """Report presses on a floor without control points, and a walk without presses on a floor that has some."""
-    points = len(floor.control_points.ids)
-    recorded = any(file.role == "presses" for file in session.files)
-    if len(session.presses_ns) and not points:
+    if not floor.control_points.ids:
         message = f"floor {floor.number} has no control points to compare the presses with: add its refmarker.csv"
-        return [_finding("missing_control_points", "", len(session.presses_ns), message)]
-    if points and not recorded:
-        message = "no presses were recorded, though the floor has control points; nothing is evaluated there"
-        return [_finding("missing_file", "refMarker.csv", 1, message)]
-    return []
-
-
-def _finding(kind: FindingKind, file: str, count: int, message: str) -> Finding:
-    return Finding(kind=kind, file=file, count=count, message=message, severity=Severity.INFO)
+        return [*finding_if(len(session.presses_ns), "missing_control_points", message)]
+    message = "no presses were recorded, though the floor has control points; nothing is evaluated there"
+    recorded = any(file.role == "presses" for file in session.files)
+    return [*finding_if(int(not recorded), "missing_file", message, "refMarker.csv")]

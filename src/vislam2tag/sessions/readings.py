@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
 from vislam2tag.core.limits import of_one_recording
 from vislam2tag.intake.readings import normal_uuids
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.text_tables import LineTable, RawTable, level_dbm
+from vislam2tag.sessions.text_tables import LineTable, level_dbm
 from vislam2tag.sessions.tracker_tables import FAR_TIMES, findings_of
 
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
@@ -26,25 +25,32 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
 
     A row is ``repeated`` where an earlier one has the same sensor and time. All rows are kept as they are.
     """
-    time_ns = rows["time_ns"].to_numpy()
-    repeated = np.zeros(len(time_ns), dtype=bool)
-    backward = np.zeros(len(time_ns), dtype=bool)
-    in_order = bool(np.all(np.diff(time_ns) > 0))
-    for index in [] if in_order else _rows_by_sensor(rows["sensor"]):
-        repeated[index], backward[index] = _irregular(time_ns[index])
-    table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
+    repeated, backward = _irregular(rows)
+    table = rows.select("row", "time_ns", repeated.alias("repeated"), "sensor", *SENSOR_VALUES)
     infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
     backwards = "readings are earlier than one before them of the same sensor; kept"
     again = "readings have the sensor and time of an earlier one; the first counts"
     findings = findings_of(
         rows["row"].to_numpy(),
         file,
-        ("far_times", ~of_one_recording(time_ns), FAR_TIMES, Severity.WARNING),
-        ("repeated_rows", repeated, again, Severity.INFO),
-        ("backward_times", backward, backwards, Severity.WARNING),
+        ("far_times", ~of_one_recording(rows["time_ns"].to_numpy()), FAR_TIMES, Severity.WARNING),
+        ("repeated_rows", repeated.to_numpy(), again, Severity.INFO),
+        ("backward_times", backward.to_numpy(), backwards, Severity.WARNING),
         ("non_finite_values", infinite, "values are not finite; kept as they are", Severity.WARNING),
     )
     return table, findings
+
+
+def _irregular(rows: pl.DataFrame) -> tuple[pl.Series, pl.Series]:
+    """Masks (n,) of readings that were there before, and of those before an earlier one of their sensor."""
+    time_ns = pl.col("time_ns")
+    none = pl.repeat(value=False, n=rows.height, eager=True)
+    if not rows.select((time_ns.diff() <= 0).over("sensor").any()).item():
+        return none, none
+    repeated = pl.struct("sensor", "time_ns").is_first_distinct().not_()
+    backward = (time_ns < time_ns.cum_max().shift(1)).over("sensor").fill_null(value=False) & ~repeated
+    found = rows.select(repeated.alias("repeated"), backward.alias("backward"))
+    return found["repeated"], found["backward"]
 
 
 def sensor_rows(rows: pl.DataFrame, sensor: str, values: Sequence[pl.Expr | pl.Series]) -> pl.DataFrame:
@@ -57,29 +63,6 @@ def sensor_rows(rows: pl.DataFrame, sensor: str, values: Sequence[pl.Expr | pl.S
 def sensors_of_log(parts: Sequence[pl.DataFrame]) -> pl.DataFrame:
     """The table ``sensors`` of a log, of :func:`sensor_rows` of its sensors; ``repeated`` is added."""
     return pl.concat(parts).sort("row").with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
-
-
-def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
-    """Row indices (k,) of each sensor, in file order."""
-    names = sensor.unique().to_list()
-    code = sensor.cast(pl.Enum(names)).to_physical().to_numpy()
-    order = np.argsort(code, kind="stable")
-    starts = np.searchsorted(code[order], np.arange(len(names) + 1))
-    return [order[start:stop] for start, stop in itertools.pairwise(starts.tolist())]
-
-
-def _irregular(time_ns: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Masks (k,) of one sensor's readings at times (k,), ns, that were there before, and of those that go back."""
-    n = len(time_ns)
-    repeated = np.zeros(n, dtype=bool)
-    step = np.diff(time_ns)
-    if np.all(step > 0):
-        return repeated, repeated
-    backward = np.zeros(n, dtype=bool)
-    backward[1:] = time_ns[1:] < np.maximum.accumulate(time_ns)[:-1]
-    repeated[:] = True
-    repeated[np.unique(time_ns, return_index=True)[1]] = False
-    return repeated, backward & ~repeated
 
 
 def readings_of(sensors: pl.DataFrame, sensor: str, values: Sequence[str]) -> tuple[IntArray, FloatArray]:
@@ -130,23 +113,16 @@ Addresses and levels are as the file has them; an address may be empty.
 """
 
 
-def parse_wifi(data: bytes, file: str) -> RawTable:
-    """Parse a Wi-Fi file of the published layout into ``row`` and the columns of :data:`WIFI_LINES`."""
-    return WIFI_LINES.read(data, file)
-
-
-def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
-    """Add ``repeated``: an earlier row has the same bssid and time, as when a scan returns stale results."""
-    return rows.with_columns(pl.struct("bssid", "time_ns").is_first_distinct().not_().alias("repeated"))
+def mark_repeated(rows: pl.DataFrame, *sender: str) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row has the same sender and time, as when a scan returns stale results."""
+    return rows.with_columns(repeated=pl.struct(*sender, "time_ns").is_first_distinct().not_())
 
 
 def wifi_findings(rows: pl.DataFrame, file: str, settings: FindingSettings) -> list[Finding]:
     """Report stale rows and throttled scanning; ``rows`` carry ``repeated``."""
-    findings = []
+    message = "a scan repeats readings of an earlier one (same bssid and time); each counts once"
     stale = rows.filter("repeated")["row"].to_list()
-    if stale:
-        message = "a scan repeats readings of an earlier one (same bssid and time); each counts once"
-        findings.append(Finding.at_lines("stale_wifi_rows", file, stale, message, Severity.INFO))
+    findings = at_lines_if("stale_wifi_rows", file, stale, message, Severity.INFO)
     interval_s = median_scan_interval_s(rows)
     if interval_s is not None and interval_s > settings.scan_interval_s:
         message = (
@@ -173,6 +149,8 @@ def median_scan_interval_s(rows: pl.DataFrame) -> float | None:
 _GREATEST_NUMBER = 65535
 """Of major and minor, which have 16 bits."""
 _IDENTITY = pl.col("uuid", "major", "minor")
+BEACON = ("address", "uuid", "major", "minor")
+"""Columns that identify the sender of an advertisement."""
 BLE_LINES = LineTable(
     # The shortest name that leaves a level, with or without an identity after it.
     r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
@@ -213,31 +191,16 @@ def mark_jittered(rows: pl.DataFrame, sender: str) -> pl.DataFrame:
 
 def ble_rows(rows: pl.DataFrame, address: str, name: pl.Expr, level: str) -> pl.DataFrame:
     """Advertisements of no known beacon (``row``, ``time_ns`` and these columns) as a table ``ble`` has them."""
-    return rows.select(
-        "row",
-        "time_ns",
-        pl.col(address).alias("address"),
-        name.alias("name"),
-        pl.lit(None, dtype=pl.String).alias("uuid"),
-        pl.lit(None, dtype=pl.Int32).alias("major"),
-        pl.lit(None, dtype=pl.Int32).alias("minor"),
-        pl.col(level).cast(pl.Float32).alias("rssi_dbm"),
-    )
-
-
-def mark_repeated_ble(rows: pl.DataFrame) -> pl.DataFrame:
-    """Add ``repeated``: an earlier row has the same transmitter and time."""
-    sender = pl.struct("address", "uuid", "major", "minor", "time_ns")
-    return rows.with_columns(sender.is_first_distinct().not_().alias("repeated"))
+    none = pl.lit(None, dtype=pl.Int32)
+    identity = {"uuid": pl.lit(None, dtype=pl.String), "major": none, "minor": none}
+    rssi_dbm = pl.col(level).cast(pl.Float32)
+    return rows.select("row", "time_ns", address=pl.col(address), name=name, **identity, rssi_dbm=rssi_dbm)
 
 
 def ble_findings(rows: pl.DataFrame, file: str) -> list[Finding]:
     """Report repeated rows; ``rows`` carry ``repeated``."""
-    repeated = rows.filter("repeated")["row"].to_list()
-    if not repeated:
-        return []
     message = "advertisements have the transmitter and time of an earlier one; each counts once"
-    return [Finding.at_lines("repeated_rows", file, repeated, message, Severity.INFO)]
+    return at_lines_if("repeated_rows", file, rows.filter("repeated")["row"].to_list(), message, Severity.INFO)
 
 
 FEWEST_READINGS = 4

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import polars as pl
 
@@ -18,6 +18,7 @@ from vislam2tag.common.files.archives import zip_names
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import at_once
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.text_paths import AnyPath, path_or_none
@@ -33,10 +34,12 @@ from vislam2tag.site.landmark_states import planned_findings
 from vislam2tag.site.links import is_from_outside
 from vislam2tag.site.model import SessionKey, SessionRef, Site, StoredFolder, Survey, session_slugs
 from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.site_table import site_finding
 from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_drawings
 
 _MOST_NAMES = 5000
 """Of a zip that is looked into; a recording has a file a frame at most."""
+_UNRECOGNISED: FindingKind = "unrecognised_folder"
 UNKNOWN_FORMAT = "unknown"
 """Format of a session folder that cannot be looked into; reading it raises SessionError."""
 
@@ -62,15 +65,6 @@ class SessionFormat(Protocol):
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; data problems are findings, only a SessionError may escape."""
-        ...
-
-
-@runtime_checkable
-class TrackFormat(Protocol):
-    """A format that can also read less of a session than the whole."""
-
-    def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Read poses, landmarks, air pressure and what the walker told; tables may be empty, findings are left out."""
         ...
 
 
@@ -133,15 +127,16 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
 def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
     """Read of a session what its map follows from: whole where it has no poses, or its format knows no shorter way.
 
-    Raises as :func:`read_session`.
+    The shorter way is a format's ``read_track``, which reads poses, landmarks, air pressure and what the walker told;
+    tables may then be empty, and findings are left out. Raises as :func:`read_session`.
     """
     with _readable(ref) as here:
-        known = format_for(here)
-        if isinstance(known, TrackFormat):
-            session = known.read_track(here, settings or FindingSettings())
+        known, settings = format_for(here), settings or FindingSettings()
+        if (shorter := getattr(known, "read_track", None)) is not None:
+            session: Session = shorter(here, settings)
             if session.camera.usable.any():
                 return session
-        return known.read(here, settings or FindingSettings())
+        return known.read(here, settings)
 
 
 @contextmanager
@@ -319,14 +314,15 @@ def _sessions(root: Path) -> tuple[list[SessionRef], list[Finding]]:
         name = format_of(folder) if packed is None or folder.exists() else None
         if "\ufffd" in path:
             message = "the folder's name is not UTF-8; left out: rename it"
-            findings.append(_unrecognised(path, message, Severity.WARNING))
+            findings.append(site_finding(_UNRECOGNISED, path, message))
         elif name is not None:
             sessions.append(SessionRef(key, folder, name, "", from_outside=_is_from_outside(root, folder)))
             if packed is not None:
                 message = f"is left out: the folder {folder.name} beside it is a session already; remove one of the two"
-                findings.append(Finding(kind="zipped_session", file=f"{path}.zip", count=1, message=message))
+                findings.append(site_finding("zipped_session", f"{path}.zip", message))
         elif packed is None:
-            findings.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
+            found = "no file of a known session format in it; left out"
+            findings.append(site_finding(_UNRECOGNISED, path, found, Severity.INFO))
         elif (name := _format_in_zip(root, packed, findings)) is not None:
             outside = _is_from_outside(root, folder, packed)
             sessions.append(SessionRef(key, folder, name, "", packed=packed, from_outside=outside))
@@ -343,12 +339,8 @@ def _format_in_zip(root: Path, packed: Path, findings: list[Finding]) -> str | N
     try:
         name = format_in_zip(root, packed)
     except (DatasetError, OSError) as error:
-        findings.append(_unrecognised(shown, f"is no whole zip ({error}); left out: send it again", Severity.WARNING))
+        findings.append(site_finding(_UNRECOGNISED, shown, f"is no whole zip ({error}); left out: send it again"))
         return None
     if name is None:
-        findings.append(_unrecognised(shown, "a zip of no known recording; left out", Severity.INFO))
+        findings.append(site_finding(_UNRECOGNISED, shown, "a zip of no known recording; left out", Severity.INFO))
     return name
-
-
-def _unrecognised(folder: str, message: str, severity: Severity) -> Finding:
-    return Finding(kind="unrecognised_folder", file=folder, count=1, message=message, severity=severity)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
+from typing import TypeVar
 
 import numpy as np
 import polars as pl
@@ -23,11 +24,11 @@ from vislam2tag.intake.time_units import READINGS, Steps
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, with_times
 from vislam2tag.sessions.model import FileRecord, Recording, Session
 from vislam2tag.sessions.readings import (
+    BEACON,
     PRESSURE,
     SENSOR_VALUES,
     ble_findings,
     mark_repeated,
-    mark_repeated_ble,
     sensor_table,
     wifi_findings,
 )
@@ -36,6 +37,7 @@ from vislam2tag.sessions.text_tables import Parser, RawTable
 from vislam2tag.site.model import SessionKey, SessionRef
 from vislam2tag.site.site_table import is_file
 
+Made = TypeVar("Made")
 MISSING = {
     "poses": ("no camera poses; the session cannot be mapped", Severity.ERROR),
     "landmarks": ("no landmark poses; the session cannot be mapped", Severity.ERROR),
@@ -120,36 +122,34 @@ class SessionFiles:
         """
         file, data = self.load(role)
         rows = self.account(role, data, parse(data, file))
-        if steps is None:
-            return rows
-        rows, unit = with_times(rows, file, steps, clock_ns, stated)
-        self.findings += unit
-        return rows
+        return rows if steps is None else self.noted(with_times(rows, file, steps, clock_ns, stated))
+
+    def noted(self, made: tuple[Made, list[Finding]]) -> Made:
+        """Report what was found while something was made, and return that."""
+        self.findings += made[1]
+        return made[0]
 
     def readings(self, parse: Parser, camera: CameraTrack) -> pl.DataFrame:
         """The table ``sensors`` of a session; values that are not given are 0."""
-        rows = self.rows("sensors", parse, READINGS, clock_of(camera))
-        sensors, findings = sensor_table(
-            rows.with_columns(pl.col(SENSOR_VALUES).fill_null(0.0)), self.name_of("sensors")
+        rows = self.rows("sensors", parse, READINGS, clock_of(camera)).with_columns(
+            pl.col(SENSOR_VALUES).fill_null(0.0)
         )
-        self.findings += findings
-        return self.on_clock("sensors", sensors, camera)
+        return self.on_clock("sensors", self.noted(sensor_table(rows, self.name_of("sensors"))), camera)
 
     def wifi(self, rows: pl.DataFrame, settings: FindingSettings) -> pl.DataFrame:
         """The table ``wifi`` of a session, of rows as their file has them."""
         file = self.name_of("wifi")
-        rows, odd = admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file)
-        rows = mark_repeated(rows)
-        self.findings += [*odd, *wifi_findings(rows, file, settings)]
+        named = self.noted(admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file))
+        rows = mark_repeated(named, "bssid")
+        self.findings += wifi_findings(rows, file, settings)
         return rows
 
     def ble(self, rows: pl.DataFrame) -> pl.DataFrame:
         """The table ``ble`` of a session, of rows as their file has them."""
         file = self.name_of("ble")
         rows = rows.with_columns(pl.col("name").fill_null(""), normal_uuids(rows["uuid"]))
-        rows, odd = admitted(rows, "address", file, pl.col("uuid").is_not_null())
-        rows = mark_repeated_ble(rows)
-        self.findings += [*odd, *ble_findings(rows, file)]
+        rows = mark_repeated(self.noted(admitted(rows, "address", file, pl.col("uuid").is_not_null())), *BEACON)
+        self.findings += ble_findings(rows, file)
         return rows
 
     def on_clock(self, role: str, rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
@@ -168,17 +168,9 @@ class SessionFiles:
         recording: Recording | None = None,
     ) -> Session:
         """The session, with the account and the findings of its files."""
-        none = np.empty(0, dtype=np.int64)
-        return Session(
-            key=key,
-            camera=camera,
-            landmarks=landmarks,
-            presses_ns=none if presses_ns is None else presses_ns,
-            tables=tables,
-            files=tuple(self.files),
-            findings=tuple(self.findings),
-            recording=recording,
-        )
+        presses_ns = np.empty(0, dtype=np.int64) if presses_ns is None else presses_ns
+        files, findings = tuple(self.files), tuple(self.findings)
+        return Session(key, camera, landmarks, presses_ns, tables, files, findings, recording=recording)
 
     def note(
         self, kind: FindingKind, file: str, message: str, severity: Severity = Severity.WARNING, count: int = 1

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns
 from vislam2tag.core.context import Storeys, ToldFloors
 from vislam2tag.core.limits import MAX_DIAGNOSED_PASSES, MAX_LANDMARKS
@@ -20,7 +20,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, longest_
 from vislam2tag.estimation.heights import vertical_span_m
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.settings import SmootherSettings
-from vislam2tag.intake.ids import IdComparison, IdShift, NamedIds, compare_ids, shift_by_geometry
+from vislam2tag.intake.ids import IdComparison, IdShift, compare_ids, shift_by_geometry
 from vislam2tag.sessions.model import Session
 from vislam2tag.site.corrections.file import Corrections, SetLandmarkFloor
 from vislam2tag.site.model import SessionKey, Site
@@ -259,7 +259,7 @@ class ToldLandmarks:
     def onto(self, landmarks: Landmarks) -> Landmarks:
         """The landmarks of a session, ids unique, in the places told; those that it does not list are added."""
         new = [i for i, name in enumerate(self.ids) if name not in landmarks.index]
-        whole = self._added(landmarks, new)
+        whole = _with_unsurveyed(landmarks, tuple(self.ids[i] for i in new), self.floor[new])
         rows = np.array([whole.index[name] for name in self.ids], dtype=np.int64)
         own = np.concatenate((whole.covariance_bcs[:, (0, 1), (0, 1)].ravel(), whole.heading_sigma_rad**2))
         joint = np.diag(own)
@@ -275,32 +275,24 @@ class ToldLandmarks:
         sigma[headed] = np.sqrt(variance[2 * len(whole.ids) + headed])
         covariance = whole.covariance_bcs.copy()
         covariance[rows] = joint[(2 * rows[:, None] + (0, 1))[:, :, None], (2 * rows[:, None] + (0, 1))[:, None, :]]
-        return replace(
-            whole,
-            position_bcs=position,
-            covariance_bcs=covariance,
-            heading_rad=heading,
-            heading_sigma_rad=sigma,
-            joint_covariance=joint,
-        )
+        placed = replace(whole, position_bcs=position, covariance_bcs=covariance, joint_covariance=joint)
+        return replace(placed, heading_rad=heading, heading_sigma_rad=sigma)
 
-    def _added(self, landmarks: Landmarks, new: list[int]) -> Landmarks:
-        """The landmarks with those of the told ones that they lack, as if nobody had surveyed them."""
-        count = len(new)
-        unknown = np.full(count, np.nan)
-        return replace(
-            landmarks,
-            ids=(*landmarks.ids, *(self.ids[i] for i in new)),
-            floor=np.concatenate((landmarks.floor, self.floor[new])),
-            position_bcs=np.concatenate((landmarks.position_bcs, np.full((count, 2), np.nan))),
-            covariance_bcs=np.concatenate(
-                (landmarks.covariance_bcs, np.tile(np.diag((np.inf, np.inf)), (count, 1, 1)))
-            ),
-            z_m=np.concatenate((landmarks.z_m, unknown)),
-            heading_rad=np.concatenate((landmarks.heading_rad, unknown)),
-            heading_sigma_rad=np.concatenate((landmarks.heading_sigma_rad, unknown)),
-            source=(*landmarks.source, *("" for _ in new)) if landmarks.source else (),
-        )
+
+def _with_unsurveyed(landmarks: Landmarks, ids: tuple[str, ...], floor: IntArray) -> Landmarks:
+    """The landmarks and further ones on these floors (k,), as if nobody had surveyed them."""
+    unknown, infinite = np.full(len(ids), np.nan), np.tile(np.diag((np.inf, np.inf)), (len(ids), 1, 1))
+    return replace(
+        landmarks,
+        ids=(*landmarks.ids, *ids),
+        floor=np.concatenate((landmarks.floor, floor)),
+        position_bcs=np.concatenate((landmarks.position_bcs, np.full((len(ids), 2), np.nan))),
+        covariance_bcs=np.concatenate((landmarks.covariance_bcs, infinite)),
+        z_m=np.concatenate((landmarks.z_m, unknown)),
+        heading_rad=np.concatenate((landmarks.heading_rad, unknown)),
+        heading_sigma_rad=np.concatenate((landmarks.heading_sigma_rad, unknown)),
+        source=(*landmarks.source, *("" for _ in ids)) if landmarks.source else (),
+    )
 
 
 SAME_IDS = (
@@ -322,9 +314,7 @@ def compared_with_logs(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]
         if not table or not seen:
             continue
         elsewhere = len(seen) < len(set(names))
-        one = compare_ids(
-            NamedIds(f"the landmark table of floor {floor}", table), NamedIds("what the phones logged there", seen)
-        )
+        one = compare_ids(table, seen, (f"the landmark table of floor {floor}", "what the phones logged there"))
         if one.differ and (one.pattern is not None or not elsewhere):
             found[floor] = one
     return found
@@ -332,29 +322,22 @@ def compared_with_logs(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]
 
 def other_ids_findings(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]) -> list[Finding]:
     """Report floors whose walks logged ids of another kind than the table has."""
-    return [
-        Finding(
-            kind="other_ids",
-            file="",
-            count=len(one.unknown),
-            message=f"the ids do not match: {one.text}. Landmarks without a match are unsurveyed: {SAME_IDS}",
-            severity=Severity.ERROR,
-        )
-        for one in compared_with_logs(landmarks, logged).values()
-    ]
+    found: list[Finding] = []
+    for one in compared_with_logs(landmarks, logged).values():
+        message = f"the ids do not match: {one.text}. Landmarks without a match are unsurveyed: {SAME_IDS}"
+        found += finding_if(len(one.unknown), "other_ids", message, severity=Severity.ERROR)
+    return found
 
 
 def shifted_ids_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
     """Report a walk whose ids are all shifted against the table's, by the distances between its landmarks."""
-    found = walk_id_shift(camera, log, landmarks)
-    if found is None:
+    if (found := walk_id_shift(camera, log, landmarks)) is None:
         return []
     message = (
         f"the ids seem to be shifted: {found.text}; the walk's labels are wrong. The phone logged landmarks "
         f"{', '.join(sorted(log.ids, key=_natural)[:5])}, ...: {SAME_IDS}"
     )
-    count = len(log.ids)
-    return [Finding(kind="shifted_ids", file="", count=count, message=message, severity=Severity.ERROR)]
+    return [*finding_if(len(log.ids), "shifted_ids", message, severity=Severity.ERROR)]
 
 
 def walk_id_shift(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> IdShift | None:

@@ -11,10 +11,11 @@ from typing import TypeAlias
 import polars as pl
 
 from vislam2tag.common.files.table_files import read_csv
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 
 _EXTRA = "_extra"
-_PLAIN = re.compile("[^\\x00-\\x1f\\x7f\\ufffd]+")
+_PLAIN = r"^[^\x00-\x1f\x7f\x{fffd}]+$"
+"""Text that is a word: not blank, no control characters, no undecodable bytes."""
 _BLANKS = re.compile(rb"[ \t]+")
 Columns: TypeAlias = Mapping[str, pl.DataType | type[pl.DataType]]
 """Names and types, in order."""
@@ -111,7 +112,7 @@ def _parsed(data: bytes, file: str, columns: Columns) -> RawTable:
     text = [name for name, kind in columns.items() if kind == pl.String]
     table = table.with_columns(pl.col(text).str.strip_chars()).select(_line_numbers(1), *columns, _EXTRA)
     parts = [pl.col(name).is_not_null() for name in columns] + [pl.col(_EXTRA).is_null()]
-    parts += [_is_plain(table[name]) for name in text]
+    parts += [_is_text(table[name], _PLAIN) for name in text]
     if "time_ns" in columns:
         parts.append(pl.col("time_ns") >= 0)
     raw = _with_marks_judged(_separated(data, file, table, pl.all_horizontal(parts)), data)
@@ -124,13 +125,6 @@ def _empty(columns: Columns) -> pl.DataFrame:
 
 def _line_numbers(first: int) -> pl.Expr:
     return pl.int_range(first, pl.len() + first, dtype=pl.Int64).alias("row")
-
-
-def _is_plain(column: pl.Series) -> pl.Expr:
-    """Rows whose text is a word: not blank, no control characters, no undecodable bytes."""
-    different = column.unique().drop_nulls().to_list()
-    plain = [text for text in different if _PLAIN.fullmatch(text)]
-    return pl.lit(value=True) if len(plain) == len(different) else pl.col(column.name).is_in(plain)
 
 
 def _separated(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
@@ -156,15 +150,13 @@ def unreadable_findings(
     what: str = "these lines do not have the expected fields; they are left out: look at the first ones",
 ) -> list[Finding]:
     """Report a last line that is cut off, and other lines that do not parse: ``what`` says so."""
-    findings = []
-    malformed = list(unreadable)
-    if last in malformed and not data.endswith(b"\n"):
-        message = "the last line is cut off, as when the recorder is killed; it is left out"
-        malformed = [line for line in malformed if line != last]
-        findings.append(Finding.at_lines("partial_last_line", file, [last], message))
-    if malformed:
-        findings.append(Finding.at_lines("malformed_lines", file, malformed, what))
-    return findings
+    cut = [last] if last in unreadable and not data.endswith(b"\n") else []
+    malformed = [line for line in unreadable if line not in cut]
+    message = "the last line is cut off, as when the recorder is killed; it is left out"
+    return [
+        *at_lines_if("partial_last_line", file, cut, message),
+        *at_lines_if("malformed_lines", file, malformed, what),
+    ]
 
 
 def line_count(data: bytes) -> int:
@@ -225,19 +217,9 @@ def _undecodable(data: bytes, raw: RawTable, column: str) -> list[Finding]:
     """Report rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
     suspects = raw.rows.filter(pl.col(column).str.contains(_REPLACEMENT, literal=True))["row"].to_list()
     lines = data.split(b"\n") if suspects else []
-    broken = [row for row in suspects if not _is_utf8(lines[row - 1])]
-    if not broken:
-        return []
+    broken = [row for row in suspects if lines[row - 1].decode("utf-8", errors="ignore").encode() != lines[row - 1]]
     message = "the text is not UTF-8; the bytes that cannot be decoded are replaced by U+FFFD"
-    return [Finding.at_lines("undecodable_text", raw.file, broken, message, Severity.INFO)]
-
-
-def _is_utf8(line: bytes) -> bool:
-    try:
-        line.decode("utf-8")
-    except UnicodeDecodeError:
-        return False
-    return True
+    return at_lines_if("undecodable_text", raw.file, broken, message, Severity.INFO)
 
 
 _END, _SURPLUS = "_end", "_surplus"
@@ -250,12 +232,12 @@ _TEXT = r"^[^\x00-\x1f\x7f]*$"
 class NamedTable:
     """A table with a header, of commas: columns are taken by name.
 
-    A row without a value of a ``required`` one is no row; ``words`` are texts of letters, digits and ``_``; ``quoted``
-    says that texts may be anything, in quotes.
+    A row without a value of the first one, a ``required`` one or one of the ``words`` is no row. Words are texts of
+    letters, digits and ``_``; ``quoted`` says that texts may be anything, in quotes.
     """
 
     columns: Columns
-    required: tuple[str, ...]
+    required: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
     quoted: bool = False
     severity: Severity = Severity.WARNING
@@ -330,11 +312,12 @@ class NamedTable:
         return [*casts.values(), pl.when(~wrong).then(_END).alias(_END)]
 
     def _readable(self, table: pl.DataFrame) -> pl.Expr:
-        parts = [pl.col(_END) == _MARK, *(pl.col(name).is_not_null() for name in self.required)]
+        needed = (next(iter(self.columns)), *self.required, *self.words)
+        parts = [pl.col(_END) == _MARK, *(pl.col(name).is_not_null() for name in needed)]
         for name, kind in self.columns.items():
             if kind == pl.String:
                 parts.append(_is_text(table[name], _WORD if name in self.words else _TEXT))
-        parts += [pl.col(name) >= 0 for name in self.required if name.endswith("_ns")]
+        parts += [pl.col(name) >= 0 for name in needed if name.endswith("_ns")]
         return pl.all_horizontal(parts)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_RECORDING_S, of_one_recording
 from vislam2tag.core.status import Status
@@ -53,9 +53,9 @@ def poses_of(rows: pl.DataFrame, file: str) -> tuple[FloatArray, FloatArray, Boo
 def findings_of(line: IntArray, file: str, *odd: tuple[FindingKind, BoolArray, str, Severity]) -> list[Finding]:
     """A finding for each mask (n,) with any row, at their lines (n,), with its message."""
     return [
-        Finding.at_lines(kind, file, line[mask].tolist(), message, severity)
+        finding
         for kind, mask, message, severity in odd
-        if mask.any()
+        for finding in at_lines_if(kind, file, line[mask].tolist(), message, severity)
     ]
 
 
@@ -68,8 +68,7 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     Of frames with the same time the first counts; a frame before the latest time so far is invalid.
     """
     position, orientation, sound, findings = poses_of(rows, file)
-    time_ns = rows["time_ns"].to_numpy()
-    line = rows["row"].to_numpy()
+    time_ns, line = rows["time_ns"].to_numpy(), rows["row"].to_numpy()
     kept = sound.copy()
     kept[sound] = of_one_recording(time_ns[sound])
     sound, far = kept, sound & ~kept
@@ -116,15 +115,12 @@ def _backward_message(time_ns: IntArray, latest_ns: IntArray, backward: BoolArra
 def _frame_gaps(track: CameraTrack, line: IntArray, file: str, settings: FindingSettings) -> list[Finding]:
     """Holes between the usable frames, at their lines (n,)."""
     step_s = np.diff(track.time_ns[track.usable]) / 1e9
-    gaps = step_s > settings.frame_gap_s
-    if not gaps.any():
-        return []
-    after = line[track.usable][1:][gaps].tolist()
+    after = line[track.usable][1:][step_s > settings.frame_gap_s].tolist()
     message = (
-        f"no frame for more than {settings.frame_gap_s:g} s before these lines (longest {step_s.max():.1f} s); "
-        "nothing is known of the way walked there"
+        f"no frame for more than {settings.frame_gap_s:g} s before these lines (longest {step_s.max(initial=0):.1f} s);"
+        " nothing is known of the way walked there"
     )
-    return [Finding.at_lines("frame_gap", file, after, message)]
+    return at_lines_if("frame_gap", file, after, message)
 
 
 LANDMARK_SCHEMA = {"id": pl.String, "time_ns": pl.Int64, **POSE_COLUMNS}
@@ -138,17 +134,15 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
     A row belongs to the usable frame of exactly its time; of rows with the same landmark and time the first counts.
     """
     position, orientation, sound, findings = poses_of(rows, file)
-    frame, orphans = frames_of(rows["time_ns"].to_numpy(), camera)
-    line = rows["row"].to_numpy()
+    (frame, orphans), line = frames_of(rows["time_ns"].to_numpy(), camera), rows["row"].to_numpy()
     message = "no frame has the time of these rows; they are not used"
     findings += findings_of(line, file, ("landmark_rows_without_frame", sound & orphans, message, Severity.WARNING))
     ids, landmark = _landmarks_of(rows["id"])
     used = np.flatnonzero(sound & (frame >= 0))
     ids, landmark = _by_first_sighting(ids, landmark, frame, used)
     used, repeated = sorted_once(landmark, frame, used)
-    if len(repeated):
-        message = "a landmark has several rows at the same time; the first counts"
-        findings.append(Finding.at_lines("duplicate_landmark_rows", file, sorted(line[repeated].tolist()), message))
+    message = "a landmark has several rows at the same time; the first counts"
+    findings += at_lines_if("duplicate_landmark_rows", file, sorted(line[repeated].tolist()), message)
     frame, position = frame[used], position.take(used, axis=0)
     offset = position - camera.position_acs.take(frame, axis=0)
     lost = np.einsum("ij,ij->i", offset, offset) <= SAME_POSITION_M**2
@@ -212,8 +206,6 @@ def _tracking_lost(log: LandmarkLog, file: str, frames: int) -> list[Finding]:
     logged = np.bincount(log.frame, minlength=frames)
     lost = np.bincount(log.frame[log.lost], minlength=frames)
     critical = (logged > 0) & (lost == logged)
-    if not critical.any():
-        return []
     first_line = np.full(frames, np.iinfo(np.int64).max)
     np.minimum.at(first_line, log.frame, log.row)
     runs = int(np.count_nonzero(np.diff(critical.astype(np.int8), prepend=0) == 1))
@@ -221,4 +213,4 @@ def _tracking_lost(log: LandmarkLog, file: str, frames: int) -> list[Finding]:
         f"tracking was lost {runs} time{'s' if runs > 1 else ''}: at these frames every landmark has the camera's "
         "pose; they split the walk"
     )
-    return [Finding.at_lines("tracking_lost", file, np.sort(first_line[critical]).tolist(), message)]
+    return at_lines_if("tracking_lost", file, np.sort(first_line[critical]).tolist(), message)

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.status import Status
@@ -64,8 +64,7 @@ def track_without_poses(inertial: InertialLog, sensors: pl.DataFrame, fixes: Fix
 
 def track_of_log(sensors: pl.DataFrame, fixes: FixLog | None, refused: str) -> CameraTrack:
     """The frames of a log without poses; raises SessionError, with these words, if it has no inertial readings."""
-    inertial = inertial_log(sensors)
-    if inertial is None:
+    if (inertial := inertial_log(sensors)) is None:
         raise SessionError(refused)
     return track_without_poses(inertial, sensors, fixes)
 
@@ -91,8 +90,7 @@ def with_fixes(session: Session, reading: SessionFiles) -> Session:
     if session.camera.usable.any() or not reading.has("fixes"):
         return session
     rows = reading.rows("fixes", _FIXES.read, ANY, clock_of(session.camera, session.tables["sensors"]))
-    fixes, found = _fixes(rows, FIXES_FILE, "t; x; y")
-    return _without_tracker(session, reading, FIXES_FILE, fixes, found)
+    return _without_tracker(session, reading, rows, FIXES_FILE, "t; x; y")
 
 
 def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file: str) -> Session:
@@ -103,14 +101,12 @@ def with_taps(session: Session, reading: SessionFiles, taps: pl.DataFrame, file:
     """
     if session.camera.usable.any() or reading.has("fixes") or not taps.height:
         return session
-    fixes, found = _fixes(taps, file, "taps on the plan")
-    return _without_tracker(session, reading, file, fixes, found)
+    return _without_tracker(session, reading, taps, file, "taps on the plan")
 
 
-def _without_tracker(
-    session: Session, reading: SessionFiles, file: str, fixes: FixLog, found: list[Finding]
-) -> Session:
-    """Give a session frames and inertial readings; ``found`` was found of its fixes, which are in ``file``."""
+def _without_tracker(session: Session, reading: SessionFiles, rows: pl.DataFrame, file: str, what: str) -> Session:
+    """Give a session frames, inertial readings and its fixes, the ``rows`` of ``file``; ``what`` says one there."""
+    fixes, found = _fixes(rows, file, what)
     session = replace(session, files=tuple(reading.files), findings=tuple(reading.findings))
     made = without_tracker(session, fixes)
     if made is None:
@@ -160,7 +156,7 @@ def _fixes(rows: pl.DataFrame, file: str, what: str) -> tuple[FixLog, list[Findi
     finite = pl.all_horizontal(pl.col("x", "y").is_finite())
     odd = rows.filter(~finite)["row"].to_list()
     message = "coordinates must be finite numbers, metres; these fixes are not used"
-    findings = [Finding.at_lines("non_finite_values", file, odd, message)] if odd else []
+    findings = at_lines_if("non_finite_values", file, odd, message)
     kept = rows.filter(finite).unique("time_ns", keep="first").sort("time_ns")
     if kept.height < 2:
         findings.append(too_few_fixes(file, what))

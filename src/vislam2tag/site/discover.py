@@ -14,7 +14,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import restore
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.site.floors import (
     MASK_FILE,
@@ -66,15 +66,10 @@ def read_site(
     folder is left out, which is a finding, unless ``follow_links`` is given. Raises SurveyError where the folder is
     missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
     """
-    site, findings = _read_site(root, default_sigma_m, landmark_file)
-    return shared_site(root, site, findings, follow_links=follow_links)
-
-
-def _read_site(root: Path, default_sigma_m: float, landmark_file: Path | None) -> tuple[Site, tuple[Finding, ...]]:
     restore(root)  # what `site write` makes is replaced whole
+    rows, problems = list[SurveyedLandmark](), list[Finding]()
     if is_ilc20_site(root):
         floors, findings = ilc20_floors(root)
-        rows, problems = list[SurveyedLandmark](), list[Finding]()
         if landmark_file is not None:
             numbers = {floor.number for floor in floors}
             rows, problems = read_completed_file(landmark_file, numbers, default_sigma_m)
@@ -88,13 +83,13 @@ def _read_site(root: Path, default_sigma_m: float, landmark_file: Path | None) -
     landmarks = landmarks_from(rows)
     if landmark_file is not None:
         landmarks = with_shared_errors(landmarks, landmark_file)
-    return Site(tuple(floors), landmarks), (*findings, *problems)
+    return shared_site(root, Site(tuple(floors), landmarks), (*findings, *problems), follow_links=follow_links)
 
 
 def _published_floors(root: Path, folders: dict[int, Path]) -> tuple[list[Floor], list[Finding]]:
     """Floors of the published layout, which are its folders, by number."""
     rows, findings = read_floor_file(root)
-    findings = [*findings, *_without_size(folders, rows, findings)]
+    findings += _without_size(folders, rows, findings)
     floors: list[Floor] = []
     for number, folder in folders.items():
         floor, floor_findings = _floor(root, folder, number, rows.get(number))
@@ -143,24 +138,19 @@ def _instead(root: Path) -> str:
 
 
 def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
-    folders: dict[int, Path] = {}
-    findings: list[Finding] = []
-    for folder in sorted(_listed(root), key=lambda folder: len(folder.name)):
-        match = _FLOOR_FOLDER.fullmatch(folder.name)
-        if match and int(match.group(1)) not in folders:
-            folders[int(match.group(1))] = folder
-        elif match:
-            message = f"floor {int(match.group(1))} has two folders; this one is left out: rename it"
-            findings.append(site_finding("duplicate_floor", folder.name, message))
-    findings += walks_in_no_floor([folder for folder in _listed(root) if not _FLOOR_FOLDER.fullmatch(folder.name)])
-    return dict(sorted(folders.items())), findings
-
-
-def _listed(root: Path) -> list[Path]:
     try:
-        return subfolders(root)
+        listed = subfolders(root)
     except OSError as error:
         raise SurveyError(f"{root}: cannot be listed: {error.strerror}") from error
+    folders: dict[int, Path] = {}
+    findings: list[Finding] = []
+    for folder in sorted(listed, key=lambda folder: len(folder.name)):
+        match = _FLOOR_FOLDER.fullmatch(folder.name)
+        if match and folders.setdefault(int(match.group(1)), folder) is not folder:
+            message = f"floor {int(match.group(1))} has two folders; this one is left out: rename it"
+            findings.append(site_finding("duplicate_floor", folder.name, message))
+    findings += walks_in_no_floor([folder for folder in listed if not _FLOOR_FOLDER.fullmatch(folder.name)])
+    return dict(sorted(folders.items())), findings
 
 
 def site_files(root: Path) -> list[Path]:
@@ -275,29 +265,23 @@ def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
     Floors whose whole table is corrected are left out.
     """
     corrected = {entry.floor for entry in (*corrections.landmark_units, *corrections.turn_landmarks)}
-    found = []
+    found: list[Finding] = []
     for floor in site.floors:
-        here = site.landmarks.on_floor(floor.number)
-        extent_m = floor.extent_m
+        here, extent_m = site.landmarks.on_floor(floor.number), floor.extent_m
         if extent_m is None or floor.number in corrected:
             continue
         left, right, low, high = extent_m
         x, y = here.position_bcs.T
         beside_m = np.maximum.reduce((left - x, x - right, low - y, y - high))
         off = [here.ids[i] for i in np.flatnonzero(here.surveyed & (beside_m > BESIDE_M)).tolist()]
-        if off:
-            found.append(_off_plan(floor, off, len(here.ids), extent_m))
+        message = (
+            f"{len(off)} of {len(here.ids)} landmarks of floor {floor.number} ({names_shown(off)}) lie more than "
+            f"{BESIDE_M:g} m off its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} m: "
+            "are they in metres, from the plan's origin, x before y? vislam2tag diagnose tells units and mirrored "
+            "tables from the walks"
+        )
+        found += finding_if(len(off), "landmarks_off_plan", message, severity=Severity.WARNING)
     return found
-
-
-def _off_plan(floor: Floor, off: Sequence[str], count: int, extent_m: tuple[float, float, float, float]) -> Finding:
-    left, right, low, high = extent_m
-    message = (
-        f"{len(off)} of {count} landmarks of floor {floor.number} ({names_shown(off)}) lie more than {BESIDE_M:g} m "
-        f"off its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} m: are they in metres, "
-        "from the plan's origin, x before y? vislam2tag diagnose tells units and mirrored tables from the walks"
-    )
-    return Finding(kind="landmarks_off_plan", file="", count=len(off), message=message)
 
 
 def walks_in_no_floor(folders: Sequence[Path]) -> list[Finding]:

@@ -11,7 +11,7 @@ import numpy as np
 from shapely.geometry import Polygon
 
 from vislam2tag.common.files.plain_files import plain, read_json
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.site.georeference import Georeference, georeference_of
 from vislam2tag.site.landmark_file import read_control_points
 from vislam2tag.site.model import ControlPoints, Floor, SessionKey, floor_number
@@ -117,19 +117,15 @@ def read_room_names(root: Path, path: Path | None) -> tuple[list[PlanText], list
         return [], [unreadable_file(name, error, "rooms keep the names that the plan has")]
     if (problem := table.missing_columns(ROOMS)) is not None:
         return [], [Finding(kind="malformed_header", file=name, count=1, message=problem, lines=table.header_lines)]
-    found, wrong = [], []
+    found: dict[int, PlanText] = {}
     for line, fields in table.rows:
-        try:
+        with suppress(ValueError):
             x, y = (finite_or_none(table.cell(fields, axis)) for axis in ("x", "y"))
-        except ValueError:
-            x = y = None
-        if fields[0] and x is not None and y is not None:
-            found.append(PlanText(fields[0], (x, y)))
-        else:
-            wrong.append(line)
+            if fields[0] and x is not None and y is not None:
+                found[line] = PlanText(fields[0], (x, y))
+    wrong = [line for line, _ in table.rows if line not in found]
     message = "these rows have no name, or no x and y in metres; they are left out: correct them"
-    malformed = [Finding.at_lines("malformed_lines", name, wrong, message)] if wrong else []
-    return found, [*table.findings, *malformed]
+    return list(found.values()), [*table.findings, *at_lines_if("malformed_lines", name, wrong, message)]
 
 
 def names_on_plan(plan: FloorPlan) -> list[PlanText]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -49,18 +50,14 @@ class FrameChange(Record):
     """Of an estimate: distance of each landmark of both surveys, changed, from where the new one has it, metres."""
 
     @classmethod
-    def of(cls, number: int, similarity: Similarity2, rise_m: float = 0.0, **more: object) -> Self:
+    def of(
+        cls, number: int, similarity: Similarity2, rise_m: float = 0.0, residuals_m: dict[str, float] | None = None
+    ) -> Self:
         """The change that a similarity is."""
-        return cls.model_validate(
-            {
-                "number": number,
-                "x_m": similarity.b.real,
-                "y_m": similarity.b.imag,
-                "angle_deg": math.degrees(similarity.rotation_rad),
-                "scale": similarity.scale,
-                "rise_m": rise_m,
-                **more,
-            }
+        x_m, y_m = similarity.b.real, similarity.b.imag
+        angle_deg, scale, residuals_m = math.degrees(similarity.rotation_rad), similarity.scale, residuals_m or {}
+        return cls(
+            number=number, x_m=x_m, y_m=y_m, angle_deg=angle_deg, scale=scale, rise_m=rise_m, residuals_m=residuals_m
         )
 
     @property
@@ -81,9 +78,9 @@ class FrameChanges(Record):
 
     @model_validator(mode="after")
     def _floors_differ(self) -> Self:
-        for change in self.floors:
-            if sum(other.number == change.number for other in self.floors) > 1:
-                raise ValueError(f"floor {change.number} is given twice; give each floor once")
+        number, count = Counter(change.number for change in self.floors).most_common(1)[0]
+        if count > 1:
+            raise ValueError(f"floor {number} is given twice; give each floor once")
         return self
 
     @property
@@ -125,23 +122,19 @@ def estimated_changes(old: Site, new: Site, *, rigid: bool = False, without: Col
     that the new site lacks, or neither has landmarks on, are left out. Raises SurveyError where two sites share fewer
     than two places on a floor, or no floor.
     """
-    found = []
-    for floor in new.floors:
-        known = [each for each in old.floors if each.number == floor.number]
-        if known and len(old.landmarks.on_floor(floor.number).ids):
-            found.append(_estimated(known[0], floor, old.landmarks, new.landmarks, rigid, without))
+    known = {floor.number: floor for floor in old.floors if len(old.landmarks.on_floor(floor.number).ids)}
+    found = [
+        _estimated(known[floor.number], floor, old.landmarks, new.landmarks, rigid, without)
+        for floor in new.floors
+        if floor.number in known
+    ]
     if not found:
         raise SurveyError("the old and the new site share no floor with landmarks; give the change by --by rebase.toml")
     return FrameChanges(floors=tuple(found))
 
 
 def _estimated(
-    before: Floor,
-    after: Floor,
-    old: Landmarks,
-    new: Landmarks,
-    rigid: bool,
-    without: Collection[str],
+    before: Floor, after: Floor, old: Landmarks, new: Landmarks, rigid: bool, without: Collection[str]
 ) -> FrameChange:
     number = after.number
     one, other = (marks.on_floor(number).without_planned_positions() for marks in (old, new))
@@ -162,7 +155,7 @@ def _estimated(
     apart = np.linalg.norm(similarity @ source - target, axis=1)
     rise_m = _rise(before, after, one.z_m[rows], other.z_m[others])
     residuals = {name: round(float(distance), 4) for name, distance in zip(ids, apart, strict=True)}
-    return FrameChange.of(number, similarity, rise_m, residuals_m=residuals)
+    return FrameChange.of(number, similarity, rise_m, residuals)
 
 
 def _rise(before: Floor, after: Floor, old_z_m: FloatArray, new_z_m: FloatArray) -> float:

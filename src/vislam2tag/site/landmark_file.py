@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import polars as pl
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.table_files import parquet_bytes, read_parquet
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns, of_landmarks
 from vislam2tag.core.limits import MAX_CONTROL_POINTS, MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import Landmarks
@@ -262,29 +263,23 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     except OSError as error:
         name = path.relative_to(root).as_posix()
         return none, [unreadable_file(name, error, "the floor's control points are unknown")]
-    counts = LineCounts(table.file)
-    points: list[tuple[float, float]] = []
-    source: list[str] = []
+    points: dict[int, tuple[float, float]] = {}
     for line, fields in table.rows:
-        try:
+        with suppress(ValueError):
             x, y = (finite_or_none(field) for field in fields[:2])
-        except ValueError:
-            x = y = None
-        if x is None or y is None or max(abs(x), abs(y)) > GREATEST_M:
-            counts.add("malformed_lines", line)
-        else:
-            points.append((x, y))
-            source.append(table.place(line))
+            if x is not None and y is not None and max(abs(x), abs(y)) <= GREATEST_M:
+                points[line] = x, y
     if len(points) > MAX_CONTROL_POINTS:
         message = f"{len(points):,} control points, and a floor may have {MAX_CONTROL_POINTS:,}; none is used"
         return none, [*table.findings, site_finding("unreadable_file", table.file, message)]
-    positions = np.array(points, dtype=np.float64).reshape(len(points), 2)
+    positions = np.array(list(points.values()), dtype=np.float64).reshape(len(points), 2)
     ids = tuple(str(i) for i in range(len(points)))
+    wrong = [line for line, _ in table.rows if line not in points]
     message = (
         f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are left out: correct them"
     )
-    findings = [*table.findings, *counts.findings({"malformed_lines": message})]
-    return ControlPoints(ids, positions, tuple(source)), findings
+    findings = [*table.findings, *at_lines_if("malformed_lines", table.file, wrong, message)]
+    return ControlPoints(ids, positions, tuple(table.place(line) for line in points)), findings
 
 
 SUFFIX = ".covariance.parquet"

@@ -18,15 +18,14 @@ import numpy as np
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.plain_files import read_json
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if, finding_if
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.intake.ids import NamedIds, compare_ids
+from vislam2tag.intake.ids import compare_ids
 from vislam2tag.site.frame_change import FrameChange
 from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import (
-    LineCounts,
     SiteTable,
     finite_or_none,
     number_or_none,
@@ -93,19 +92,13 @@ def read_states(root: Path, folder: Path) -> tuple[dict[str, StateRow], list[Fin
     except OSError as error:
         consequence = "planned positions count as measured"
         return {}, [unreadable_file(path.relative_to(root).as_posix(), error, consequence)]
-    counts = LineCounts(table.file)
-    found: dict[str, StateRow] = {}
-    for line, fields in table.rows:
-        row = _state_row(table, fields)
-        if row is None:
-            counts.add("malformed_lines", line)
-        else:
-            found[row.landmark] = row
+    rows = {line: _state_row(table, fields) for line, fields in table.rows}
+    found = {row.landmark: row for row in rows.values() if row is not None}
     message = (
         f"a row needs the columns {', '.join(COLUMNS)}, with the state planned or measured; these rows are left out, "
         "their landmarks count as measured: correct them"
     )
-    return found, counts.findings({"malformed_lines": message})
+    return found, at_lines_if("malformed_lines", table.file, [line for line in rows if rows[line] is None], message)
 
 
 def _state_row(table: SiteTable, fields: tuple[str, ...]) -> StateRow | None:
@@ -194,27 +187,20 @@ def names_shown(names: Sequence[str]) -> str:
 
 def planned_findings(landmarks: Landmarks, *, use_planned: bool) -> list[Finding]:
     """Report the landmarks of each floor whose positions were only planned, and whether these are used."""
-    found = []
+    severity = Severity.INFO if use_planned else Severity.WARNING
+    found: list[Finding] = []
     for floor in np.unique(landmarks.floor).tolist():
         here = landmarks.on_floor(floor)
-        if not here.planned_ids:
-            continue
         counts, names = LandmarkCounts.of(here), names_shown(here.planned_ids)
-        if use_planned:
-            message = (
-                f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are not "
-                "measured yet; they are used as if measured (--use-planned)"
-            )
-        else:
-            message = (
-                f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are not "
-                "measured yet; they are not used. Measure them (vislam2tag register, or write measured positions into "
-                f"marker_dict.csv and the state measured into {STATES_FILE}), or use the plan's places with "
-                "--use-planned"
-            )
-        severity = Severity.INFO if use_planned else Severity.WARNING
-        count = len(here.planned_ids)
-        found.append(Finding(kind="planned_landmarks", file="", count=count, message=message, severity=severity))
+        message = (
+            f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are not "
+            "measured yet; they are used as if measured (--use-planned)"
+            if use_planned
+            else f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are "
+            "not measured yet; they are not used. Measure them (vislam2tag register, or write measured positions into "
+            f"marker_dict.csv and the state measured into {STATES_FILE}), or use the plan's places with --use-planned"
+        )
+        found += finding_if(len(here.planned_ids), "planned_landmarks", message, severity=severity)
     return found
 
 
@@ -267,19 +253,17 @@ def planned_twice(file: str, landmarks: Sequence[SurveyedLandmark]) -> list[Find
     line = {one.landmark: one.line for one in landmarks}
     pairs: dict[str, str] = {}
     for measured in series.values():
-        found = compare_ids(NamedIds("planned", tuple(planned)), NamedIds("measured", tuple(measured)))
-        alike = {} if found.pattern is None else found.pattern.mapping
+        pattern = compare_ids(tuple(planned), tuple(measured)).pattern
+        alike = {} if pattern is None else pattern.mapping
         close = sum(measured[one].distance_m(planned[other]) < CLOSE_M for one, other in alike.items())
         if close > len(alike) / 2:
             pairs |= alike
-    if not pairs:
-        return []
     message = (
         f"landmarks {names_shown(list(pairs))} are measured where landmarks {names_shown(list(pairs.values()))} are "
         "planned, and have similar names: the same sheets? Give each sheet one id, that of the plan if walks log it, "
         "and remove the other row"
     )
-    return [Finding.at_lines("duplicate_landmarks", file, [line[name] for name in pairs], message, Severity.ERROR)]
+    return at_lines_if("duplicate_landmarks", file, [line[name] for name in pairs], message, Severity.ERROR)
 
 
 PLAN_FILE = "plan.json"
@@ -306,20 +290,18 @@ def proposals_in(root: Path) -> Proposals:
 
 def perhaps_planned(table: SiteTable, floor: int, known: Collection[str], proposals: Proposals) -> list[Finding]:
     """Report rows of a floor's landmark table that are as a plan left them, except those whose state is ``known``."""
-    names, lines = [], []
-    for line, fields in table.rows:
-        name = landmark_id(fields[0])
-        if name not in known and _is_untouched(table, fields, proposals.get((floor, name))):
-            names.append(name)
-            lines.append(line)
-    if not names:
-        return []
+    untouched = {
+        line: name
+        for line, fields in table.rows
+        if (name := landmark_id(fields[0])) not in known and _is_untouched(table, fields, proposals.get((floor, name)))
+    }
     message = (
-        f"landmarks {names_shown(names)} are where vislam2tag plan proposed them, with the sigmas of a plan; they are "
-        "used as measured positions. If they are not measured yet, do so (vislam2tag register); if someone has, write "
-        f"the true sigma_m into these rows, and the state measured into {STATES_FILE} beside the file"
+        f"landmarks {names_shown(list(untouched.values()))} are where vislam2tag plan proposed them, with the sigmas "
+        "of a plan; they are used as measured positions. If they are not measured yet, do so (vislam2tag register); if "
+        f"someone has, write the true sigma_m into these rows, and the state measured into {STATES_FILE} beside the "
+        "file"
     )
-    return [Finding.at_lines("perhaps_planned", table.file, lines, message)]
+    return at_lines_if("perhaps_planned", table.file, list(untouched), message)
 
 
 def nearly_planned(file: str, landmarks: Sequence[SurveyedLandmark], states: States) -> list[Finding]:
@@ -335,14 +317,12 @@ def nearly_planned(file: str, landmarks: Sequence[SurveyedLandmark], states: Sta
         and (state := states.get((one.floor, one.landmark))) is not None
         and state.nearly_plans(one.x_m, one.y_m)
     ]
-    if not near:
-        return []
     message = (
         f"landmarks {names_shown([one.landmark for one in near])} are 1 to 10 cm from where vislam2tag plan proposed "
         "them, without a sigma_m of their own: measured, or rounded? They are used as measured positions. If they are "
         "not measured yet, do so (vislam2tag register); if they are, write their sigma_m into these rows"
     )
-    return [Finding.at_lines("perhaps_planned", file, [one.line for one in near], message)]
+    return at_lines_if("perhaps_planned", file, [one.line for one in near], message)
 
 
 def copies_of_plan(

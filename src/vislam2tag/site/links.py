@@ -11,14 +11,14 @@ import errno
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.stored_folder import outline_of
 from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
+from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity, finding_if
 from vislam2tag.common.records import Record
 from vislam2tag.site.model import ControlPoints, Floor, Site, Survey
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, read_site_file
@@ -41,41 +41,28 @@ class Link(Record):
     """Nothing is at its end, or it leads to itself."""
 
 
-@dataclass(frozen=True)
-class _End:
-    """Where a path leads."""
+def _followed(root: Path, path: Path) -> tuple[Path, bool, bool]:
+    """Follow a path link by link: where it leads, whether that or a link on the way is outside, whether it is broken.
 
-    path: Path
-    outside: bool
-    broken: bool
-
-
-def _followed(root: Path, path: Path) -> _End:
-    """Follow a path link by link; neither ``root`` nor what is above it is a link."""
+    Neither ``root`` nor what is above it is a link.
+    """
     at, outside, links = Path(path.anchor), False, 0
     parts = list(path.parts[1:][::-1])
     while parts:
         part = parts.pop()
         here = at.parent if part == ".." else at / part
-        if part == ".." or not _is_link(here):
+        if part == ".." or not os.path.islink(here):  # nor is what nobody may look at  # noqa: PTH114
             at = here
             continue
         outside |= not here.is_relative_to(root)
         links += 1
         if links > _MAX_LINKS:
-            return _End(here, outside, broken=True)
+            return here, outside, True
         target = here.readlink()
         if target.anchor:
             at = Path(at.anchor, target.anchor)
         parts += target.parts[bool(target.anchor) :][::-1]
-    return _End(at, outside or not at.is_relative_to(root), broken=not os.path.lexists(at))
-
-
-def _is_link(path: Path) -> bool:
-    try:
-        return path.is_symlink()
-    except OSError:  # nobody may look there, or no name is so long
-        return False
+    return at, outside or not at.is_relative_to(root), not os.path.lexists(at)
 
 
 def links_in(root: Path) -> Iterator[Link]:
@@ -88,9 +75,9 @@ def links_in(root: Path) -> Iterator[Link]:
         for entry in _entries(waiting.pop()):
             path = Path(entry.path)
             if entry.is_symlink():
-                end = _followed(top, path)
+                _, outside, broken = _followed(top, path)
                 name, target = (_text(str(one)) for one in (path.relative_to(top).as_posix(), path.readlink()))
-                yield Link(name=name, target=target, outside=end.outside, broken=end.broken)
+                yield Link(name=name, target=target, outside=outside, broken=broken)
             elif entry.is_dir(follow_symlinks=False):
                 waiting.append(path)
 
@@ -105,9 +92,9 @@ def outside_link(root: Path, path: Path) -> str | None:
     except ValueError:
         return _text(str(path))
     for part in (*list(name.parents)[-2::-1], name):
-        if ".." not in part.parts and _followed(top, top / part).outside:
+        if ".." not in part.parts and _followed(top, top / part)[1]:
             return _text(part.as_posix())
-    return _text(name.as_posix()) if _followed(top, top / name).outside else None
+    return _text(name.as_posix()) if _followed(top, top / name)[1] else None
 
 
 def is_from_outside(root: Path, paths: Iterable[Path]) -> bool:
@@ -120,7 +107,7 @@ def is_from_outside(root: Path, paths: Iterable[Path]) -> bool:
     for path in paths:
         if outside_link(root, path) is not None:
             return True
-        waiting.append(_followed(top, top / path.relative_to(root)).path)
+        waiting.append(_followed(top, top / path.relative_to(root))[0])
     while waiting:
         folder = waiting.pop()
         if folder in looked_at:
@@ -128,10 +115,10 @@ def is_from_outside(root: Path, paths: Iterable[Path]) -> bool:
         looked_at.add(folder)
         for entry in _entries(folder):
             if entry.is_symlink():
-                end = _followed(top, Path(entry.path))
-                if end.outside:
+                end, outside, _ = _followed(top, Path(entry.path))
+                if outside:
                     return True
-                waiting.append(end.path)
+                waiting.append(end)
             elif entry.is_dir(follow_symlinks=False):
                 waiting.append(Path(entry.path))
     return False
@@ -152,32 +139,22 @@ def _text(name: str) -> str:
 
 def link_findings(links: Sequence[Link]) -> list[Finding]:
     """Say of a survey's links how many there are, which lead outside it and which are broken."""
-    outside = [link for link in links if link.outside]
-    broken = [link for link in links if link.broken]
-    kinds: tuple[tuple[FindingKind, Severity, list[Link], str], ...] = (
-        ("links", Severity.INFO, list(links), "links that are read through"),
-        (
-            "links_outside",
-            Severity.WARNING,
-            outside,
-            "links that lead outside the survey; their files are read, but left out of what is shared unless "
-            "--follow-links is given",
-        ),
-        ("broken_links", Severity.WARNING, broken, "links that lead to nothing; get their files, or remove the links"),
+    outside = (
+        "links that lead outside the survey; their files are read, but left out of what is shared unless "
+        "--follow-links is given"
     )
-    return [
-        Finding(
-            kind=kind,
-            file="",
-            count=len(found),
-            message=f"{message}: "
-            + ", ".join(f"{one.name} -> {one.target}" for one in found[:ROWS_NAMED])
-            + (", ..." if len(found) > ROWS_NAMED else ""),
-            severity=severity,
-        )
-        for kind, severity, found, message in kinds
-        if found
-    ]
+    broken = "links that lead to nothing; get their files, or remove the links"
+    kinds: tuple[tuple[FindingKind, Severity, Sequence[Link], str], ...] = (
+        ("links", Severity.INFO, links, "links that are read through"),
+        ("links_outside", Severity.WARNING, [link for link in links if link.outside], outside),
+        ("broken_links", Severity.WARNING, [link for link in links if link.broken], broken),
+    )
+    findings: list[Finding] = []
+    for kind, severity, found, message in kinds:
+        shown = ", ".join(f"{one.name} -> {one.target}" for one in found[:ROWS_NAMED])
+        more = ", ..." if len(found) > ROWS_NAMED else ""
+        findings += finding_if(len(found), kind, f"{message}: {shown}{more}", severity=severity)
+    return findings
 
 
 def left_out_sessions(names: Sequence[str], *, named: bool) -> Finding:

@@ -223,11 +223,8 @@ def same_name(name: str) -> str:
 
 def session_slugs(keys: Sequence[SessionKey]) -> tuple[str, ...]:
     """Give each session its slug, e.g. ``floor_4.LG_ref.2022-01-14T163530``."""
-    parts = [(str(key.floor), key.device, key.session) for key in keys]
-    return unique_slugs(
-        [".".join((f"floor_{floor}", device, session)) for floor, device, session in parts],
-        ["\0".join(part) for part in parts],
-    )
+    names, exact = ([mark.join((str(key.floor), key.device, key.session)) for key in keys] for mark in (".", "\0"))
+    return unique_slugs([f"floor_{name}" for name in names], exact)
 
 
 def unique_slugs(names: Sequence[str], exact: Sequence[str] | None = None) -> tuple[str, ...]:

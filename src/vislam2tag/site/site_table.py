@@ -9,7 +9,7 @@ import math
 import re
 import stat
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
@@ -89,48 +89,36 @@ FLOORS = TableColumns(
 )
 
 
-@dataclass(frozen=True)
-class _Header:
-    """What a table's columns are, in our order."""
-
-    names: tuple[str, ...]
-    order: tuple[int, ...]
-    """Where each stands in the file."""
-    factors: tuple[float | None, ...]
-    """Metres a unit of each; None for columns without numbers."""
-    guesses: tuple[str, ...]
-    """What was taken for what, in words."""
+_Understood = tuple[tuple[str, ...], tuple[int, ...], tuple[float | None, ...], tuple[str, ...]]
+"""Of a table's columns in our order: names, where each is in the file, metres a unit of each (None for columns without
+numbers); and what was taken for what, in words."""
 
 
-def _understood(header: Sequence[str], columns: TableColumns) -> _Header:
+def _understood(header: Sequence[str], columns: TableColumns) -> _Understood:
     """Say what a header's fields are; one that is no column keeps its own name, in lower case."""
     found: list[tuple[str, float]] = []
     guesses: list[str] = []
     for written in header:
         name, factor = _column(written, columns)
-        if name is not None and name not in (taken for taken, _ in found):
-            found.append((name, factor))
-            if name != written.lower():
-                unit = "" if factor == 1.0 else f" (a unit is {factor:g} m)"
-                guesses.append(f"{written} was taken for {name}{unit}")
-        else:
+        if name is None or name in dict(found):
             found.append((written.lower(), 1.0))
+            continue
+        found.append((name, factor))
+        if name != written.lower():
+            unit = "" if factor == 1.0 else f" (a unit is {factor:g} m)"
+            guesses.append(f"{written} was taken for {name}{unit}")
     own = _column(header[0], columns)[0] if header else None
+    order = list(range(len(found)))
     if columns.first[:1] == ("id",) and found and (own == "id" or (own is None and "id" not in dict(found))):
+        # The first column is the id, whatever its name, where none is called so.
         guesses = [guess for guess in guesses if not guess.startswith(f"{header[0]} was taken")]
-        order = list(range(len(found)))  # the first column is the id, whatever its name, where none is called so
     else:
         names = [name for name, _ in found]
         ahead = [names.index(name) for name in columns.first if name in names]
-        order = [*ahead, *(i for i in range(len(found)) if i not in ahead)]
+        order = [*ahead, *(i for i in order if i not in ahead)]
     ours = [found[i] for i in order]
-    numeric = [name in columns.names and name not in columns.texts for name, _ in ours]
-    return _Header(
-        names=tuple(name for name, _ in ours),
-        order=tuple(order),
-        factors=tuple(factor if number else None for (_, factor), number in zip(ours, numeric, strict=True)),
-        guesses=tuple(guesses),
-    )
+    factors = (factor if name in columns.names and name not in columns.texts else None for name, factor in ours)
+    return tuple(name for name, _ in ours), tuple(order), tuple(factors), tuple(guesses)
 
 
 def _column(written: str, columns: TableColumns) -> tuple[str | None, float]:
@@ -228,28 +216,29 @@ def _in_our_columns(
     name: str, lines: list[Line], guesses: list[str], columns: TableColumns, has_header: bool
 ) -> SiteTable:
     head_line, first = lines[0]
-    known, rows = _understood(first, columns), lines[1:]
-    if not has_header and not set(columns.needed) <= set(known.names):
-        known, rows = replace(_understood(columns.needed, columns), names=(), guesses=()), lines
-    ordered = [(line, _reordered(fields, known.order)) for line, fields in rows]
-    numbers = [text for _, fields in ordered for text, factor in zip(fields, known.factors, strict=False) if factor]
+    (names, order, factors, taken), rows = _understood(first, columns), lines[1:]
+    if not has_header and not set(columns.needed) <= set(names):
+        (_, order, factors, _), rows = _understood(columns.needed, columns), lines
+        names, taken = (), ()
+    ordered = [(line, _reordered(fields, order)) for line, fields in rows]
+    numbers = [text for _, fields in ordered for text, factor in zip(fields, factors, strict=False) if factor]
     comma = any(map(_COMMA_NUMBER.fullmatch, numbers)) and not any(map(_POINT_NUMBER.fullmatch, numbers))
 
     def in_metres(place: int, text: str) -> str:
         """A number's text in metres with a decimal point; other text as it is."""
-        factor = known.factors[place] if place < len(known.factors) else None
+        factor = factors[place] if place < len(factors) else None
         if comma and factor is not None and _COMMA_NUMBER.fullmatch(text):
             text = text.replace(",", ".")
         return repr(float(text) * factor) if factor not in (None, 1.0) and is_number(text) else text
 
     made = tuple((line, tuple(in_metres(*cell) for cell in enumerate(fields))) for line, fields in ordered)
-    guesses = [*known.guesses, *guesses, *(["numbers have a decimal comma"] if comma else [])]
+    guesses = [*taken, *guesses, *(["numbers have a decimal comma"] if comma else [])]
     findings: tuple[Finding, ...] = ()
     if guesses:
         message = f"{'; '.join(guesses)}: correct the file where it is otherwise"
         guessed = Finding.at_lines("assumed_columns", name, [head_line], message, Severity.INFO)
         findings = (guessed.model_copy(update={"count": max(1, len(made))}),)
-    return SiteTable(name, known.names, made, findings, (head_line,) if known.names else ())
+    return SiteTable(name, names, made, findings, (head_line,) if names else ())
 
 
 def _reordered(fields: tuple[str, ...], order: Sequence[int]) -> tuple[str, ...]:

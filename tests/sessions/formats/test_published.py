@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from tests.locks import lock
-from tests.sessions.raw import FRAME_NS, FRAMES, clean_files, frame_ns, kinds, read_files, to_bytes, write_session
+from tests.sessions.raw import FRAMES, clean_files, frame_ns, kinds, read_files, to_bytes, write_session
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Severity
-from vislam2tag.core.status import Status
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import format_of, hash_inputs, open_survey, read_session
 from vislam2tag.site.model import SessionKey, SessionRef
@@ -97,10 +96,6 @@ def edit(name: str, change: Callable[[list[str]], list[str]]) -> Callable[[Files
     return apply
 
 
-def replace_line(line: int, old: str, new: str) -> Callable[[list[str]], list[str]]:
-    return lambda lines: [text.replace(old, new) if i + 1 == line else text for i, text in enumerate(lines)]
-
-
 def shifted_times(column: int, offset: int) -> Callable[[list[str]], list[str]]:
     def shift(lines: list[str]) -> list[str]:
         fields = [line.split("; ") for line in lines]
@@ -118,19 +113,11 @@ def without(name: str) -> Callable[[Files], None]:
 
 SECOND_NS = 1_000_000_000
 TRAPS: dict[str, tuple[Callable[[Files], None], dict[tuple[str, str], int]]] = {
-    "mixed marks": (
-        edit("sensors.csv", lambda lines: [t.replace(".", ",") if i in (4, 5) else t for i, t in enumerate(lines)]),
-        {("mixed_decimal_marks", "sensors.csv"): 2},
-    ),
     "sensors on another clock": (
         edit("sensors.csv", shifted_times(0, -3600 * SECOND_NS)),
         {("clock_mismatch", "sensors.csv"): 300},
     ),
     "Wi-Fi on another clock": (edit("wifi.csv", shifted_times(1, 10**12)), {("clock_mismatch", "wifi.csv"): 12}),
-    "stale readings": (
-        edit("wifi.csv", lambda lines: [*lines, *("9" + line[1:] for line in lines[-2:])]),
-        {("stale_wifi_rows", "wifi.csv"): 2},
-    ),
     "malformed lines": (
         edit("initPoses.csv", lambda lines: [lines[0], "", "oops", *lines[1:]]),
         {("malformed_lines", "initPoses.csv"): 2},
@@ -140,30 +127,6 @@ TRAPS: dict[str, tuple[Callable[[Files], None], dict[tuple[str, str], int]]] = {
     "no presses": (without("refMarker.csv"), {}),
     "no landmarks": (without("initPoses.csv"), {("missing_file", "initPoses.csv"): 1}),
     "empty Wi-Fi": (edit("wifi.csv", lambda lines: []), {("empty_file", "wifi.csv"): 1}),
-    "duplicate frame": (
-        edit("poses.csv", lambda lines: [*lines[:20], lines[19], *lines[20:]]),
-        {("duplicate_times", "poses.csv"): 1},
-    ),
-    "backward frames": (
-        edit("poses.csv", lambda lines: [*lines[:5], *lines[7:20], *lines[5:7], *lines[20:]]),
-        {("backward_times", "poses.csv"): 2},
-    ),
-    "frame that is not finite": (
-        edit("poses.csv", replace_line(15, "1.350000", "NaN")),
-        {("non_finite_values", "poses.csv"): 1},
-    ),
-    "reading that is not finite": (
-        edit("sensors.csv", replace_line(15, "1.500000", "Infinity")),
-        {("non_finite_values", "sensors.csv"): 1},
-    ),
-    "repeated landmark row": (
-        edit("initPoses.csv", lambda lines: [*lines[:9], lines[8], *lines[9:]]),
-        {("duplicate_landmark_rows", "initPoses.csv"): 1},
-    ),
-    "landmark row between frames": (
-        edit("initPoses.csv", replace_line(5, str(frame_ns(14)), str(frame_ns(14) + 5))),
-        {("landmark_rows_without_frame", "initPoses.csv"): 1},
-    ),
 }
 
 
@@ -188,30 +151,6 @@ def test_a_cut_off_file_loses_its_last_line_only(tmp_path: Path, name: str) -> N
     assert accounts_balance(session)
 
 
-def test_lost_tracking_is_reported_once_for_each_frame(tmp_path: Path) -> None:
-    files = clean_files()
-    lost = range(40, 45)
-    for i, line in enumerate(files["initPoses.csv"]):
-        fields = line.split("; ")
-        frame = (int(fields[1]) - frame_ns(0)) // FRAME_NS
-        if frame in lost:
-            files["initPoses.csv"][i] = f"{fields[0]}; {files['poses.csv'][frame]}"
-    session = read_files(tmp_path / "LG" / "walk", files)
-    assert kinds(session) == {("tracking_lost", "initPoses.csv"): 5}
-    assert int(session.landmarks.lost.sum()) == 10
-
-
-def test_a_hole_between_frames_is_a_gap(tmp_path: Path) -> None:
-    files = clean_files()
-    hole = range(12, 50)
-    files["poses.csv"] = [line for i, line in enumerate(files["poses.csv"]) if i not in hole]
-    gone = {str(frame_ns(frame)) for frame in hole}
-    files["initPoses.csv"] = [line for line in files["initPoses.csv"] if line.split("; ")[1] not in gone]
-    session = read_files(tmp_path / "LG" / "walk", files)
-    assert kinds(session) == {("frame_gap", "poses.csv"): 1}
-    assert session.findings[0].lines == (13,)
-
-
 @pytest.mark.parametrize("poses", [None, [], ["no pose at all"]], ids=["missing", "empty", "unreadable"])
 def test_a_session_without_poses_is_returned_with_an_error(tmp_path: Path, poses: list[str] | None) -> None:
     files = clean_files()
@@ -224,13 +163,6 @@ def test_a_session_without_poses_is_returned_with_an_error(tmp_path: Path, poses
     assert len(session.landmarks.frame) == 0
     assert session.tables["sensors"].height == 300
     assert any(f.severity == Severity.ERROR and f.file == "poses.csv" for f in session.findings)
-
-
-def test_a_backward_frame_is_invalid_and_keeps_its_place(tmp_path: Path) -> None:
-    files = clean_files()
-    files["poses.csv"][30], files["poses.csv"][31] = files["poses.csv"][31], files["poses.csv"][30]
-    session = read_files(tmp_path / "LG" / "walk", files)
-    assert session.camera.status.tolist() == [Status.OK] * 31 + [Status.INVALID] + [Status.OK] * 28
 
 
 def test_two_files_for_one_role_are_reported(tmp_path: Path) -> None:

@@ -11,11 +11,7 @@ from tests.site.site import write_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.site.corrections.file import (
-    Corrections,
-    read_corrections,
-    session_start,
-)
+from vislam2tag.site.corrections.file import Corrections, read_corrections, session_start
 from vislam2tag.site.corrections.landmarks import unused_corrections
 from vislam2tag.site.model import SessionKey, Site
 

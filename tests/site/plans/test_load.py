@@ -1,4 +1,4 @@
-"""Plans that cannot be used are call_raising_os_error in one sentence that says what to do."""
+"""Plans that cannot be used are refused in one sentence that says what to do."""
 
 from __future__ import annotations
 

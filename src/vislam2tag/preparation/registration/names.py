@@ -10,7 +10,7 @@ from enum import StrEnum
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.intake.ids import IdComparison, NamedIds, compare_ids
+from vislam2tag.intake.ids import IdComparison, compare_ids
 from vislam2tag.site.model import landmark_id
 
 PlaceByPoint = Mapping[str, complex]
@@ -130,8 +130,7 @@ def id_findings(
     names = tuple(placed) or tuple(ties)
     if not table.ids or not names:
         return []
-    ours = NamedIds(f"the landmark table of floor {table.floor}", table.ids)
-    found = compare_ids(ours, NamedIds("what was measured", names))
+    found = compare_ids(table.ids, names, (f"the landmark table of floor {table.floor}", "what was measured"))
     if not found.differ or not _concerns_the_table(found, table, placed, expected):
         return []
     waiting = f"; {len(table.planned)} landmarks of the table stay planned and are not used" if table.planned else ""

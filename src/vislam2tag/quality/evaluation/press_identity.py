@@ -17,7 +17,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.ids import NamedIds, compare_ids
+from vislam2tag.intake.ids import compare_ids
 from vislam2tag.site.site_table import SiteTable, is_file, read_site_table
 
 ROUTE_FILE = "route.csv"
@@ -46,7 +46,7 @@ def _index(path: Path, table: SiteTable, row: int, ids: Sequence[str]) -> int:
     line, fields = table.rows[row]
     if fields[0] not in ids:
         named = tuple(dict.fromkeys(row[0] for _, row in table.rows))
-        found = compare_ids(NamedIds("refmarker.csv", tuple(ids)), NamedIds("the route", named))
+        found = compare_ids(ids, named, ("refmarker.csv", "the route"))
         from_one = {str(number) for number in range(1, len(ids) + 1)}
         counting = "; control points are counted from 0" if ids and from_one.issuperset(named) else ""
         raise SurveyError(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -65,40 +64,32 @@ _Decoder = Callable[[bytes], tuple[int, list[float]]]
 """From a message to its time, ns, and its pose."""
 
 
-@dataclass
-class _Topics:
-    """Times, ns, and poses (position, then quaternion) of each topic that has some."""
-
-    time_ns: dict[str, list[int]] = field(default_factory=dict)
-    poses: dict[str, list[list[float]]] = field(default_factory=dict)
-    others: set[str] = field(default_factory=set)
-    """Schemas of what else there is."""
-    end: str = ""
-    """What ended the file early; empty where it is whole."""
+_Topics = dict[str, list[tuple[int, list[float]]]]
+"""Times, ns, and poses (position, then quaternion) of each topic that has some."""
 
 
 def _mcap_poses(reading: SessionFiles) -> pl.DataFrame:
     """Poses of all messages. Raises SessionError if the file has none, or ``poses.toml`` does not say whose."""
     axes = pose_axes(reading)
     file, data = reading.load("poses")
-    topics = _topics(data)
-    name = _chosen(topics, axes, f"{reading.folder / file}")
-    time_ns, values = topics.time_ns[name], np.array(topics.poses[name]).reshape(-1, 7)
-    count = len(time_ns)
-    reading.files.append(FileRecord.of(file, "poses", data, count, count))
-    if topics.end:
-        message = f"the file ends early ({topics.end}), as when the recorder is killed; what came before counts"
-        reading.note("partial_last_line", file, message)
-    rows = pl.DataFrame({"row": np.arange(1, count + 1), "time_ns": np.array(time_ns, dtype=np.int64)})
-    return pose_rows(rows, in_acs(values, axes.camera, axes.frame))
-
-
-def _chosen(topics: _Topics, axes: PoseAxes, path: str) -> str:
-    names = sorted(topics.poses)
-    if not names:
-        found = f"; it holds {', '.join(sorted(topics.others))}" if topics.others else ""
-        why = f" ({topics.end})" if topics.end else ""
+    topics, others, end = _topics(data)
+    if not topics:
+        found = f"; it holds {', '.join(sorted(others))}" if others else ""
+        why = f" ({end})" if end else ""
+        path = reading.folder / file
         raise SessionError(f"{path}: holds no message of {_SCHEMA}{why}{found}: record poses by this schema")
+    stamped = topics[_chosen(sorted(topics), axes, f"{reading.folder / file}")]
+    count = len(stamped)
+    reading.files.append(FileRecord.of(file, "poses", data, count, count))
+    if end:
+        message = f"the file ends early ({end}), as when the recorder is killed; what came before counts"
+        reading.note("partial_last_line", file, message)
+    time_ns = np.array([time_ns for time_ns, _ in stamped], dtype=np.int64)
+    rows = pl.DataFrame({"row": np.arange(1, count + 1), "time_ns": time_ns})
+    return pose_rows(rows, in_acs(np.array([pose for _, pose in stamped]), axes.camera, axes.frame))
+
+
+def _chosen(names: list[str], axes: PoseAxes, path: str) -> str:
     if axes.topic is None and len(names) == 1:
         return names[0]
     if axes.topic not in names:
@@ -106,31 +97,32 @@ def _chosen(topics: _Topics, axes: PoseAxes, path: str) -> str:
     return axes.topic
 
 
-def _topics(data: bytes) -> _Topics:
-    """Read the poses of all topics, up to where the file is damaged."""
+def _topics(data: bytes) -> tuple[_Topics, set[str], str]:
+    """Poses of all topics, up to where the file is damaged; schemas of what else there is; what ended the file early.
+
+    The last is empty where the file is whole.
+    """
     reader, records = import_extra("mcap.stream_reader"), import_extra("mcap.records")
     decoders = import_extra("mcap_protobuf.decoder").DecoderFactory()
-    found, schemas, channels = _Topics(), dict[int, Any](), dict[int, Any]()
-    known: dict[int, _Decoder] = {}
+    found, others, schemas, topics = _Topics(), set[str](), dict[int, Any](), dict[int, tuple[str, _Decoder]]()
     try:
         for record in reader.StreamReader(io.BytesIO(data), record_size_limit=len(data) + 1).records:
             if isinstance(record, records.Schema):
                 schemas[record.id] = record
             elif isinstance(record, records.Channel):
-                channels[record.id] = record
                 schema = schemas.get(record.schema_id)
                 if schema is not None and schema.name == _SCHEMA:
-                    known[record.id] = _decoder(decoders.decoder_for(record.message_encoding, schema))
+                    decoder = _decoder(decoders.decoder_for(record.message_encoding, schema))
+                    topics[record.id] = record.topic, decoder
                 elif schema is not None:
-                    found.others.add(schema.name)
-            elif isinstance(record, records.Message) and record.channel_id in known:
-                time_ns, pose = known[record.channel_id](record.data)
-                topic = channels[record.channel_id].topic
-                found.time_ns.setdefault(topic, []).append(time_ns)
-                found.poses.setdefault(topic, []).append(pose)
+                    others.add(schema.name)
+            elif isinstance(record, records.Message) and record.channel_id in topics:
+                topic, decoder = topics[record.channel_id]
+                stamped = decoder(record.data)
+                found.setdefault(topic, []).append(stamped)
     except Exception as error:  # the library raises what its decompressors and struct do; all mean a damaged file
-        found.end = f"{type(error).__name__}: {error}".strip(" :")[:80]
-    return found
+        return found, others, f"{type(error).__name__}: {error}".strip(" :")[:80]
+    return found, others, ""
 
 
 def _decoder(of_protobuf: Callable[[bytes], Any] | None) -> _Decoder:

@@ -19,7 +19,7 @@ import polars as pl
 
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.files.table_files import read_csv
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.model import FileRecord, GeographicFixes, Session
@@ -34,10 +34,7 @@ from vislam2tag.sessions.readings import (
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import line_count, ns_of_seconds, unreadable_findings
-from vislam2tag.sessions.without_poses import (
-    session_of_log,
-    track_of_log,
-)
+from vislam2tag.sessions.without_poses import session_of_log, track_of_log
 from vislam2tag.site.model import SessionRef
 
 RESET_S = 1.0
@@ -97,10 +94,8 @@ def on_one_clock(lines: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Fin
     ahead = (app > app.shift(-1) + RESET_S) & (app.shift(1).fill_null(-np.inf) <= app.shift(-1) + RESET_S)
     odd = timed.filter(ahead)["row"]
     back = timed.filter(~pl.col("row").is_in(odd.implode())).filter(app < app.cum_max() - RESET_S)["row"]
-    findings = []
-    if len(odd):
-        message = "times of single rows are ahead of those around them; the rows are left out"
-        findings.append(Finding.at_lines("odd_times", file, odd.to_list(), message))
+    message = "times of single rows are ahead of those around them; the rows are left out"
+    findings = at_lines_if("odd_times", file, odd.to_list(), message)
     if len(back):
         lost = timed.filter(pl.col("row") >= back[0])["row"].to_list()
         message = "the app's clock went back: what follows has no time of its own and is left out; split the log there"
@@ -207,7 +202,6 @@ def parse_log(data: bytes, file: str) -> GetSensorDataLog:
     offset_s = boot_offset_s(rows)
     wifi, odd = _wifi(rows["WIFI"], offset_s, file)
     ble, odd_adverts = _ble(rows["BLE4"], offset_s, file)
-    left_out = (*odd, *odd_adverts)
     times_ns = _ns(np.append(np.concatenate([each["app"].to_numpy() for each in rows.values()]), np.nan) + offset_s)
     head = data[:_HEAD_BYTES].decode("utf-8", errors="replace")
     return GetSensorDataLog(
@@ -220,8 +214,9 @@ def parse_log(data: bytes, file: str) -> GetSensorDataLog:
         findings=(
             *line_findings(lines, rows, data, file),
             *reset,
-            *left_out,
-            *_tap_findings(rows["POSI"], file),
+            *odd,
+            *odd_adverts,
+            *at_lines_if("unplaced_taps", file, rows["POSI"].filter(~_is_placed())["row"].to_list(), _UNPLACED),
         ),
     )
 
@@ -235,23 +230,17 @@ def _wifi(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame,
     )
     odd = table.filter(~pl.col("usable"))["row"].to_list()
     message = "the sensor time is not within ten minutes before the row was written; the row's own time counts"
-    findings = [Finding.at_lines("unusable_sensor_time", file, odd, message)] if odd else []
     readings, left_out = admitted(_readings(table), "bssid", file)
-    return mark_jittered(readings, "bssid"), [*findings, *left_out]
+    return mark_jittered(readings, "bssid"), [*at_lines_if("unusable_sensor_time", file, odd, message), *left_out]
 
 
 def _ble(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Adverts; an iBeacon is known by UUID, major and minor where it tells them (the order of its fields varies)."""
     whole = rows["rest"].str.extract_groups(rf"^[^;]*;(?<major>\d+);(?<minor>\d+);(?<uuid>{_UUID})").struct
     beacon = pl.concat_str(*(whole.field(name) for name in ("uuid", "major", "minor")), separator="-")
-    table = rows.with_columns(
-        beacon=beacon,
-        time=pl.col("app") + offset_s,
-        scan=pl.lit(None),
-        ssid=pl.lit(""),
-        frequency_mhz=pl.lit(None),
-    ).with_columns(bssid=pl.coalesce("beacon", "bssid"))
-    readings, left_out = admitted(_readings(table), "bssid", file)
+    time, none = pl.col("app") + offset_s, pl.lit(None)
+    table = rows.with_columns(beacon=beacon, time=time, scan=none, ssid=pl.lit(""), frequency_mhz=none)
+    readings, left_out = admitted(_readings(table.with_columns(bssid=pl.coalesce("beacon", "bssid"))), "bssid", file)
     return mark_jittered(readings, "bssid"), left_out
 
 
@@ -296,6 +285,9 @@ def _taps(rows: pl.DataFrame, offset_s: float) -> LoggedTaps:
     )
 
 
+_UNPLACED = "POSI rows name no place on the earth and no whole floor; they are no taps"
+
+
 def _is_placed() -> pl.Expr:
     """The app writes zeros where nobody said where the mark is; halves of floors are stairs."""
     somewhere = (pl.col("latitude") != 0) | (pl.col("longitude") != 0)
@@ -304,12 +296,6 @@ def _is_placed() -> pl.Expr:
         for name in ("floor", "building")
     )
     return somewhere & whole & pl.col("latitude").is_between(-90, 90) & pl.col("longitude").is_between(-180, 180)
-
-
-def _tap_findings(rows: pl.DataFrame, file: str) -> list[Finding]:
-    odd = rows.filter(~_is_placed())["row"].to_list()
-    message = "POSI rows name no place on the earth and no whole floor; they are no taps"
-    return [Finding.at_lines("unplaced_taps", file, odd, message)] if odd else []
 
 
 def _started(head: str) -> datetime | None:

@@ -16,7 +16,7 @@ import polars as pl
 
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.context import FixLog
 from vislam2tag.intake.readings import admitted, normal_addresses, normal_uuids
 from vislam2tag.sessions.model import FileRecord, Session, too_few_fixes
@@ -24,10 +24,7 @@ from vislam2tag.sessions.readings import mark_jittered, sensor_rows, sensors_of_
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import line_count, unreadable_findings, with_lines
-from vislam2tag.sessions.without_poses import (
-    session_of_log,
-    track_of_log,
-)
+from vislam2tag.sessions.without_poses import session_of_log, track_of_log
 from vislam2tag.site.model import SessionRef
 
 _MARK = re.compile(rb"\tTYPE_")
@@ -177,9 +174,8 @@ def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFram
     )
     odd = _original(table.filter(~pl.col("usable"))["row"].to_list(), joined)
     message = "lastseen is no time within ten minutes before the scan was logged; the scan's own time counts"
-    findings = [Finding.at_lines("unusable_lastseen", file, odd, message)] if odd else []
     readings, left_out = _admitted(table, "bssid", file, joined, "scan", "ssid", "frequency_mhz")
-    return mark_jittered(readings, "bssid"), [*findings, *left_out]
+    return mark_jittered(readings, "bssid"), [*at_lines_if("unusable_lastseen", file, odd, message), *left_out]
 
 
 def _ble(
@@ -221,10 +217,8 @@ def _original(rows: list[int], joined: list[int]) -> list[int]:
 
 
 def _line_findings(data: bytes, file: str, joined: list[int], broken: list[int]) -> list[Finding]:
-    findings = []
-    if joined:
-        message = "records that a missing newline joined are taken apart"
-        findings.append(Finding.at_lines("joined_records", file, _original(joined, joined), message, Severity.INFO))
+    message = "records that a missing newline joined are taken apart"
+    findings = at_lines_if("joined_records", file, _original(joined, joined), message, Severity.INFO)
     what = "these lines are no records of the format; they are left out: look at the first ones"
     unreadable = unreadable_findings(data, file, data.count(b"\n") + 1, broken, what)
     return findings + [with_lines(each, _original(list(each.lines), joined)) for each in unreadable]

@@ -9,17 +9,9 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions.clocks import (
-    clock_of,
-    pose_lag_of,
-)
+from vislam2tag.sessions.clocks import clock_of, pose_lag_of
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.readings import (
-    BLE_LINES,
-    SENSOR_SCHEMA,
-    parse_wifi,
-    pressure_log,
-)
+from vislam2tag.sessions.readings import BLE_LINES, SENSOR_SCHEMA, WIFI_LINES, pressure_log
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
@@ -51,14 +43,12 @@ def _recognises(folder: Path) -> bool:
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
     poses = reading.rows("poses", FieldTable(CAMERA_SCHEMA).read, FRAMES)
-    camera, odd_frames = camera_track(poses, reading.name_of("poses"), settings)
-    reading.findings += odd_frames
+    camera = reading.noted(camera_track(poses, reading.name_of("poses"), settings))
     logged = reading.rows("landmarks", FieldTable(LANDMARK_SCHEMA).read, FRAMES, clock_of(camera))
-    landmarks, odd_landmarks = landmark_log(logged, reading.name_of("landmarks"), camera)
-    reading.findings += odd_landmarks
+    landmarks = reading.noted(landmark_log(logged, reading.name_of("landmarks"), camera))
     sensors = reading.readings(FieldTable(SENSOR_SCHEMA).read, camera)
     clock_ns = clock_of(camera, sensors)
-    scans = reading.rows("wifi", parse_wifi, SCANS, clock_ns, "microseconds")
+    scans = reading.rows("wifi", WIFI_LINES.read, SCANS, clock_ns, "microseconds")
     tables = {"wifi": reading.on_clock("wifi", reading.wifi(scans, settings), camera), "sensors": sensors}
     if reading.has("ble"):
         adverts = reading.ble(reading.rows("ble", BLE_LINES.read, ANY, clock_ns))

@@ -29,9 +29,10 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps import MATRIX, AppFormat, Keyframe, Keyframes, Pictures, Readings, pose_table, timed
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.session_files import FileFormat, SessionFiles
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Columns, FieldTable, RawTable, header_of
-from vislam2tag.site.model import SessionRef
+from vislam2tag.site.model import SessionKey
 from vislam2tag.site.site_table import is_file
 
 LENS = ("fx", "fy", "cx", "cy")
@@ -114,28 +115,21 @@ def _scanner_frame(values: Mapping[str, Any]) -> Keyframe:
     return round(float(values["time"]) * 1e9), matrix, lens[_FROM_MATRIX]
 
 
-class Record3dFormat:
-    """Recognises what Record3D exports, so that it is named."""
+_RECORD3D = {"metadata": "rgbd", "metadata.json": "rgb", "EXR_RGBD/metadata.json": "EXR_RGBD/rgb"}
+"""Metadata of Record3D, and the pictures beside them."""
 
-    name = "record3d"
-    places = {"metadata": "rgbd", "metadata.json": "rgb", "EXR_RGBD/metadata.json": "EXR_RGBD/rgb"}
-    """Metadata, and the pictures beside them."""
 
-    def recognises(self, folder: Path) -> bool:
-        """Its metadata are beside its pictures."""
-        return any(is_file(folder / file) and (folder / pictures).is_dir() for file, pictures in self.places.items())
+def _is_record3d(folder: Path) -> bool:
+    return any(is_file(folder / file) and (folder / pictures).is_dir() for file, pictures in _RECORD3D.items())
 
-    def input_files(self, folder: Path) -> list[Path]:
-        """The metadata."""
-        return [folder / name for name in self.places if is_file(folder / name)]
 
-    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        """Raise SessionError: nothing tells which way is up."""
-        del settings
-        raise SessionError(
-            f"{ref.key}: Record3D does not level its frame by gravity and logs no accelerometer to level it by: "
-            "nothing tells where the floor is: record with Stray Scanner or another app of docs/how-to/iphone.md"
-        )
+def _record3d(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
+    """Raise SessionError: nothing tells which way is up."""
+    del reading, settings
+    raise SessionError(
+        f"{key}: Record3D does not level its frame by gravity and logs no accelerometer to level it by: "
+        "nothing tells where the floor is: record with Stray Scanner or another app of docs/how-to/iphone.md"
+    )
 
 
 register(AppFormat("arkit-data-logger", {"poses": ("ARKit_camera_pose.txt",)}, pose_table(_ARKIT.read)))
@@ -171,4 +165,4 @@ register(
         Keyframes("frame_*.json", _scanner_frame, lambda file: file.with_suffix(".jpg")),
     )
 )
-register(Record3dFormat())
+register(FileFormat("record3d", {"metadata": tuple(_RECORD3D)}, _is_record3d, _record3d))

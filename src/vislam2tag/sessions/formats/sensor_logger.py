@@ -17,12 +17,7 @@ from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.intake.readings import admitted
 from vislam2tag.sessions.formats.published import SENSOR_LOGGER_METADATA
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.readings import (
-    ble_rows,
-    mark_repeated_ble,
-    sensor_rows,
-    sensor_table,
-)
+from vislam2tag.sessions.readings import BEACON, ble_rows, mark_repeated, sensor_rows, sensor_table
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
@@ -63,8 +58,7 @@ def _recognises(folder: Path) -> bool:
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
-    sensors, found = sensor_table(_sensors(reading), "Gyroscope.csv")
-    reading.findings += found
+    sensors = reading.noted(sensor_table(_sensors(reading), "Gyroscope.csv"))
     tables = {"wifi": reading.wifi(_wifi(reading), settings), "sensors": sensors}
     ble = _ble(reading)
     if ble.height:
@@ -81,7 +75,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
 
 def _rows(reading: SessionFiles, role: str, columns: Columns, *needed: str) -> pl.DataFrame:
     """Rows of a file, ``time_ns`` first; none where it is not there."""
-    table = NamedTable({"time": pl.Int64, **columns}, ("time", *needed), quoted=True, page=_PAGE)
+    table = NamedTable({"time": pl.Int64, **columns}, needed, quoted=True, page=_PAGE)
     if not reading.has(role):
         return pl.DataFrame(schema={"row": pl.Int64, "time_ns": pl.Int64, **columns})
     return reading.rows(role, table.read).rename({"time": "time_ns"})
@@ -140,9 +134,7 @@ def _wifi(reading: SessionFiles) -> pl.DataFrame:
 
 def _ble(reading: SessionFiles) -> pl.DataFrame:
     rows = ble_rows(_rows(reading, "ble", {"id": pl.String, "rssi": pl.Float64}, "rssi"), "id", pl.lit(""), "rssi")
-    rows, odd = admitted(rows, "address", "Bluetooth.csv")
-    reading.findings += odd
-    return mark_repeated_ble(rows)
+    return mark_repeated(reading.noted(admitted(rows, "address", "Bluetooth.csv")), *BEACON)
 
 
 register(FileFormat("sensor-logger", FILE_NAMES, _recognises, _session))

@@ -10,7 +10,7 @@ import difflib
 import hashlib
 import re
 import tomllib
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -82,14 +82,11 @@ def entries_of(text: str) -> tuple[EntryLines, ...]:
     """All entries in the order of the file; raises SurveyError where it cannot be used, or not told by lines."""
     corrections_of(text)
     lines = text_lines(text)
-    counts: Counter[str] = Counter()
+    told: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
     found = []
     for table, start, end in entry_spans(lines):
-        counts[table] += 1
-        found.append(EntryLines(table, counts[table], _values(lines[start:end], table), start + 1, end))
-    told: dict[str, list[Mapping[str, Any]]] = {entry.table: [] for entry in found}
-    for entry in found:
-        told[entry.table].append(entry.values)
+        told[table].append(_values(lines[start:end], table))
+        found.append(EntryLines(table, len(told[table]), told[table][-1], start + 1, end))
     if told != toml_values(text.encode()):
         raise SurveyError(
             f"{CORRECTIONS_FILE}: its entries cannot be changed one by one: write each below its name in double "
@@ -124,7 +121,8 @@ def changed_text(text: str, changes: Sequence[Change]) -> str:
         lines[rows] = _replaced(lines[rows], entry.values, change) if isinstance(change, ReplaceEntry) else []
     changed = "".join(lines)
     for block in added:
-        changed += _gap(changed) + block
+        gap = "" if not changed or changed.endswith("\n\n") else "\n" if changed.endswith("\n") else "\n\n"
+        changed += gap + block
     corrections_of(changed)
     return changed
 
@@ -150,18 +148,14 @@ def _written(change: AddEntry) -> str:
     return f"[[{change.table}]]\n{''.join(values)}"
 
 
-def _gap(text: str) -> str:
-    """What separates an entry from the text before it."""
-    return "" if not text or text.endswith("\n\n") else "\n" if text.endswith("\n") else "\n\n"
-
-
 def _replaced(lines: list[str], before: Mapping[str, Any], change: ReplaceEntry) -> list[str]:
     """The lines of an entry with other values; those of values that stay are not touched."""
     wanted = {name: value for name, value in change.values.items() if value is not None}
     for name in before:
         if name not in wanted:
             lines = _with_line(lines, name, "", change.table)
-        elif _plain(before[name]) != wanted[name]:
+        # A value as JSON has it.
+        elif (before[name].isoformat() if isinstance(before[name], dt.date) else before[name]) != wanted[name]:
             lines = _with_line(lines, name, toml_value(wanted[name]), change.table)
     if not lines[-1].endswith("\n"):
         lines[-1] += "\n"
@@ -204,11 +198,6 @@ def _values(lines: Sequence[str], table: str) -> Mapping[str, Any]:
         return {}
     entries = found.get(table)
     return entries[0] if isinstance(entries, list) and isinstance(entries[0], dict) else {}
-
-
-def _plain(value: object) -> object:
-    """A value as JSON has it."""
-    return value.isoformat() if isinstance(value, dt.date) else value
 
 
 def text_lines(text: str) -> list[str]:

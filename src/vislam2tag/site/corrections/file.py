@@ -7,13 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    FiniteFloat,
-    NaiveDatetime,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, FiniteFloat, NaiveDatetime, model_validator
 
 from vislam2tag.common.files.toml_file import read_toml
 from vislam2tag.common.records import Record

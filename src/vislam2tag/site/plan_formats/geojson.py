@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -47,20 +46,18 @@ def properties_of(feature: Feature) -> Mapping[str, Any]:
 
 def geometries_of(feature: Feature) -> Iterator[tuple[str, Any]]:
     """Yield kind (``Point``, ``LineString``, ``Polygon``) and coordinates of each part of a feature's geometry."""
-    yield from _parts(feature.get("geometry"))
-
-
-def _parts(geometry: object) -> Iterator[tuple[str, Any]]:
-    if not isinstance(geometry, dict):
-        return
-    kind, coordinates = str(geometry.get("type")), geometry.get("coordinates")
-    if kind == "GeometryCollection":
-        for part in geometry.get("geometries") or ():
-            yield from _parts(part)
-    elif kind.startswith("Multi") and isinstance(coordinates, list):
-        yield from ((kind.removeprefix("Multi"), part) for part in coordinates)
-    else:
-        yield kind, coordinates
+    waiting = [feature.get("geometry")]
+    while waiting:
+        geometry = waiting.pop()
+        if not isinstance(geometry, dict):
+            continue
+        kind, coordinates = str(geometry.get("type")), geometry.get("coordinates")
+        if kind == "GeometryCollection":
+            waiting += reversed(list(geometry.get("geometries") or ()))
+        elif kind.startswith("Multi") and isinstance(coordinates, list):
+            yield from ((kind.removeprefix("Multi"), part) for part in coordinates)
+        else:
+            yield kind, coordinates
 
 
 def rings(coordinates: object) -> Rings:
@@ -128,15 +125,8 @@ _HELD_SHARE = 0.98
 """Of the area of all others, which the outline must hold."""
 
 
-@dataclass
-class _FoundGeometry:
-    """What has been found in a file so far."""
-
-    polygons: list[PlanPolygon] = field(default_factory=list)
-    unsaid: list[tuple[list[Rings], str]] = field(default_factory=list)
-    """Polygons of features that do not tell their use, with the feature's name."""
-    walls: list[FloatArray] = field(default_factory=list)
-    passages: list[FloatArray] = field(default_factory=list)
+_Sorted = tuple[str | None, str, list[Rings], list[FloatArray]]
+"""Of a feature: its use and name, its polygons and lines."""
 
 
 def read_geojson(path: Path, source: PlanSource) -> PlanDrawing:
@@ -146,40 +136,35 @@ def read_geojson(path: Path, source: PlanSource) -> PlanDrawing:
     ``indoor`` says what a polygon or line is.
     """
     features, whole = features_of(file_bytes(path))
-    parts = _FoundGeometry()
-    for feature in features:
-        _add(parts, feature)
-    polygons = (*parts.polygons, *_with_use(parts.unsaid, parts.polygons, source))
-    lines = [*parts.walls, *parts.passages]
-    bounds = bounds_of(np.concatenate([*(each.outline for each in polygons), *lines, np.empty((0, 2))]))
-    walls = [segments(line) for line in parts.walls]
+    found = [_sorted(feature) for feature in features]
+    said = [
+        PlanPolygon(*each, Use.OBSTACLE if use == WALL else Use(use), name)
+        for use, name, polygons, _ in found
+        for each in polygons
+        if use is not None
+    ]
+    unsaid = [(polygons, name) for use, name, polygons, _ in found if use is None and polygons]
+    walls = [line for use, _, _, lines in found for line in lines if use == WALL]
+    passages = [line for use, _, _, lines in found for line in lines if use == Use.OPENING]
+    polygons = (*said, *_with_use(unsaid, said, source))
+    points = [*(each.outline for each in polygons), *walls, *passages, np.empty((0, 2))]
+    bounds = bounds_of(np.concatenate(points))
     return PlanDrawing(
         bounds=bounds,
         polygons=polygons,
-        walls=np.concatenate([*walls, np.empty((0, 2, 2))]),
-        passages=tuple(parts.passages),
+        walls=np.concatenate([*map(segments, walls), np.empty((0, 2, 2))]),
+        passages=tuple(passages),
         epsg=_epsg(whole, bounds),
     )
 
 
-def _add(parts: _FoundGeometry, feature: Feature) -> None:
-    """Sort a feature's geometries by what they stand for; points and lines without a use stand for nothing."""
-    properties = properties_of(feature)
+def _sorted(feature: Feature) -> _Sorted:
+    """What a feature says; points, and lines without a use, stand for nothing."""
+    properties, found = properties_of(feature), list(geometries_of(feature))
     use = _use_of(properties)
-    name = str(properties.get("name") or "")
-    found = list(geometries_of(feature))
     polygons = [rings(coordinates) for kind, coordinates in found if kind == "Polygon"]
     lines = [polyline(coordinates) for kind, coordinates in found if kind == "LineString"]
-    if use == WALL:
-        parts.walls += lines
-        parts.polygons += [PlanPolygon(*each, Use.OBSTACLE, name) for each in polygons]
-        return
-    if use == Use.OPENING:
-        parts.passages += lines
-    if use is not None:
-        parts.polygons += [PlanPolygon(*each, Use(use), name) for each in polygons]
-    elif polygons:
-        parts.unsaid.append((polygons, name))
+    return use, str(properties.get("name") or ""), polygons, lines
 
 
 def _use_of(properties: Mapping[str, Any]) -> str | None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.site.plan_formats.geojson import (
+    WGS84,
     Feature,
     features_of,
     geometries_of,
@@ -21,7 +22,6 @@ from vislam2tag.site.plan_formats.geojson import (
 from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, file_bytes, register
 from vislam2tag.site.plans.source import PlanPolygon, PlanSource, Use
 
-_WGS84 = 4326
 _LEVELS, _UNITS, _OPENINGS, _FIXTURES = (f"{name}.geojson" for name in ("level", "unit", "opening", "fixture"))
 _MOST_BYTES = 50_000_000
 """Of a file of the archive, unpacked; parsed it takes some ten times that."""
@@ -60,7 +60,7 @@ def read_imdf(path: Path, source: PlanSource) -> PlanDrawing:
         polygons=tuple(polygons),
         passages=passages,
         levels=tuple(_names(each)[-1] for each in levels),
-        epsg=_WGS84,
+        epsg=WGS84,
     )
 
 
@@ -70,10 +70,9 @@ def _polygons(features: Sequence[Feature], uses: Mapping[str, Use]) -> list[Plan
     for feature in features:
         properties = properties_of(feature)
         closed = str(properties.get("category")) in _NOT_WALKED
-        use = uses["closed" if closed else "walkable"] if uses else Use.OUTLINE
-        for kind, coordinates in geometries_of(feature):
-            if kind == "Polygon":
-                found.append(PlanPolygon(*rings(coordinates), use, _label(properties.get("name"))))
+        use, name = uses["closed" if closed else "walkable"] if uses else Use.OUTLINE, _label(properties.get("name"))
+        polygons = [coordinates for kind, coordinates in geometries_of(feature) if kind == "Polygon"]
+        found += [PlanPolygon(*rings(coordinates), use, name) for coordinates in polygons]
     return found
 
 

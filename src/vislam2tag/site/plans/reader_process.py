@@ -39,6 +39,8 @@ READ_HERE_PIXELS = 25_000_000
 _START_S = 120.0
 _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
 _BOOT = "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from {0} import serve; serve()"
+Answer = tuple[str | None, object]
+"""Why a plan cannot be read, None if it can, and what was read."""
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -51,31 +53,16 @@ def read_guarded(path: Path, function: Callable[P, R], *args: P.args, **kwargs: 
     if path.is_file() and path.stat().st_size > MOST_BYTES:
         raise OSError(f"is larger than {MOST_BYTES // 1_000_000} MB; make a smaller one")
     if _is_small_image(path):
-        return call_raising_os_error(function, *args, **kwargs)
-    request = pickle.dumps((CPU_S, str(Path.cwd()), function, args, kwargs))
-    asked = (request, path.stat().st_mtime_ns if path.is_file() else None)
-    if asked in _refused:
-        raise OSError(_refused[asked])
-    try:
-        return cast(R, _child.answer(request))
-    except OSError as error:
-        if path.is_file():
-            _refused[asked] = str(error)
-        raise
-
-
-def call_raising_os_error(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-    """Return what a function returns; raises OSError for whatever it raises."""
-    try:
-        return function(*args, **kwargs)
-    except OSError:
-        raise
-    except MemoryError:
-        raise OSError(f"needs more than {MEMORY_BYTES / 1e9:g} GB of memory to be read; make a simpler one") from None
-    except RecursionError:
-        raise OSError("is nested too deep to be read") from None
-    except Exception as error:  # readers of many formats, each with errors of its own
-        raise OSError(f"cannot be read ({type(error).__name__}: {first_line(error)})") from error
+        failure, value = _answer(function, args, kwargs)
+    else:
+        request = pickle.dumps((CPU_S, str(Path.cwd()), function, args, kwargs))
+        asked = (request, path.stat().st_mtime_ns if path.is_file() else None)
+        failure, value = (_refused[asked], None) if asked in _refused else _child.answer(request)
+        if failure is not None and path.is_file():
+            _refused[asked] = failure
+    if failure is not None:
+        raise OSError(failure)
+    return cast(R, value)
 
 
 def _is_small_image(path: Path) -> bool:
@@ -98,16 +85,14 @@ class _Child:
         self._owner = 0
         self._one_at_a_time = threading.Lock()
 
-    def answer(self, request: bytes) -> object:
-        """Let it answer a request; raises OSError as :func:`read_guarded` does."""
+    def answer(self, request: bytes) -> Answer:
+        """Let it answer a request."""
         with self._one_at_a_time:
-            answer = _exchange(self._running(), request, WALL_S)
-            if answer is None:
-                raise OSError(_cause(self.end()))
-        failure, value = answer
-        if failure is not None:
-            raise OSError(failure)
-        return value
+            process = self._running()
+            if process is None:
+                return "cannot be read: the process that reads plans does not start", None
+            answer: Answer | None = _exchange(process, request, WALL_S)
+            return (_cause(self.end()), None) if answer is None else answer
 
     def end(self) -> int:
         """End the child, where this process has one; returns its exit code."""
@@ -118,7 +103,7 @@ class _Child:
             process.kill()
         return process.wait()
 
-    def _running(self) -> subprocess.Popen[bytes]:
+    def _running(self) -> subprocess.Popen[bytes] | None:
         if self._process is None or self._owner != os.getpid():
             threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             command = [sys.executable, "-c", _BOOT.format(__name__)]
@@ -127,7 +112,6 @@ class _Child:
             self._owner = os.getpid()
             if _exchange(self._process, pickle.dumps(sys.path), _START_S) is None:
                 self.end()
-                raise OSError("cannot be read: the process that reads plans does not start")
         return self._process
 
 
@@ -178,13 +162,17 @@ def serve() -> None:
         _send(answers, _answer(*call))
 
 
-def _answer(
-    function: Callable[..., object], args: tuple[object, ...], kwargs: dict[str, object]
-) -> tuple[str | None, object]:
+def _answer(function: Callable[..., object], args: tuple[object, ...], kwargs: dict[str, object]) -> Answer:
     try:
-        return None, call_raising_os_error(function, *args, **kwargs)
+        return None, function(*args, **kwargs)
     except OSError as error:
         return str(error), None
+    except MemoryError:
+        return f"needs more than {MEMORY_BYTES / 1e9:g} GB of memory to be read; make a simpler one", None
+    except RecursionError:
+        return "is nested too deep to be read", None
+    except Exception as error:  # readers of many formats, each with errors of its own
+        return f"cannot be read ({type(error).__name__}: {first_line(error)})", None
 
 
 def _send(answers: BinaryIO, answer: object) -> None:

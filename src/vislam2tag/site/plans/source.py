@@ -106,25 +106,15 @@ class PlanSource(_Part):
     """Metres a unit of the file's coordinates, whose origin and axes are the BCS's."""
 
     @model_validator(mode="after")
-    def _inside(self) -> Self:
+    def _makes_sense(self) -> Self:
         path = PurePosixPath(self.file)
         if path.is_absolute() or ".." in path.parts:
             raise ValueError(f"file {self.file} lies outside the survey; copy it there")
-        return self
-
-    @model_validator(mode="after")
-    def _one_scale(self) -> Self:
         given = [name for name in SCALES if getattr(self, name) is not None]
         if len(given) > 1:
             raise ValueError(f"{' and '.join(given)} are given; keep one of them")
-        return self
-
-    @model_validator(mode="after")
-    def _points_apart(self) -> Self:
-        if self.points is None:
-            return self
-        first, second = self.points
-        if first.plan == second.plan or first.bcs_m == second.bcs_m:
+        first, second = self.points or (None, None)
+        if first and second and (first.plan == second.plan or first.bcs_m == second.bcs_m):
             raise ValueError("points are two identical points, which tell no scale; give two different ones")
         return self
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from skimage.morphology import skeletonize
@@ -11,6 +9,7 @@ from skimage.morphology import skeletonize
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.site.walkable.painted_cells import clearance_px
 from vislam2tag.site.walkable.skeleton import traced
 
 _RADII = 8
@@ -29,39 +28,23 @@ _LEAF_SHARE = 0.85
 """A leaf is drawn over at least this share of the line from the swing's end to the hinge."""
 
 
-@dataclass(frozen=True)
-class _Swing:
-    arc: FloatArray
-    """(k, 2) column and row of its pixels."""
-    hinge: FloatArray
-    radius: float
-    error: float
-    """Greatest distance of its pixels from the circle, in radii."""
-
-
 def without_swings(walls: BoolArray, radii: tuple[float, float]) -> BoolArray:
     """Leave out of walls (rows, columns) quarter circles about a hinge with a radius in a range (pixels), and lines
     from their ends to it.
     """
-    off_wall = _distance(~walls)
-    depth = _distance(walls)
+    off_wall, depth = (clearance_px(mask).astype(np.float64) for mask in (~walls, walls))
     erased = np.zeros(walls.shape, dtype=np.uint8)
     for branch in traced(np.argwhere(skeletonize(walls)), CellGrid((0.0, 0.0), 1.0, *walls.shape)).branches.values():
-        for swing in _swings_on(branch.line, radii, off_wall):
-            column, row = swing.arc.astype(int).T
+        for arc, hinge, radius in _swings_on(branch.line, radii, off_wall):
+            column, row = arc.astype(int).T
             width = round(2 * float(np.median(depth[row, column])) + 1)
-            _erase(erased, swing.arc, width)
-            for end in (swing.arc[0], swing.arc[-1]):
-                leaf = np.linspace(end, swing.hinge, round(swing.radius))
+            _erase(erased, arc, width)
+            for end in (arc[0], arc[-1]):
+                leaf = np.linspace(end, hinge, round(radius))
                 if _ink_along(leaf, off_wall) >= _LEAF_SHARE:
                     _erase(erased, leaf[: round(len(leaf) * (1 - _HINGE))], width)
     kept: BoolArray = walls & (erased == 0)
     return kept
-
-
-def _distance(mask: BoolArray) -> FloatArray:
-    """Distance (rows, columns) of each pixel in the mask to the nearest one outside, pixels."""
-    return np.asarray(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float64)
 
 
 def _erase(erased: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], line: FloatArray, width: int) -> None:
@@ -75,19 +58,21 @@ def _ink_along(line: FloatArray, off_wall: FloatArray) -> float:
     return float((off_wall[row, column] <= 1.5).mean())
 
 
-def _swings_on(line: FloatArray, radii: tuple[float, float], off_wall: FloatArray) -> list[_Swing]:
-    """The swings on a line (k, 2), best first, none over another."""
-    found: list[tuple[float, int, int, _Swing]] = []
+def _swings_on(
+    line: FloatArray, radii: tuple[float, float], off_wall: FloatArray
+) -> list[tuple[FloatArray, FloatArray, float]]:
+    """The swings on a line (k, 2), best first, none over another: columns and rows (k, 2), hinge (2,) and radius."""
+    found = []
     for start, stop in _windows(line, radii).tolist():
-        swing = _swing_through(line[start:stop], radii, off_wall)
-        if swing is not None:
-            found.append((swing.error, start, stop, swing))
+        if (swing := _swing_through(line[start:stop], radii, off_wall)) is not None:
+            error, hinge, radius = swing
+            found.append((error, start, stop, hinge, radius))
     taken = np.zeros(len(line), dtype=np.bool_)
     kept = []
-    for _, start, stop, swing in sorted(found, key=lambda each: each[:3]):
+    for _, start, stop, hinge, radius in sorted(found, key=lambda each: each[:3]):
         if not taken[start:stop].any():
             taken[start:stop] = True
-            kept.append(swing)
+            kept.append((line[start:stop], hinge, radius))
     return kept
 
 
@@ -107,8 +92,13 @@ def _windows(line: FloatArray, radii: tuple[float, float]) -> IntArray:
     return np.vstack(windows)
 
 
-def _swing_through(arc: FloatArray, radii: tuple[float, float], off_wall: FloatArray) -> _Swing | None:
-    """The swing that pixels (k, 2) are, by the circle that fits them best (Kasa 1976); None where they are none."""
+def _swing_through(
+    arc: FloatArray, radii: tuple[float, float], off_wall: FloatArray
+) -> tuple[float, FloatArray, float] | None:
+    """The swing that pixels (k, 2) are, by the circle that fits them best (Kasa 1976); None where they are none.
+
+    Greatest distance of its pixels from the circle, in radii; hinge (2,); radius.
+    """
     middle = arc.mean(axis=0)
     x, y = (arc - middle).T
     (a, b, c), _, rank, _ = np.linalg.lstsq(np.column_stack((x, y, np.ones(len(x)))), x**2 + y**2, rcond=None)
@@ -124,4 +114,4 @@ def _swing_through(arc: FloatArray, radii: tuple[float, float], off_wall: FloatA
     fits = error < _ROUND * radius + 1 and _SPAN_RAD[0] < span < _SPAN_RAD[1]
     if not (inside and fits and off_wall[row, column] <= _HINGE * radius):
         return None
-    return _Swing(arc, hinge, radius, error / radius)
+    return error / radius, hinge, radius

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 
 import cv2
@@ -12,6 +13,7 @@ from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.path_length import arc_lengths, line_length
+from vislam2tag.site.walkable.painted_cells import clearance_px, regions
 from vislam2tag.site.walkable.skeleton import (
     Network,
     bend_at,
@@ -78,14 +80,13 @@ def room_nodes(network: Network, doors: set[int], open_nodes: set[int]) -> set[i
     corridors = {
         part
         for part, size in enumerate(sizes)
-        if part == longest or size > ROOM_M or parts[part] & open_nodes or not _has_door(graph, parts[part], doors)
+        if part == longest
+        or size > ROOM_M
+        or parts[part] & open_nodes
+        or not any(neighbour in doors for node in parts[part] for neighbour in graph[node])
     }
     corridors |= _between(graph, parts, corridors, doors)
     return set().union(*(parts[part] for part in range(len(parts)) if part not in corridors))
-
-
-def _has_door(graph: nx.MultiGraph, part: set[int], doors: set[int]) -> bool:
-    return any(neighbour in doors for node in part for neighbour in graph[node])
 
 
 def _between(graph: nx.MultiGraph, parts: list[set[int]], corridors: set[int], doors: set[int]) -> set[int]:
@@ -123,8 +124,7 @@ def open_cells(space: WalkableSpace) -> BoolArray:
     core = space.clearance_m >= radius
     if not core.any():
         return np.zeros_like(space.area.mask)
-    reach = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    opened = space.area.mask & (np.asarray(reach) * space.area.cell_m <= radius)
+    opened = space.area.mask & (clearance_px(~core) * space.area.cell_m <= radius)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(opened.astype(np.uint8), connectivity=4)
     large = np.asarray(stats)[:, cv2.CC_STAT_AREA] * space.area.cell_m**2 >= HALL_M**2
     large[0] = False
@@ -139,8 +139,7 @@ def lay_nets(network: Network, space: WalkableSpace, doors: set[int]) -> set[int
     step_m = max(HALL_STEP_M, _LEAST_STEP_CELLS * space.area.cell_m)
     gates = _cut(network, space, cells, doors)
     nodes: set[int] = set()
-    _, numbers = cv2.connectedComponents(cells.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-    labels = np.asarray(numbers, dtype=np.int64)
+    labels = regions(cells).astype(np.int64)
     gate_at = {gate: _label_near(labels, space, network.places[gate]) for gate in gates}
     for hall in range(1, int(labels.max()) + 1):
         made = [network.add_node(place) for place in _net_places(labels == hall, space, step_m)]
@@ -163,9 +162,9 @@ def _cut(network: Network, space: WalkableSpace, cells: BoolArray, doors: set[in
             continue
         network.remove(number)
         for start, stop in runs_of(outside):
-            gates += _keep(
-                network, branch.line[start:stop], _end(start, 0, branch.first), _end(stop, len(outside), branch.last)
-            )
+            first = branch.first if start == 0 else None
+            last = branch.last if stop == len(outside) else None
+            gates += _keep(network, branch.line[start:stop], first, last)
     tips = [(number, node) for number, node in network.leaves() if node not in {*gates, *doors}]
     for number, node in tips:
         gate = network.branches[number].other(node)
@@ -175,11 +174,6 @@ def _cut(network: Network, space: WalkableSpace, cells: BoolArray, doors: set[in
     for node in [node for node in network.places if not network.at(node) and node not in gates]:
         network.remove_node(node)
     return list(dict.fromkeys(gates))
-
-
-def _end(corner: int, end: int, node: int) -> int | None:
-    """The node at a piece's end, None where it was cut off."""
-    return node if corner == end else None
 
 
 def _keep(network: Network, line: FloatArray, first: int | None, last: int | None) -> list[int]:
@@ -318,43 +312,31 @@ def corridor_graph(space: WalkableSpace) -> CorridorGraph:
     merge_near(network, space, doors | open_nodes)
     join_components(network, space)
     straighten(network, space)
-    places = _NodeSets(doors, open_nodes, room_nodes(network, doors, open_nodes))
-    corridors = [number for number in network.branches if not places.in_room(network, number)]
-    places = replace(places, turns=mark_turns(network, corridors, TURN_RAD))
+    rooms = room_nodes(network, doors, open_nodes)
+    places = {NodeKind.DOOR: doors, NodeKind.ROOM: rooms, NodeKind.OPEN: open_nodes}
+    corridors = [number for number in network.branches if not _in_room(network, number, places)]
+    places[NodeKind.TURN] = mark_turns(network, corridors, TURN_RAD)
     return _as_arrays(network, space, places)
 
 
-@dataclass(frozen=True)
-class _NodeSets:
-    """Numbers of the nodes in doors, in open areas and in rooms, and of those that mark turns."""
-
-    doors: set[int]
-    open: set[int]
-    rooms: set[int]
-    turns: set[int] = field(default_factory=set)
-
-    def in_room(self, network: Network, number: int) -> bool:
-        """Whether a branch lies in a room or leads through a door into one."""
-        ends = {network.branches[number].first, network.branches[number].last}
-        behind = {after for door in ends & self.doors for after in network.neighbours(door)}
-        return bool((ends | behind) & self.rooms)
+def _in_room(network: Network, number: int, places: Mapping[NodeKind, set[int]]) -> bool:
+    """Whether a branch lies in a room or leads through a door into one."""
+    ends = {network.branches[number].first, network.branches[number].last}
+    behind = {after for door in ends & places[NodeKind.DOOR] for after in network.neighbours(door)}
+    return bool((ends | behind) & places[NodeKind.ROOM])
 
 
-def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets) -> CorridorGraph:
+def _as_arrays(network: Network, space: WalkableSpace, places: Mapping[NodeKind, set[int]]) -> CorridorGraph:
     index = {node: rank for rank, node in enumerate(network.places)}
     nodes = np.array(list(network.places.values())).reshape(-1, 2)
     branches = list(network.branches.values())
-    in_room = {number: places.in_room(network, number) for number in network.branches}
-    kinds = tuple(
-        _kind(node, network, places, [n for n in network.at(node) if not in_room[n]]) for node in network.places
-    )
+    in_room = {number: _in_room(network, number, places) for number in network.branches}
+    edges = [(index[branch.first], index[branch.last]) for branch in branches]
     return CorridorGraph(
         nodes=nodes,
-        kinds=kinds,
+        kinds=tuple(_kind(node, network, places, in_room) for node in network.places),
         width_m=2 * space.clearance_at(nodes),
-        edges=np.array([(index[branch.first], index[branch.last]) for branch in branches], dtype=np.int64).reshape(
-            -1, 2
-        ),
+        edges=np.array(edges, dtype=np.int64).reshape(-1, 2),
         polylines=tuple(branch.line for branch in branches),
         length_m=np.array([branch.length_m for branch in branches]),
         in_room=np.array(list(in_room.values()), dtype=np.bool_),
@@ -362,19 +344,12 @@ def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets) -> Cor
     )
 
 
-def _kind(node: int, network: Network, places: _NodeSets, corridors: list[int]) -> NodeKind:
-    """Kind of a node, by the branches of corridors (those of rooms left out) that meet there."""
-    known = {
-        NodeKind.DOOR: places.doors,
-        NodeKind.ROOM: places.rooms,
-        NodeKind.OPEN: places.open,
-        NodeKind.TURN: places.turns,
-    }
-    for kind, nodes in known.items():
+def _kind(node: int, network: Network, places: Mapping[NodeKind, set[int]], in_room: Mapping[int, bool]) -> NodeKind:
+    """Kind of a node: the first that it is known by, else by the branches of corridors that meet there."""
+    for kind, nodes in places.items():
         if node in nodes:
             return kind
-    if len(corridors) > 2:
-        return NodeKind.JUNCTION
-    if len(corridors) < 2:
-        return NodeKind.DEAD_END
+    corridors = [number for number in network.at(node) if not in_room[number]]
+    if len(corridors) != 2:
+        return NodeKind.JUNCTION if len(corridors) > 2 else NodeKind.DEAD_END
     return NodeKind.TURN if bend_at(network, node, *corridors) >= TURN_RAD else NodeKind.STRAIGHT

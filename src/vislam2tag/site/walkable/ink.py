@@ -9,10 +9,11 @@ from skimage.filters import apply_hysteresis_threshold, threshold_otsu
 from skimage.morphology import skeletonize
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.walkable.door_swings import without_swings
+from vislam2tag.site.walkable.painted_cells import clearance_px, parts_of, regions
 from vislam2tag.site.walkable.settings import WalkableSettings
 
 Bytes = npt.NDArray[np.uint8]
@@ -92,8 +93,7 @@ def _otsu(values: Bytes) -> float:
 
 def _own(fainter: BoolArray, stronger: BoolArray) -> BoolArray:
     """Fainter ink (rows, columns) without the seams of stronger ink; none where that is little."""
-    seams = np.asarray(cv2.dilate(stronger.astype(np.uint8), np.ones((3, 3), dtype=np.uint8))) > 0
-    own: BoolArray = fainter & ~seams
+    own = fainter & ~_widened(stronger)
     return own if own.sum() >= _OWN_SHARE * stronger.sum() else np.zeros_like(own)
 
 
@@ -130,11 +130,6 @@ def only_walls(ink: BoolArray, pixel_m: float, drawn_m: float, settings: Walkabl
     return without_swings(walls, (least_m / pixel_m, most_m / pixel_m)) if least_m < most_m else walls
 
 
-def clearance_px(free: BoolArray) -> FloatArray:
-    """Distance (rows, columns) of each free pixel's centre to the nearest other one's, in pixels."""
-    return np.asarray(cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
-
-
 def usual_thickness(walls: BoolArray, thickest_px: float) -> float:
     """Median thickness of all strokes (rows, columns) but solid areas, weighted by their length, in pixels; 0 where
     there are none.
@@ -149,9 +144,9 @@ def _filled(ink: BoolArray, passage_px: float) -> BoolArray:
     treads of stairs.
     """
     free = np.pad(~ink, 1, constant_values=True)
-    _, labels = cv2.connectedComponents(free.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+    labels = regions(free)
     widest = np.zeros(int(labels.max()) + 1, dtype=np.float32)
-    np.maximum.at(widest, np.asarray(labels, dtype=np.intp).ravel(), clearance_px(free).ravel())
+    np.maximum.at(widest, labels.ravel(), clearance_px(free).ravel())
     narrow: BoolArray = 2 * widest - 1 < passage_px
     narrow[0] = True
     filled: BoolArray = narrow[labels][1:-1, 1:-1]
@@ -160,17 +155,15 @@ def _filled(ink: BoolArray, passage_px: float) -> BoolArray:
 
 def _without_symbols(walls: BoolArray, thickness_px: float, symbol_px: float) -> BoolArray:
     """Leave out of walls (rows, columns) small ink that touches nothing else, but for columns and pieces of wall."""
-    count, numbers, stats, _ = cv2.connectedComponentsWithStats(walls.astype(np.uint8), connectivity=8)
-    labels, boxes = np.asarray(numbers, dtype=np.int32), np.asarray(stats, dtype=np.int64)
-    sides = boxes[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
-    small = np.flatnonzero(sides < symbol_px)
-    left_out = np.zeros(count, dtype=np.bool_)
-    left_out[[part for part in small.tolist() if part and not _solid(labels, boxes[part], part, thickness_px)]] = True
+    labels, boxes, sides = parts_of(walls)
+    small = np.flatnonzero(sides < symbol_px).tolist()
+    left_out = np.zeros(len(boxes), dtype=np.bool_)
+    left_out[[part for part in small if part and not _solid(labels, boxes[part], part, thickness_px)]] = True
     kept: BoolArray = walls & ~left_out[labels]
     return kept
 
 
-def _solid(labels: npt.NDArray[np.int32], box: IntArray, part: int, thickness_px: float) -> bool:
+def _solid(labels: IntArray, box: IntArray, part: int, thickness_px: float) -> bool:
     """Whether a part of the ink, by ``labels`` (rows, columns), is a full rectangle or disc, as bold as the walls;
     ``box`` (5,) of it in pixels.
     """
@@ -236,12 +229,11 @@ def _widened(mask: BoolArray) -> BoolArray:
 
 def _letters(walls: BoolArray, largest_px: float) -> Bytes:
     """Which ink (rows, columns) may be letters, by number of the letter; 0 elsewhere."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(walls.astype(np.uint8), connectivity=8)
-    sides = np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
+    labels, _, sides = parts_of(walls)
     letter = (sides >= _LETTER_PX[0]) & (sides <= largest_px)
     numbers = np.cumsum(letter) * letter
     numbers[0] = 0
-    return np.asarray(numbers[np.asarray(labels)])
+    return np.asarray(numbers[labels])
 
 
 def _colour_of(image: Bytes, ink: Bytes, letters: Bytes) -> Bytes | None:

@@ -73,12 +73,8 @@ def _painted(mask: Bytes) -> tuple[BoolArray, BoolArray]:
 
 def _on(grid: CellGrid, painted: BoolArray) -> BoolArray:
     """Cells (rows, columns) of which at least half are painted."""
-    share = cv2.resize(painted.astype(np.float32), grid.shape[::-1], interpolation=_method(painted.shape, grid.shape))
-    return np.asarray(share >= 0.5)
-
-
-def _method(old: tuple[int, ...], new: tuple[int, int]) -> int:
-    return cv2.INTER_AREA if old[0] > new[0] else cv2.INTER_LINEAR
+    method = cv2.INTER_AREA if painted.shape[0] > grid.rows else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(painted.astype(np.float32), grid.shape[::-1], interpolation=method) >= 0.5)
 
 
 _LEAST_INSIDE = 0.05
@@ -91,8 +87,7 @@ def clearance_cells(free: BoolArray) -> FloatArray:
     """Distance (rows, columns) of each free cell's centre to the nearest wall's edge, in cells; beyond the grid all is
     wall.
     """
-    cells = cv2.distanceTransform(np.pad(free, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
-    return np.maximum(np.asarray(cells, dtype=np.float64) - 0.5, 0.0)
+    return np.maximum(clearance_px(np.pad(free, 1))[1:-1, 1:-1].astype(np.float64) - 0.5, 0.0)
 
 
 def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tuple[BoolArray, tuple[Finding, ...]]:
@@ -104,8 +99,8 @@ def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tu
     free = ~walls
     radius = settings.entrance_m / 2 / cell_m
     margin = int(np.ceil(radius)) + 2
-    core = _labels(_distance_to(np.pad(walls, margin)) > radius)
-    reached = _distance_to(core == core[0, 0])[margin:-margin, margin:-margin] <= radius
+    core = regions(clearance_px(~np.pad(walls, margin)) > radius)
+    reached = clearance_px(core != core[0, 0])[margin:-margin, margin:-margin] <= radius
     inside = free & ~reached
     if inside.mean() >= _LEAST_INSIDE:
         return inside, ()
@@ -121,13 +116,13 @@ def largest_region(
 ) -> tuple[BoolArray, tuple[Finding, ...]]:
     """Keep the largest region (rows, columns) that one can walk through all of; a finding names the others."""
     radius = settings.passage_m / 2 / grid.cell_m
-    labels = _labels(free & (clearance_cells(free) >= max(radius, 0.5)))
+    labels = regions(free & (clearance_cells(free) >= max(radius, 0.5)))
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
     if not sizes.any():
         return np.zeros_like(free), ()
     kept = int(sizes.argmax())
-    region = free & (_distance_to(labels == kept) <= _CORNER * max(radius, 0.5))
+    region = free & (clearance_px(labels != kept) <= _CORNER * max(radius, 0.5))
     return region, _closed_off(labels, sizes, kept, grid)
 
 
@@ -136,8 +131,8 @@ def _closed_off(labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid) ->
     columns), ``sizes`` (regions,) in cells.
     """
     areas = sizes * grid.cell_m**2
-    others = [part for part in np.argsort(-sizes, kind="stable").tolist() if areas[part] >= REGION_M2]
-    others = [part for part in others if part != kept]
+    order = np.argsort(-sizes, kind="stable").tolist()
+    others = [part for part in order if areas[part] >= REGION_M2 and part != kept]
     if not others:
         return ()
     named = [f"{areas[part]:.0f} m2 at {_place(labels, part, grid)}" for part in others[:ROWS_NAMED]]
@@ -157,12 +152,21 @@ def _place(labels: IntArray, part: int, grid: CellGrid) -> str:
     return f"({x:.1f}, {y:.1f})"
 
 
-def _labels(mask: BoolArray) -> IntArray:
+def regions(mask: BoolArray) -> IntArray:
     """Number (rows, columns) of each cell's region, by its sides; 0 outside."""
     _, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     return np.asarray(labels)
 
 
-def _distance_to(mask: BoolArray) -> FloatArray:
-    """Distance (rows, columns) of each cell's centre to the nearest one in the mask, in cells."""
-    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+def parts_of(mask: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Number (rows, columns) of each pixel's part, by sides and corners, 0 outside; per part the box (5,) around it,
+    left, top, width, height and area, and its longer side, pixels.
+    """
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    boxes: IntArray = np.asarray(stats, dtype=np.int64)
+    return np.asarray(labels), boxes, boxes[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
+
+
+def clearance_px(free: BoolArray) -> FloatArray:
+    """Distance (rows, columns) of each free pixel's centre to the nearest other one's, in pixels."""
+    return np.asarray(cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))

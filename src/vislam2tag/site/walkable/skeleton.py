@@ -17,6 +17,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.path_length import arc_lengths, line_length
+from vislam2tag.site.walkable.painted_cells import parts_of
 from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WalkingDistances
 
@@ -121,12 +122,9 @@ class Network:
     def join_through(self, keep: set[int] | frozenset[int] = frozenset()) -> None:
         """Join at every node in which just two branches meet, but for those to keep."""
         for node in list(self.places):
-            if node not in keep and self._passes_through(node):
+            numbers = self._at[node]
+            if node not in keep and len(numbers) == 2 and numbers[0] != numbers[1]:
                 self.join(node)
-
-    def _passes_through(self, node: int) -> bool:
-        numbers = self._at[node]
-        return len(numbers) == 2 and numbers[0] != numbers[1]
 
     def merge(self, node: int, into: int, place: FloatArray) -> None:
         """Make one node of two, at a place (2,); branches between the two vanish."""
@@ -140,11 +138,8 @@ class Network:
         self.places[into] = place
         for number in list(dict.fromkeys(self._at[into])):
             branch = self.branches[number]
-            starts, ends = branch.first == into, branch.last == into
-            none = np.empty((0, 2))
-            self.replace_line(
-                number, np.vstack((place[None] if starts else none, branch.line, place[None] if ends else none))
-            )
+            ahead, behind = ([place[None]] if end == into else [] for end in (branch.first, branch.last))
+            self.replace_line(number, np.vstack((*ahead, branch.line, *behind)))
 
     def leaves(self) -> Iterator[tuple[int, int]]:
         """Branches that end at a node where nothing else is, with that node."""
@@ -173,9 +168,8 @@ def skeleton(space: WalkableSpace) -> Network:
 
 def _smooth(mask: BoolArray, cell_m: float) -> BoolArray:
     """The mask (rows, columns) without pillars and with even walls: roughness makes spurs."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats((~np.pad(mask, 1)).astype(np.uint8), connectivity=8)
-    sides = np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
-    whole = mask | (sides * cell_m < _PILLAR_M)[np.asarray(labels)][1:-1, 1:-1]
+    labels, _, sides = parts_of(~np.pad(mask, 1))
+    whole = mask | (sides * cell_m < _PILLAR_M)[labels][1:-1, 1:-1]
     # Thin walls would not outlast the blur.
     even: BoolArray = whole & np.asarray(cv2.GaussianBlur(whole.astype(np.float32), (0, 0), _SMOOTH_CELLS) > 0.5)
     return even
@@ -279,7 +273,7 @@ def merge_near(network: Network, space: WalkableSpace, fixed: set[int]) -> None:
             if branch.first != branch.last
             and not {branch.first, branch.last} & fixed
             and min(len(network.at(branch.first)), len(network.at(branch.last))) > 2
-            and branch.length_m < max(MERGE_M, _room_for_one(space, branch.line))
+            and branch.length_m < max(MERGE_M, float(space.clearance_at(branch.line).min()))
         ]
         if not near:
             break
@@ -304,11 +298,6 @@ def _straightened_end(branch: Branch, node: int, reach_m: float, space: Walkable
         return branch.line
     pulled = np.vstack((line[:1], line[corner:]))
     return pulled if branch.first == node else pulled[::-1]
-
-
-def _room_for_one(space: WalkableSpace, line: FloatArray) -> float:
-    """Distance from a line (k, 2) to the walls at its narrowest, metres."""
-    return float(space.clearance_at(line).min())
 
 
 def _clear_rings(network: Network) -> None:
@@ -340,8 +329,7 @@ def join_components(network: Network, space: WalkableSpace) -> None:
 def straighten(network: Network, space: WalkableSpace) -> None:
     """Take roughness off all lines; none comes to cross a wall."""
     for number, branch in list(network.branches.items()):
-        line = _straight(branch.line, space)
-        network.replace_line(number, line)
+        network.replace_line(number, _straight(branch.line, space))
 
 
 def _straight(line: FloatArray, space: WalkableSpace) -> FloatArray:

@@ -24,12 +24,9 @@ def wall_segments(area: WalkableArea) -> FloatArray:
     """Segments (w, 2, 2) of an area's boundary, BCS metres, with the area on the left of start to stop."""
     from skimage.measure import approximate_polygon, find_contours
 
-    rings = find_contours(np.pad(area.mask, 1).astype(np.float32), 0.5, positive_orientation="low")
-    segments = []
-    for ring in rings:
-        corners = approximate_polygon(ring, _TOLERANCE_CELLS)[:, ::-1]
-        if len(corners) > 3:
-            segments.append(np.stack((corners[:-1], corners[1:]), axis=1))
+    contours = find_contours(np.pad(area.mask, 1).astype(np.float32), 0.5, positive_orientation="low")
+    rings = (approximate_polygon(contour, _TOLERANCE_CELLS)[:, ::-1] for contour in contours)
+    segments = [np.stack((corners[:-1], corners[1:]), axis=1) for corners in rings if len(corners) > 3]
     if not segments:
         return np.empty((0, 2, 2))
     # Row and column 0 of the padded mask lie half a cell outside the first cell's edge.

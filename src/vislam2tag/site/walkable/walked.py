@@ -110,18 +110,12 @@ def areas_of(space: WalkableSpace, graph: CorridorGraph) -> Areas:
     nearest = distance_transform_edt(number < 0, return_distances=False, return_indices=True)
     number = np.where(mask, number[tuple(nearest)], -1)
     corridors = np.array([kind not in (NodeKind.ROOM, NodeKind.DOOR) for kind in graph.kinds], dtype=np.bool_)
-    areas = Areas(
-        space,
-        number,
-        np.ones(len(kept), dtype=np.bool_),
-        _middles(space, number, len(kept)),
-        (np.bincount(number[mask], minlength=len(kept)) * cell_m**2).astype(np.float64),
-        ("",) * len(kept),
-    )
-    is_room = areas.is_room.copy()
+    area_m2 = (np.bincount(number[mask], minlength=len(kept)) * cell_m**2).astype(np.float64)
+    is_room, middles = np.ones(len(kept), dtype=np.bool_), _middles(space, number, len(kept))
+    areas = Areas(space, number, is_room, middles, area_m2, ("",) * len(kept))
     inside = areas.at(graph.nodes[corridors])
     is_room[inside[inside >= 0]] = False
-    return replace(areas, is_room=is_room)
+    return areas
 
 
 def _door_cells(space: WalkableSpace, graph: CorridorGraph, door: str) -> BoolArray:
@@ -249,9 +243,11 @@ def filling_walk(space: WalkedSpace) -> WalkToFill | None:
         free=True,
         tries=max(1, min(8, _MANY_STOPS // len(stops))),
     )
-    legs = [_leg(space.distances, stops[one], stops[other], apart_m[one, other]) for one, other in pairwise(order)]
-    line = np.vstack([stops[order[:1]], *(leg[1:] for leg in legs)])
-    line = space.distances.off_walls(line)
+    # A way is no longer than a length that is known, which it is where it is short.
+    limits_m = np.where(np.isfinite(apart_m), apart_m + 1.0, np.inf)
+    pairs = list(pairwise(order))
+    legs = [space.distances.path(stops[one], stops[other], limits_m[one, other])[1:] for one, other in pairs]
+    line = space.distances.off_walls(np.vstack([stops[order[:1]], *legs]))
     length_m = line_length(line)
     return WalkToFill(
         length_m=round(length_m, 2),
@@ -268,11 +264,6 @@ def _stops(places_m: FloatArray, area: IntArray, step_m: float) -> FloatArray:
     kept = looked | ~np.isin(area, area[looked])
     apart = np.column_stack((places_m[kept], _APART * area[kept]))
     return np.asarray(places_m[kept][covering_stops(apart, STOP_RADIUS_M)])
-
-
-def _leg(distances: WalkingDistances, start: FloatArray, stop: FloatArray, length_m: float) -> FloatArray:
-    """The way (k, 2) between two stops, of a length that is known where it is short."""
-    return distances.path(start, stop, length_m + 1.0 if np.isfinite(length_m) else np.inf)
 
 
 class WalkedArea(Record):
