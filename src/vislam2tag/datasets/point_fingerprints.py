@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity, finding_if
-from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.access_points import NO_NAMES, access_point_table
 from vislam2tag.datasets.model import TEST, Dataset, DatasetInfo, FloorInfo, Fold, Split, SplitInfo
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
 from vislam2tag.site.model import unique_slugs
@@ -36,7 +36,6 @@ COLUMNS: Mapping[str, pl.DataType] = {
 GREATEST_M = 1e8
 """Coordinates of map projections stay below; a greater one is a fault."""
 _LABEL = ("floor", "x", "y", "z", "sigma", "heading_deg")
-NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
 
 
 @dataclass(frozen=True)

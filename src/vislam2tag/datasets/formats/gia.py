@@ -29,11 +29,11 @@ from vislam2tag.datasets.annotated_tables import (
     wifi_rows,
 )
 from vislam2tag.datasets.fingerprints import (
-    NAMES,
     PhoneMotion,
     SessionWalk,
     access_points_of,
     fingerprints_of,
+    radio_parts,
     tables_of,
     write_part,
 )
@@ -146,17 +146,13 @@ def _parts(
     nowhere = pl.DataFrame(schema=LABELLED[TRAJECTORY])
     walk = SessionWalk(session.slug, "", session.key.device, session.key.session, PhoneMotion.of(nowhere))
     made = fingerprints_of(rows, TECHNOLOGY, walk, settings, math.inf)
-    tables = {
-        FINGERPRINTS: made.fingerprints,
-        READINGS: made.readings,
-        NAMES: made.names,
-        SESSIONS: _session_row(session, made.fingerprints),
-    }
+    tables, findings = radio_parts([made])
+    tables[SESSIONS] = _session_row(session, made.fingerprints)
     if session.sensors.is_file():
         sensors = sensor_rows(session.sensors, session.key)
         magnetic = magnetic_windows(sensors, session.slug, "", settings.magnetic_window_s)
         tables |= {MAGNETIC: magnetic} if len(magnetic) else {}
-    return tables, (*odd, *made.findings)
+    return tables, (*odd, *findings)
 
 
 def _session_row(session: _AnnotatedSession, fingerprints: pl.DataFrame) -> pl.DataFrame:

@@ -23,9 +23,8 @@ from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.datasets.fingerprints import radio_rows
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, register
-from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
-from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
-from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.logged_walks import FARTHEST_M, LoggedWalk, Waypoints, walks_dataset
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Storey
 from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.site.model import floor_number, unique_slugs
 
@@ -165,40 +164,24 @@ def read(path: Path, context: ImportContext) -> Dataset:
     sites = find_sites(folder_of(path, context.scratch, context.most_unpacked))
     places = sorted({ref.place for ref in sites.traces})
     floors = {Storey(floor.building, floor.number): floor for floor in sites.floors}
-    tables = WalkTables(context.scratch, places)
-    inputs: dict[str, str] = {}
-    for ref in sites.traces:
-        walk, findings = _walk(ref, places.index(ref.place), floors[ref.place])
-        tables.add(walk, findings)
-        inputs[f"{ref.place.building}/{ref.floor_name}/{ref.path.name}"] = walk.source
-        context.progress(ref.path.name, len(sites.traces))
-    inputs.update({name: sha256_of(file) for name, file in sorted(sites.plans.items())})
-    settings = DatasetSettings()
+    plans = {name: sha256_of(file) for name, file in sorted(sites.plans.items())}
     info = DatasetInfo(
         name="ilc20",
         title="Indoor Location Competition 2.0",
         description="Walks between tapped waypoints; positions between them are interpolated at each reading's time.",
         clock="unix",
         floors=sites.floors,
-        groupings=(
-            Grouping(technology="ble", by="window", window_s=settings.ble_window_s),
-            Grouping(technology="wifi", by="scan"),
-        ),
-        sources=(
-            DatasetSource(
-                kind="ilc20",
-                name=path.name,
-                version=__version__,
-                settings={"tap_sigma_m": TAP_SIGMA_M, "pace_m2_s": PACE_M2_S},
-                inputs=inputs,
-            ),
-        ),
+        sources=(DatasetSource(kind="ilc20", name=path.name, version=__version__, inputs=plans),),
         findings=sites.findings,
     )
-    return tables.dataset(info, sites.plans)
+
+    def walk(ref: TraceRef) -> LoggedWalk:
+        return _walk(ref, places.index(ref.place), floors[ref.place])
+
+    return walks_dataset(context, info, places, sites.traces, walk, sites.plans)
 
 
-def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tuple[Finding, ...]]:
+def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> LoggedWalk:
     try:
         data = read_bytes(ref.path)
     except OSError as error:
@@ -214,7 +197,7 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tupl
             Finding(kind="taps_outside_plan", file=ref.path.name, count=int((~inside).sum()), message=message)
         )
     phone = " ".join(trace.header[part] for part in ("Brand", "Model") if trace.header.get(part))
-    walk = LoggedWalk(
+    return LoggedWalk(
         slug=ref.slug,
         name=ref.path.stem,
         place=ref.place,
@@ -225,8 +208,9 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tupl
         last_ns=trace.last_ns,
         started=datetime.fromtimestamp(trace.first_ns // 1_000_000 / 1e3, UTC).replace(tzinfo=None),
         source=hashlib.sha256(data).hexdigest(),
+        file=f"{ref.place.building}/{ref.floor_name}/{ref.path.name}",
+        findings=findings,
     )
-    return walk, tuple(findings)
 
 
 def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
