@@ -24,7 +24,7 @@ from vislam2tag.datasets.card_metadata import (
 )
 from vislam2tag.datasets.description import DESCRIPTION_FILE, description_text, missing_fields
 from vislam2tag.datasets.folder import listed_files, sha256_of
-from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource
+from vislam2tag.datasets.model import Dataset, DatasetSource
 from vislam2tag.datasets.schema import SCHEMAS, UNITS, meaning
 from vislam2tag.datasets.statistics_record import DatasetStatistics
 
@@ -63,7 +63,7 @@ def readme_text(dataset: Dataset, statistics: DatasetStatistics) -> str:
         "licence_url": licence_url(info.licence) if info.licence else None,
         "bibtex": bibtex(info),
         "registered": datacite_text(info) is not None,
-        "authors": _authors(info),
+        "authors": "; ".join(person.name for person in info.creators),
         "made": [_made(source) for source in info.sources],
         "by_labels": any(source.kind == LABELS for source in info.sources),
         "version": __version__,
@@ -102,10 +102,6 @@ def _columns(table: str) -> Iterable[tuple[str, str, str, str]]:
 def _kind(kind: pl.DataType) -> str:
     inner = str(kind.inner if isinstance(kind, pl.List) else kind).partition("(")[0]
     return ("list of " if isinstance(kind, pl.List) else "") + _KINDS.get(inner, inner.lower())
-
-
-def _authors(info: DatasetInfo) -> str:
-    return "; ".join(person.name for person in info.creators)
 
 
 def _made(source: DatasetSource) -> str:

@@ -139,7 +139,4 @@ def _walk(slug: str, file: Path, places: Sequence[Storey], centre: Georeference,
     )
 
 
-READS = ImportFormat("getsensordata", read, recognises, takes=("origin",))
-
-
-register(READS)
+register(ImportFormat("getsensordata", read, recognises, takes=("origin",)))

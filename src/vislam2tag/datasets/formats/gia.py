@@ -195,9 +195,6 @@ def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str,
     return tuple(floors), plans, tuple(finding for finding in findings if finding.kind not in _SITE_KINDS)
 
 
-READS = ImportFormat("gia", read, recognises)
-
-
 WIFI_TYPE = "WLAN"
 OUTSIDE = ("after_last_landmark", "outside_frames")
 """Rows that the published program leaves out: nothing is mapped from there on."""
@@ -348,7 +345,4 @@ def _copy_site(survey: Path, folder: Folder, context: ExportContext) -> list[Fin
     return left_out
 
 
-WRITES = ExportFormat("gia", HOLDS, takes=("survey",), write_labels=write)
-
-
-register(READS, WRITES)
+register(ImportFormat("gia", read, recognises), ExportFormat("gia", HOLDS, takes=("survey",), write_labels=write))

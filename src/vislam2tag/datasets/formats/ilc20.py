@@ -221,7 +221,4 @@ def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
     return inside
 
 
-READS = ImportFormat("ilc20", read, recognises)
-
-
-register(READS)
+register(ImportFormat("ilc20", read, recognises))
