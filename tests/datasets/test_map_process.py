@@ -200,6 +200,8 @@ def test_the_kernel_of_generated_readings_is_found() -> None:
             access_point=np.repeat(np.arange(points), count),
             position=position.reshape(-1, 2),
             rssi_dbm=rssi.ravel(),
+            place=PLACE,
+            offsets_db={},
         ),
         np.arange(points),
     )

@@ -237,10 +237,10 @@ _TYPES: Mapping[str, str] = {
     "Float64": "cr:Float64",
 }
 _TERMS = (
-    "@language @vocab citeAs column conformsTo containedIn cr data dataType dct description equivalentProperty examples "
-    "extract field fileObject fileProperty fileSet format includes isArray arrayShape isLiveDataset jsonPath key md5 "
-    "name parentField path rai recordSet references regex repeated replace samplingRate sc separator source subField "
-    "transform"
+    "@language @vocab citeAs column conformsTo containedIn cr data dataType dct description equivalentProperty "
+    "examples extract field fileObject fileProperty fileSet format includes isArray arrayShape isLiveDataset jsonPath "
+    "key md5 name parentField path rai recordSet references regex repeated replace samplingRate sc separator source "
+    "subField transform"
 )
 _CONTEXT: dict[str, Any] = {name: f"cr:{name}" for name in _TERMS.split()} | {
     "@language": "en",

@@ -7,7 +7,7 @@ map of the mean one of the readings that *are* heard.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -28,7 +28,6 @@ from vislam2tag.datasets.map_process import (
     LeftOutReadings,
     MapKernel,
     MapPlace,
-    MapProcess,
     MapReadings,
     fit_kernel,
     fit_process,
@@ -206,12 +205,10 @@ def radio_maps(
         sample = heard.filter(pl.struct(MapPlace._fields) == place._asdict(), "sample")["bssid"].to_list()
         mapped = own["bssid"].to_list()
         readings = map_readings(dataset, place, {*mapped, *sample}, offsets)
-        device_offsets = {device: value for (own, device), value in offsets.items() if own == place.technology}
         order, shared = readings.indices(mapped), readings.indices(sample or mapped)
-        here = _FloorMapper(place, readings, order, shared, names, settings)
         # The matrices are small, and how many threads add up a sum shows in its last digits.
         with threadpool_limits(limits=1):
-            maps = here.maps(device_offsets, step)
+            maps = _floor_maps(readings, order, shared, names, settings, step)
         yield maps
 
 
@@ -250,70 +247,56 @@ def _instead(known: pl.DataFrame, name: str) -> str:
     return f"give a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
 
 
-@dataclass(frozen=True)
-class _FloorMapper:
-    """One floor's maps in the making."""
-
-    place: MapPlace
-    readings: MapReadings
-    order: IntArray
-    """Access points that are mapped, most heard first."""
-    sample: IntArray
-    """Access points that set what all maps share."""
-    names: dict[str, str | None]
-    settings: RadioMapSettings
-
-    def maps(self, offsets: dict[str, float], progress: Progress[str]) -> FloorMaps:
-        grid = grid_of(self.readings.scan_position, self.settings)
-        cells = np.argwhere(np.ones(grid.shape, dtype=bool))
-        centres = grid.centres_m(cells)
-        near = _near(centres, self.readings.scan_position, self.settings.reach_m)
-        kernel = fit_kernel(self.readings, self.sample)
-        width_m, brier, heard = self._heard(centres[near])
-        layers = np.full((4, len(self.order), len(cells)), np.nan, dtype=np.float32)
-        layers[3][:, near] = heard
-        records = []
-        for number, index in enumerate(self.order.tolist()):
-            process, square_m, inside = self._fit(index, kernel, centres)
-            layers[:3, number, inside] = process.at(centres[inside])
-            records.append(self._record(index, process, square_m, layers[0, number], brier[number]))
-            progress(self.readings.bssids[index], len(self.order))
-        mean, deviation, sigma, share = layers.reshape(4, len(self.order), *grid.shape)
-        scans = len(self.readings.scan_fold)
-        known = (tuple(records), kernel, width_m, offsets)
-        return FloorMaps(self.place, grid, scans, *known, mean, deviation, sigma, share)
-
-    def _fit(self, index: int, kernel: MapKernel, centres: FloatArray) -> tuple[MapProcess, float | None, BoolArray]:
-        """Fit an access point's process; also the side of its squares, and which centres (n, 2) have a mean (n,)."""
-        position, rssi, fold = self.readings.of(index)
+def _floor_maps(
+    readings: MapReadings,
+    order: IntArray,
+    sample: IntArray,
+    names: Mapping[str, str | None],
+    settings: RadioMapSettings,
+    progress: Progress[str],
+) -> FloorMaps:
+    """Map the access points ``order``, most heard first; ``sample`` are those that set what all maps share."""
+    grid = grid_of(readings.scan_position, settings)
+    cells = np.argwhere(np.ones(grid.shape, dtype=bool))
+    centres = grid.centres_m(cells)
+    near = _near(centres, readings.scan_position, settings.reach_m)
+    kernel = fit_kernel(readings, sample)
+    width_m, brier, heard = _heard(readings, order, sample, centres[near])
+    layers = np.full((4, len(order), len(cells)), np.nan, dtype=np.float32)
+    layers[3][:, near] = heard
+    records = []
+    for number, index in enumerate(order.tolist()):
+        position, rssi, fold = readings.of(index)
         points = map_points(position, rssi, fold, MOST_POINTS)
-        process = fit_process(points, rssi, kernel, self.settings.reach_m)
-        return process, points.square_m, _near(centres, position, self.settings.reach_m)
-
-    def _heard(self, centres: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Width of the kernel, its error for each access point (a,), and the share (a, n) at centres (n, 2)."""
-        here = self.readings
-        matrix = heard_matrix(here.scan, here.access_point, len(here.scan_fold), len(here.bssids))
-        width_m = best_width(here.scan_position, here.scan_fold, matrix[:, self.sample])
-        matrix = matrix[:, self.order]
-        error = heard_error(here.scan_position, here.scan_fold, matrix, width_m)
-        share = heard_share(centres, here.scan_position, matrix, np.asarray(matrix.mean(axis=0)), width_m)
-        return width_m, error, share.T
-
-    def _record(
-        self, index: int, process: MapProcess, square_m: float | None, mean_dbm: MapLayer, brier: float
-    ) -> RadioMap:
-        """What is kept of a map with means (cells,), dBm, besides its cells."""
-        bssid = self.readings.bssids[index]
-        return RadioMap(
-            bssid=bssid,
-            ssid=self.names.get(bssid),
-            readings=len(process.left_out.error_db),
-            square_m=square_m,
+        process = fit_process(points, rssi, kernel, settings.reach_m)
+        inside = _near(centres, position, settings.reach_m)
+        mean_dbm = layers[0, number]
+        layers[:3, number, inside] = process.at(centres[inside])
+        record = RadioMap(
+            bssid=readings.bssids[index],
+            ssid=names.get(readings.bssids[index]),
+            readings=len(rssi),
+            square_m=points.square_m,
             loudest_dbm=round(float(np.nanmax(mean_dbm)), 2) if np.isfinite(mean_dbm).any() else None,
-            errors=MapErrors.of(process.left_out, self.settings.reach_m),
-            heard_error=round(float(brier), 5),
+            errors=MapErrors.of(process.left_out, settings.reach_m),
+            heard_error=round(float(brier[number]), 5),
         )
+        records.append(record)
+        progress(record.bssid, len(order))
+    known = (len(readings.scan_fold), tuple(records), kernel, width_m, dict(readings.offsets_db))
+    return FloorMaps(readings.place, grid, *known, *layers.reshape(4, len(order), *grid.shape))
+
+
+def _heard(
+    here: MapReadings, order: IntArray, sample: IntArray, centres: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Width of the kernel, its error for each access point (a,), and the share (a, n) at centres (n, 2)."""
+    matrix = heard_matrix(here.scan, here.access_point, len(here.scan_fold), len(here.bssids))
+    width_m = best_width(here.scan_position, here.scan_fold, matrix[:, sample])
+    matrix = matrix[:, order]
+    error = heard_error(here.scan_position, here.scan_fold, matrix, width_m)
+    share = heard_share(centres, here.scan_position, matrix, np.asarray(matrix.mean(axis=0)), width_m)
+    return width_m, error, share.T
 
 
 def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:
