@@ -24,18 +24,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.notebook import Drawable
-from vislam2tag.datasets.map_process import (
-    LeftOutReadings,
-    MapKernel,
-    MapPlace,
-    MapReadings,
-    fit_kernel,
-    fit_process,
-    heard_at,
-    map_points,
-    map_readings,
-    offsets_db,
-)
+from vislam2tag.datasets import map_process
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.settings import RadioMapSettings
 
@@ -120,7 +109,7 @@ class MapErrors(Record):
     """Share of the readings, 0 to 1; 0.68 where deviations are right."""
 
     @classmethod
-    def of(cls, left_out: LeftOutReadings, reach_m: float) -> MapErrors:
+    def of(cls, left_out: map_process.LeftOutReadings, reach_m: float) -> MapErrors:
         """Sum up the left-out readings of one map."""
         counted = left_out.distance_m < reach_m
         if not counted.any():
@@ -154,12 +143,12 @@ class RadioMap(Record):
 class FloorMaps(Drawable):
     """The maps of one floor and technology; arrays are (access points, rows, columns), NaN where nothing is known."""
 
-    place: MapPlace
+    place: map_process.MapPlace
     grid: CellGrid
     scans: int
     maps: tuple[RadioMap, ...]
     """Most heard first."""
-    kernel: MapKernel
+    kernel: map_process.MapKernel
     heard_width_m: float
     offsets_db: dict[str, float]
     """What was taken off the readings of each device."""
@@ -198,13 +187,13 @@ def radio_maps(
     heard = _often_heard(dataset, settings, access_points)
     wanted = heard.filter("wanted")
     step = counted(progress, len(wanted))
-    offsets = offsets_db(dataset)
+    offsets = map_process.offsets_db(dataset)
     names = dict(dataset.access_points.select("bssid", "ssid").collect().iter_rows())
-    for (building, floor, technology), own in wanted.group_by(*MapPlace._fields, maintain_order=True):
-        place = MapPlace(str(building), int(floor), str(technology))
-        sample = heard.filter(pl.struct(MapPlace._fields) == place._asdict(), "sample")["bssid"].to_list()
+    for (building, floor, technology), own in wanted.group_by(*map_process.MapPlace._fields, maintain_order=True):
+        place = map_process.MapPlace(str(building), int(floor), str(technology))
+        sample = heard.filter(pl.struct(map_process.MapPlace._fields) == place._asdict(), "sample")["bssid"].to_list()
         mapped = own["bssid"].to_list()
-        readings = map_readings(dataset, place, {*mapped, *sample}, offsets)
+        readings = map_process.map_readings(dataset, place, {*mapped, *sample}, offsets)
         order, shared = readings.indices(mapped), readings.indices(sample or mapped)
         # The matrices are small, and how many threads add up a sum shows in its last digits.
         with threadpool_limits(limits=1):
@@ -224,13 +213,13 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
         raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {_instead(known, unknown[0])}")
     open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
     named = pl.col("bssid").is_in(list(access_points))
-    enough = heard_at(dataset).filter(pl.col("readings") >= LEAST_READINGS)
-    rank = pl.int_range(pl.len()).over(*MapPlace._fields, open_to_all)
+    enough = map_process.heard_at(dataset).filter(pl.col("readings") >= LEAST_READINGS)
+    rank = pl.int_range(pl.len()).over(*map_process.MapPlace._fields, open_to_all)
     mapped = open_to_all & (rank < settings.most)
-    every = (mapped.sum().over(MapPlace._fields) / _SAMPLE).ceil().clip(1).cast(pl.Int64)
+    every = (mapped.sum().over(map_process.MapPlace._fields) / _SAMPLE).ceil().clip(1).cast(pl.Int64)
     enough = enough.with_columns(wanted=named if access_points else mapped, sample=mapped & (rank % every == 0))
     if not enough["wanted"].any():
-        heard = heard_at(dataset).filter(named if access_points else open_to_all)
+        heard = map_process.heard_at(dataset).filter(named if access_points else open_to_all)
         raise DatasetError(
             f"{dataset.info.name}: no access point has {LEAST_READINGS} readings in labelled fingerprints of "
             f"a floor (the most is {max(heard['readings'].to_list(), default=0)}), so there is nothing to map; label "
@@ -248,7 +237,7 @@ def _instead(known: pl.DataFrame, name: str) -> str:
 
 
 def _floor_maps(
-    readings: MapReadings,
+    readings: map_process.MapReadings,
     order: IntArray,
     sample: IntArray,
     names: Mapping[str, str | None],
@@ -260,15 +249,15 @@ def _floor_maps(
     cells = np.argwhere(np.ones(grid.shape, dtype=bool))
     centres = grid.centres_m(cells)
     near = _near(centres, readings.scan_position, settings.reach_m)
-    kernel = fit_kernel(readings, sample)
+    kernel = map_process.fit_kernel(readings, sample)
     width_m, brier, heard = _heard(readings, order, sample, centres[near])
     layers = np.full((4, len(order), len(cells)), np.nan, dtype=np.float32)
     layers[3][:, near] = heard
     records = []
     for number, index in enumerate(order.tolist()):
         position, rssi, fold = readings.of(index)
-        points = map_points(position, rssi, fold, MOST_POINTS)
-        process = fit_process(points, rssi, kernel, settings.reach_m)
+        points = map_process.map_points(position, rssi, fold, MOST_POINTS)
+        process = map_process.fit_process(points, rssi, kernel, settings.reach_m)
         inside = _near(centres, position, settings.reach_m)
         mean_dbm = layers[0, number]
         layers[:3, number, inside] = process.at(centres[inside])
@@ -288,7 +277,7 @@ def _floor_maps(
 
 
 def _heard(
-    here: MapReadings, order: IntArray, sample: IntArray, centres: FloatArray
+    here: map_process.MapReadings, order: IntArray, sample: IntArray, centres: FloatArray
 ) -> tuple[float, FloatArray, FloatArray]:
     """Width of the kernel, its error for each access point (a,), and the share (a, n) at centres (n, 2)."""
     matrix = heard_matrix(here.scan, here.access_point, len(here.scan_fold), len(here.bssids))

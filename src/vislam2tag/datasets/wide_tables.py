@@ -13,17 +13,7 @@ from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
-from vislam2tag.intake.readings import (
-    NOT_HEARD,
-    SIGNAL_STRENGTH,
-    Judgement,
-    Quantity,
-    all_heard,
-    filler_found,
-    filler_of,
-    level_findings,
-    question,
-)
+from vislam2tag.intake import readings
 
 _ROWS_AT_ONCE = 2000
 """Rows of the wide table in memory at once; it holds some twenty times as many cells as levels heard."""
@@ -33,9 +23,9 @@ _ROWS_AT_ONCE = 2000
 class LevelRules:
     """What a format states of the levels in its tables, and what the user says of the file."""
 
-    not_heard: float = NOT_HEARD
+    not_heard: float = readings.NOT_HEARD
     """The level that the format states for "not heard"."""
-    strength: Quantity = SIGNAL_STRENGTH
+    strength: readings.Quantity = readings.SIGNAL_STRENGTH
     said: float | None = None
     """The level that the user says stands for "not heard"; no other is looked for then."""
 
@@ -137,7 +127,7 @@ def _read(
     first_row = empty = 0
     for batch in _batches(path, schema, has_header=has_header):
         levels = batch.select(access_points).to_numpy()
-        column, row = np.divmod(np.flatnonzero(levels.T != stated), len(levels))  # columns are together in memory
+        column, row = np.divmod(np.flatnonzero(stated != levels.T), len(levels))  # columns are together in memory
         order = np.argsort(row, kind="stable")
         row, column = row[order], column[order]
         level = levels[row, column]
@@ -174,19 +164,19 @@ def _measured(
     ``counts`` are those of the access points and of the cells without a level; ``first_line`` that of the first row.
     """
     findings = []
-    filler = filler_of(heard, *counts, rules.strength)
-    judgement = filler.judgement if rules.said is None else Judgement.NONE
-    if judgement is Judgement.ASK:
-        raise DatasetError(f"{path}: {question(filler, rules.not_heard)}")
-    if judgement is Judgement.FOUND:
+    filler = readings.filler_of(heard, *counts, rules.strength)
+    judgement = filler.judgement if rules.said is None else readings.Judgement.NONE
+    if judgement is readings.Judgement.ASK:
+        raise DatasetError(f"{path}: {readings.question(filler, rules.not_heard)}")
+    if judgement is readings.Judgement.FOUND:
         cell = pl.col("rssi_dbm") == filler.level
-        findings.append(filler_found(path.name, filler, heard.filter(cell).height, rules.not_heard))
+        findings.append(readings.filler_found(path.name, filler, heard.filter(cell).height, rules.not_heard))
         heard = heard.filter(~cell)
     lines = heard.select("rssi_dbm", row=pl.col("row") + first_line)
-    absurd = level_findings(lines, path.name, "these cells count as not heard", rules.strength)
+    absurd = readings.level_findings(lines, path.name, "these cells count as not heard", rules.strength)
     findings += [each.model_copy(update={"lines": tuple(dict.fromkeys(each.lines))}) for each in absurd]
     if rules.said is None and not findings and heard.height and not counts[1]:
-        findings.append(all_heard(path.name, heard["row"].n_unique()))
+        findings.append(readings.all_heard(path.name, heard["row"].n_unique()))
     return heard.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings
 
 

@@ -23,19 +23,10 @@ from vislam2tag import __version__
 from vislam2tag.common.extras import import_extra
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.datasets import writing
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.model import Dataset, Split
 from vislam2tag.datasets.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS, UNITS
-from vislam2tag.datasets.writing import (
-    ONE_SPLIT,
-    SET,
-    SPLITS,
-    labelled_by_session,
-    labelled_fingerprints,
-    matrices,
-    matrix_loss_findings,
-    matrix_losses,
-)
 
 if TYPE_CHECKING:
     import h5py
@@ -281,7 +272,7 @@ NOT_HEARD_DBM = -110.0
 _NAMES = ("building", "device", "user", "session")
 _FLOATS = ("z", "sigma", "heading_deg", "speed_m_s")
 HOLDS = {
-    SET: (SPLITS, ONE_SPLIT),
+    writing.SET: (writing.SPLITS, writing.ONE_SPLIT),
     "fingerprints": (
         "scan_id",
         "technology",
@@ -306,7 +297,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
 
     Raises DatasetError where no fingerprint has a position.
     """
-    fingerprints, findings = labelled_fingerprints(dataset)
+    fingerprints, findings = writing.labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()
     found = list(findings)
     with hdf5_file(folder, FILE) as file:
@@ -342,9 +333,9 @@ def _technology(
 
     def blocks() -> Iterator[dict[str, Hdf5Column]]:
         yield block(fingerprints.head(0).collect(), np.empty((0, transmitters.height), dtype=np.float32))
-        for tables in labelled_by_session(dataset, fingerprints, context.progress):
-            np.add(lost, matrix_losses(tables.readings, NOT_HEARD_DBM), out=lost)
-            yield from starmap(block, matrices(tables, transmitters["bssid"], NOT_HEARD_DBM))
+        for tables in writing.labelled_by_session(dataset, fingerprints, context.progress):
+            np.add(lost, writing.matrix_losses(tables.readings, NOT_HEARD_DBM), out=lost)
+            yield from starmap(block, writing.matrices(tables, transmitters["bssid"], NOT_HEARD_DBM))
 
     _fill(group, len(ids), blocks(), words)
     group["X"].attrs["not_heard"] = NOT_HEARD_DBM
@@ -352,7 +343,7 @@ def _technology(
     write_texts(group, "access_points/ssid", transmitters["ssid"].fill_null(""))
     group["access_points/frequency_mhz"] = transmitters["frequency_mhz"].to_numpy()
     write_splits(group, dataset.splits, ids)
-    return matrix_loss_findings(lost, NOT_HEARD_DBM)
+    return writing.matrix_loss_findings(lost, NOT_HEARD_DBM)
 
 
 register(writes=ExportFormat("hdf5", HOLDS, write=write))
