@@ -41,23 +41,15 @@ class StatisticsTally:
 
     def __init__(self) -> None:
         """Begin without any."""
-        self._labels = RunningTotal(_LABEL_KEYS, (pl.col("fingerprints", "labelled").sum(),), _LABELS)
-        self._counts = RunningTotal(_COUNT, (pl.col("count").sum(),), _COUNTS)
-        self.places = PlaceMeans()
-
-    @property
-    def labels(self) -> pl.DataFrame:
+        self.labels = RunningTotal(_LABEL_KEYS, (pl.col("fingerprints", "labelled").sum(),), _LABELS)
         """Fingerprints, and labelled ones, by technology, session, device, building, floor and status."""
-        return self._labels.table
-
-    @property
-    def counts(self) -> pl.DataFrame:
+        self.counts = RunningTotal(_COUNT, (pl.col("count").sum(),), _COUNTS)
         """How often (``count``) each ``number`` occurs, by ``what`` it is, technology and device.
 
         ``readings``: 1 for those with a position, else 0. ``heard``: access points of a fingerprint. ``rssi``: whole
         dBm of a reading. ``sigma``: bin of a fingerprint's sigma.
         """
-        return self._counts.table
+        self.places = PlaceMeans()
 
     def add(self, tables: SessionTables, floors: Mapping[str, int | None]) -> None:
         """Count one walk; ``floors`` says by session where its fingerprints without a label count."""
@@ -69,7 +61,7 @@ class StatisticsTally:
         )
         labelled = pl.col("status") == LABELLED
         counts = {"fingerprints": pl.len().cast(pl.Int64), "labelled": labelled.sum().cast(pl.Int64)}
-        self._labels.add(scans.group_by(_LABEL_KEYS).agg(**counts))
+        self.labels.add(scans.group_by(_LABEL_KEYS).agg(**counts))
         sure = scans.drop_nulls(["x", "sigma"])
         heard = tables.readings.group_by("scan_id").agg(heard=pl.col("bssid").n_unique())
         own = scans.select("scan_id", "technology", "building", "device")
@@ -83,7 +75,7 @@ class StatisticsTally:
 
     def _count(self, what: str, rows: pl.DataFrame, number: pl.Expr | pl.Series) -> None:
         numbered = rows.with_columns(what=pl.lit(what), number=number).cast({"number": pl.Int64})
-        self._counts.add(numbered.group_by(_COUNT).agg(count=pl.len().cast(pl.Int64)))
+        self.counts.add(numbered.group_by(_COUNT).agg(count=pl.len().cast(pl.Int64)))
 
 
 def _numbers(counts: pl.DataFrame, what: str) -> dict[int, int]:
@@ -112,11 +104,12 @@ def dataset_statistics(dataset: Dataset, field_work: record.FieldWork | None = N
     floors = dict(walks.select("session", "floor").iter_rows())
     for tables in each_session(dataset.fingerprints, dataset.readings):
         tally.add(tables, floors)
-    sessions = _sessions(walks, tally.labels)
+    labels, counts = tally.labels.table, tally.counts.table
+    sessions = _sessions(walks, labels)
     cost = _Cost.of(sessions, field_work)
     transmitters = dict(dataset.access_points.group_by("technology").agg(pl.len()).collect().iter_rows())
     shared = tally.places.shared()
-    names = tally.labels["technology"].unique().sort()
+    names = labels["technology"].unique().sort()
     return record.DatasetStatistics(
         name=dataset.info.name,
         walks=_walks(sessions),
@@ -127,8 +120,8 @@ def dataset_statistics(dataset: Dataset, field_work: record.FieldWork | None = N
         effort=cost.effort if cost else None,
         technologies={
             name: _technology(
-                tally.labels.filter(technology=name),
-                tally.counts.filter(technology=name),
+                labels.filter(technology=name),
+                counts.filter(technology=name),
                 shared.filter(technology=name),
                 transmitters.get(name, 0),
                 cost,

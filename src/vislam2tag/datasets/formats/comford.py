@@ -236,14 +236,8 @@ def _reading_rows(readings: pl.DataFrame) -> pl.DataFrame:
 
 
 def _transmitter_rows(transmitters: pl.DataFrame) -> pl.DataFrame:
-    nowhere = pl.lit(None, pl.Float64)
-    return transmitters.select(
-        pl.col("bssid").alias("ap_id"),
-        pl.col("technology").replace(old=TECHNOLOGIES),
-        nowhere.alias("x"),
-        nowhere.alias("y"),
-        nowhere.alias("z"),
-    )
+    named = transmitters.select(ap_id="bssid", technology=pl.col("technology").replace(old=TECHNOLOGIES))
+    return named.with_columns(pl.lit(None, pl.Float64).alias(name) for name in "xyz")
 
 
 register(ImportFormat("comford", read, recognises), ExportFormat("comford", HOLDS, takes=("split",), write=write))

@@ -180,18 +180,8 @@ def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str,
         plan = f"plans/floor_{floor.number}{drawn.suffix}" if drawn else None
         if plan and drawn:
             plans[plan] = drawn
-        floors.append(
-            FloorInfo(
-                number=floor.number,
-                name=floor.name,
-                elevation_m=floor.elevation_m,
-                width_m=floor.width_m,
-                height_m=floor.height_m,
-                plan=plan,
-                lower_left_m=floor.lower_left_m,
-                georeference=floor.georeference,
-            )
-        )
+        same = ("number", "name", "elevation_m", "width_m", "height_m", "lower_left_m", "georeference")
+        floors.append(FloorInfo(plan=plan, **{name: getattr(floor, name) for name in same}))
     return tuple(floors), plans, tuple(finding for finding in findings if finding.kind not in _SITE_KINDS)
 
 

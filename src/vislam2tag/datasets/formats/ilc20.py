@@ -67,9 +67,10 @@ def find_sites(root: Path) -> Ilc20Sites:
     root = root.resolve()
     found, left_out = [], []
     for path in sorted(root.rglob("*.txt")):
-        folder = _folder_of(path)
-        if folder is None:
+        parts = _floor_folder(path.parts)
+        if parts is None:
             continue
+        folder = Path(*parts)
         number = floor_number(folder.name)
         if number is None:
             left_out.append(path)
@@ -86,13 +87,8 @@ def find_sites(root: Path) -> Ilc20Sites:
     return Ilc20Sites(tuple(sorted(refs, key=lambda ref: ref.slug)), floors, plans, findings)
 
 
-def _folder_of(trace: Path) -> Path | None:
-    """The floor's folder of a trace file; None where its folders are not named so."""
-    parts = _floor_folder(trace.parts)
-    return None if parts is None else Path(*parts)
-
-
 def _floor_folder(parts: Sequence[str]) -> Sequence[str] | None:
+    """The parts of the floor's folder of a trace file; None where its folders are not named so."""
     own = parts[:-1]
     if own and own[-1] == TRACES:
         return own[:-1]
@@ -139,7 +135,7 @@ def _extent(path: Path) -> tuple[float, float]:
 def _unnumbered(root: Path, left_out: Sequence[Path]) -> list[Finding]:
     if not left_out:
         return []
-    names = sorted({folder.name for path in left_out if (folder := _folder_of(path)) is not None})
+    names = sorted({parts[-1] for path in left_out if (parts := _floor_folder(path.parts))})
     message = (
         f"traces lie on floors without a number ({', '.join(names[:ROWS_NAMED])}) and are left out; call the folders "
         "F1, F2, ... or B1, ..."
