@@ -217,10 +217,10 @@ class SessionFingerprints:
 def fingerprints_of(
     rows: pl.DataFrame, technology: str, walk: SessionWalk, settings: DatasetSettings, max_sigma_m: float
 ) -> SessionFingerprints:
-    """Make the fingerprints of a session's labelled readings (:func:`.radio_tables.radio_rows`).
+    """Make the fingerprints of a session's labelled readings (:func:`radio_rows`).
 
     Readings that an earlier row gave already (``duplicate``) and those without a level are left out and counted.
-    A fingerprint's position is the mean of its readings' by certainty (:func:`.radio_tables.mean_position`). With
+    A fingerprint's position is the mean of its readings' by certainty (:func:`mean_position`). With
     scans, readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay, with
     their own position, and the scan's position, spread and times are those of the others.
     """
