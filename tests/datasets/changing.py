@@ -8,13 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
-from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.access_points import NO_NAMES, access_point_table
 from vislam2tag.datasets.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
 
 WIDTH_M, HEIGHT_M = 60.0, 30.0
 POINTS = 24
-NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
 
 
 def bssid(index: int) -> str:

@@ -11,6 +11,7 @@ from tests.datasets.factory import small_dataset
 from vislam2tag.datasets.access_points import (
     FAR_APART_M,
     LEAST_SCANS,
+    NO_NAMES,
     STRONG_DBM,
     access_point_table,
     merged_radios,
@@ -137,7 +138,6 @@ def test_generated_radios_are_found_again() -> None:
 
 
 MAC = "00:11:22:33:44:55"
-NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
 
 
 def scans(*rows: tuple[str, float | None, int | None], technology: str = "wifi") -> pl.LazyFrame:

@@ -59,6 +59,7 @@ def test_all_that_is_stated_is_in_it(described_set: Path) -> None:
 
 def test_without_creators_there_is_none(bare_set: Path) -> None:
     assert not (bare_set / "CITATION.cff").exists()
+    assert not (bare_set / "datacite.json").exists()
 
 
 def test_what_is_unknown_stays_out() -> None:
@@ -93,10 +94,6 @@ def test_a_described_set_is_valid_and_whole(described_set: Path) -> None:
     assert record["rightsList"][0]["rightsIdentifier"] == "CC-BY-4.0"
     assert [part["relatedIdentifierType"] for part in record["relatedIdentifiers"]] == ["DOI", "arXiv", "URL"]
     assert record["fundingReferences"] == [{"funderName": "A foundation", "awardNumber": "12"}]
-
-
-def test_a_bare_set_has_none(bare_set: Path) -> None:
-    assert not (bare_set / "datacite.json").exists()
 
 
 @pytest.mark.parametrize("name", REQUIRED)

@@ -40,12 +40,6 @@ def changed(row: int, **values: object) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=TABLE.schema)
 
 
-def test_a_table_is_the_same_as_itself() -> None:
-    found = compared(TABLE, TABLE, 0.0)
-    assert found.same
-    assert found.matched == 3
-
-
 def test_a_positions_difference_is_a_distance() -> None:
     (difference,) = compared(TABLE, changed(1, x=4.0, y=5.0)).columns
     assert (difference.column, difference.rows, difference.greatest, difference.where) == ("x, y", 1, 5.0, "b")

@@ -11,7 +11,6 @@ from polars.testing import assert_frame_equal
 from tests.datasets.factory import SESSION_KEYS, bssid, small_dataset
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.datasets.description import Related
-from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.joining import SAME_SESSIONS, SPLITS_LEFT_OUT, join_datasets
 from vislam2tag.datasets.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.datasets.privacy import Privacy, with_privacy
@@ -56,13 +55,6 @@ def test_the_parts_of_a_set_make_the_set_again() -> None:
         assert_frame_equal(joined.tables[name].collect(), expected.sort(order, maintain_order=True))
         assert joined.tables[name].collect_schema() == SCHEMAS[name]
     assert_frame_equal(joined.access_points, whole.access_points)
-
-
-def test_the_order_of_joining_makes_no_difference_to_the_rows() -> None:
-    one = join_datasets(part(*NAMES[:2]), part(*NAMES[2:]))[0]
-    other = join_datasets(part(*NAMES[2:]), part(*NAMES[:2]))[0]
-    for name, table in one.tables.items():
-        assert_frame_equal(table, other.tables[name])
 
 
 def test_a_walk_that_both_hold_is_taken_once_and_told() -> None:
@@ -163,9 +155,3 @@ def test_the_joined_set_is_a_new_version() -> None:
     info = join_datasets(base, part(NAMES[1]))[0].info
     assert (info.doi, info.version, info.licence) == (None, None, "CC-BY-4.0")
     assert info.related == (Related(identifier="10.5281/zenodo.1", relation="IsNewVersionOf"),)
-
-
-def test_it_is_written_and_read(tmp_path: Path) -> None:
-    joined = join_datasets(part(*NAMES[:2]), part(*NAMES[2:]))[0]
-    write_dataset(joined, tmp_path / "joined")
-    assert_frame_equal(open_dataset(tmp_path / "joined").readings, joined.readings)

@@ -68,12 +68,6 @@ def test_neighbouring_cells_and_other_access_points_are_no_common_place() -> Non
     assert device_offsets(shared(), ["A"]) == {"A": (None, 0)}
 
 
-def test_means_are_the_same_however_many_walks_they_come_from() -> None:
-    rows = [("A" if number % 2 else "B", "x", 0.5, -50.0 - number % 7) for number in range(70)]
-    one, many = shared(rows), shared(*([row] for row in rows))
-    assert one.equals(many)
-
-
 def test_offsets_of_thousands_of_places_have_a_mean_of_zero() -> None:
     rng = np.random.default_rng(1)
     walk = [

@@ -13,7 +13,6 @@ from polars.testing import assert_frame_equal
 
 from tests.datasets.factory import bssid, small_dataset
 from vislam2tag.common.errors import UsageError
-from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, hashed, key_name, read_key, with_privacy
 from vislam2tag.datasets.schema import ACCESS_POINTS, READINGS, SCHEMAS
@@ -113,10 +112,6 @@ def test_hashes_replace_every_identifier_and_change_nothing_else() -> None:
         assert after.tables[name].collect_schema() == SCHEMAS[name]
 
 
-def test_the_order_of_access_points_is_that_of_the_hashes() -> None:
-    assert with_privacy(small_dataset(), Privacy(hash_key=KEY)).access_points.collect()["bssid"].is_sorted()
-
-
 def test_an_identifier_of_no_known_radio_stays_without() -> None:
     dataset = small_dataset()
     points = dataset.access_points.with_columns(radio=pl.lit(None, pl.String))
@@ -147,12 +142,6 @@ def test_a_hashed_set_names_its_key_and_is_not_hashed_twice() -> None:
     assert once.info.bssid_key == key_name(KEY)
     with pytest.raises(UsageError, match="hashed already"):
         with_privacy(once, Privacy(hash_key=KEY))
-
-
-def test_a_private_set_is_written_and_read(tmp_path: Path) -> None:
-    after = with_privacy(with_nomap(ALL[0]), Privacy(hash_key=KEY, keep_ssids=False))
-    write_dataset(after, tmp_path / "set")
-    assert_same_tables(after, open_dataset(tmp_path / "set"))
 
 
 def test_all_stays_lazy_but_the_access_points() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime as dt
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -14,23 +13,10 @@ from hypothesis import strategies as st
 
 from tests.datasets.factory import DEVICES, FIRST_NS, SCANS, SESSION_KEYS, small_dataset
 from vislam2tag.common.errors import UsageError
-from vislam2tag.datasets.folder import write_dataset
+from vislam2tag.datasets import splits
 from vislam2tag.datasets.model import Dataset, Split
 from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, empty_table, in_schema
 from vislam2tag.datasets.settings import SplitKind, SplitSettings
-from vislam2tag.datasets.splits import (
-    COLUMNS,
-    block_of,
-    draw_order,
-    kind_order,
-    make_split,
-    near_blocks,
-    split_findings,
-    split_items,
-    standard_splits,
-    stratified_folds,
-    stratified_sample,
-)
 
 SMALL = small_dataset()
 SESSION = SESSION_KEYS[1][2]
@@ -54,8 +40,8 @@ def test_what_each_kind_is_split_by() -> None:
         {"window_id": ["w/magnetic/0"], "building": ["A"], "floor": [1], "x": [3.0], "start_ns": [4], "end_ns": [10]}
     )
     tables = {IMU_WINDOWS: in_schema(IMU_WINDOWS, imu).lazy(), MAGNETIC: in_schema(MAGNETIC, magnetic).lazy()}
-    items = split_items(replace(SMALL, tables={**SMALL.tables, **tables}))
-    assert tuple(items.columns) == COLUMNS
+    items = splits.split_items(replace(SMALL, tables={**SMALL.tables, **tables}))
+    assert tuple(items.columns) == splits.COLUMNS
     rows = {row["id"]: row for row in items.iter_rows(named=True)}
     day = dt.date(2026, 3, 2)
     assert tuple(rows["w/imu/0"].values()) == ("w/imu/0", "imu", "", 0, 1.5, 6.0, "Pixel", SESSION, day, 7, True)
@@ -68,7 +54,7 @@ def test_what_each_kind_is_split_by() -> None:
 
 def test_wifi_leads_and_windows_come_last() -> None:
     kinds = pl.Series(["imu", "magnetic", "ble", "wifi", "uwb", "ble"])
-    assert kind_order(kinds) == ["wifi", "ble", "uwb", "magnetic", "imu"]
+    assert splits.kind_order(kinds) == ["wifi", "ble", "uwb", "magnetic", "imu"]
 
 
 LABELLED = len(SESSION_KEYS) * (SCANS - 1)
@@ -120,11 +106,11 @@ def group_of(split: Split) -> dict[str, str | None]:
 
 @pytest.mark.parametrize("dataset", [SMALL, with_windows(SMALL)], ids=["wifi", "all kinds"])
 def test_parts_are_disjoint_and_hold_every_label(dataset: Dataset) -> None:
-    items = split_items(dataset)
+    items = splits.split_items(dataset)
     labelled = set(items.filter("labelled")["id"])
-    splits = standard_splits(dataset)
-    assert list(splits) == ["random", "device", "trajectory", "day", "block", "floor"]
-    for split in splits.values():
+    made = splits.standard_splits(dataset)
+    assert list(made) == ["random", "device", "trajectory", "day", "block", "floor"]
+    for split in made.values():
         assert split.groups["id"].to_list() == sorted(items["id"])
         for fold in split.info.folds:
             train, test = (set(part) for part in split.train_test_ids(fold))
@@ -136,20 +122,13 @@ def test_parts_are_disjoint_and_hold_every_label(dataset: Dataset) -> None:
 
 @pytest.mark.parametrize("kind", ["device", "trajectory", "day", "floor"])
 def test_each_label_is_tested_once_where_all_folds_take_turns(kind: str) -> None:
-    split = standard_splits(SMALL)[kind]
+    split = splits.standard_splits(SMALL)[kind]
     tested = [name for fold in split.info.folds for name in split.train_test_ids(fold)[1]]
     assert len(tested) == len(set(tested)) == LABELLED
 
 
-def test_random_draws_the_share_of_each_floor_and_device() -> None:
-    split = make_split(SMALL, SplitKind.RANDOM, SplitSettings(share=0.3))
-    joined = split.groups.join(SMALL.fingerprints.collect(), left_on="id", right_on="scan_id").drop_nulls("group")
-    for _, rows in joined.group_by("floor", "device"):
-        assert rows.filter(group="test").height == round(0.3 * (SCANS - 1))
-
-
 def test_all_that_a_moment_holds_is_in_the_same_part_of_a_random_split() -> None:
-    split = group_of(standard_splits(with_windows(SMALL))["random"])
+    split = group_of(splits.standard_splits(with_windows(SMALL))["random"])
     for _, _, session in SESSION_KEYS:
         for scan in range(SCANS - 1):
             wifi = split[f"{session}/wifi/{scan:06d}"]
@@ -160,7 +139,7 @@ def test_all_that_a_moment_holds_is_in_the_same_part_of_a_random_split() -> None
 
 def test_what_has_no_time_is_drawn_itself() -> None:
     dataset = with_fingerprints(with_windows(SMALL), start_ns=pl.lit(None))
-    split = make_split(dataset, SplitKind.RANDOM, SplitSettings())
+    split = splits.make_split(dataset, SplitKind.RANDOM, SplitSettings())
     groups = split.groups.filter(pl.col("id").str.contains("/ble/"))["group"].drop_nulls()
     assert groups.len() == LABELLED
     assert (groups == "test").sum() == 4 * round(0.3 * (SCANS - 1))
@@ -169,20 +148,20 @@ def test_what_has_no_time_is_drawn_itself() -> None:
 def test_what_follows_none_with_a_time_is_drawn_itself() -> None:
     dataset = with_windows(SMALL)
     unknown = pl.when(pl.col("technology") == "ble").then("start_ns")
-    split = group_of(make_split(with_fingerprints(dataset, start_ns=unknown), SplitKind.RANDOM, SplitSettings()))
-    assert sum(group is not None for group in split.values()) == split_items(dataset)["labelled"].sum()
+    split = group_of(splits.make_split(with_fingerprints(dataset, start_ns=unknown), SplitKind.RANDOM, SplitSettings()))
+    assert sum(group is not None for group in split.values()) == splits.split_items(dataset)["labelled"].sum()
 
 
 def test_a_walk_without_wifi_is_split_by_what_it_has() -> None:
     dataset = with_windows(SMALL)
     only = with_fingerprints(dataset, keep=pl.col("technology") == "ble")
-    split = make_split(only, SplitKind.RANDOM, SplitSettings())
+    split = splits.make_split(only, SplitKind.RANDOM, SplitSettings())
     groups = split.groups.filter(pl.col("id").str.contains("/ble/"))["group"].drop_nulls()
     assert (groups == "test").sum() == 4 * round(0.3 * (SCANS - 1))
 
 
 def test_trajectories_are_whole_and_each_floor_is_spread_over_the_folds() -> None:
-    split = make_split(SMALL, SplitKind.TRAJECTORY, SplitSettings(folds=2))
+    split = splits.make_split(SMALL, SplitKind.TRAJECTORY, SplitSettings(folds=2))
     assert [fold.name for fold in split.info.folds] == ["test_1", "test_2"]
     for fold in split.info.folds:
         assert sorted(name.split(".")[0] for name in fold.test) == ["floor_0", "floor_1"]
@@ -190,12 +169,13 @@ def test_trajectories_are_whole_and_each_floor_is_spread_over_the_folds() -> Non
 
 def test_a_guard_of_many_blocks_is_refused_before_it_looks_at_each() -> None:
     with pytest.raises(UsageError, match="reaches over more than 20 blocks of 9 m; choose larger"):
-        make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=9.0, guard_m=1e6))
+        splits.make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=9.0, guard_m=1e6))
 
 
 def test_blocks_and_their_guard() -> None:
     plain, guarded = (
-        make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=9.0, guard_m=guard_m, seed=2)) for guard_m in (0, 3.5)
+        splits.make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=9.0, guard_m=guard_m, seed=2))
+        for guard_m in (0, 3.5)
     )
     assert plain.info.folds == guarded.info.folds
     old, new = group_of(plain), group_of(guarded)
@@ -209,7 +189,7 @@ def test_blocks_and_their_guard() -> None:
 def test_the_order_of_rows_does_not_matter(kind: SplitKind) -> None:
     table = SMALL.fingerprints.collect().reverse().lazy()
     turned = replace(SMALL, tables={**SMALL.tables, FINGERPRINTS: table})
-    first, second = (make_split(dataset, kind, SplitSettings()) for dataset in (SMALL, turned))
+    first, second = (splits.make_split(dataset, kind, SplitSettings()) for dataset in (SMALL, turned))
     assert first.info == second.info
     assert first.groups.equals(second.groups)
 
@@ -221,50 +201,42 @@ def test_further_fingerprints_move_no_walk_and_at_most_one_other_each(added: set
     names = known["scan_id"].gather(sorted(added))
     fewer = with_fingerprints(SMALL, keep=~pl.col("scan_id").is_in(names.implode()))
     for kind in (SplitKind.RANDOM, SplitKind.TRAJECTORY, SplitKind.DEVICE, SplitKind.FLOOR):
-        old, new = (group_of(make_split(dataset, kind, SplitSettings(seed=seed))) for dataset in (fewer, SMALL))
+        old, new = (group_of(splits.make_split(dataset, kind, SplitSettings(seed=seed))) for dataset in (fewer, SMALL))
         moved = sum(old[name] != new[name] for name in old)
         assert moved <= (len(added) if kind is SplitKind.RANDOM else 0)
 
 
 def test_a_new_phone_changes_no_draw_of_the_others() -> None:
     one = with_fingerprints(SMALL, keep=pl.col("device") == DEVICES[0])
-    few, all_ = (group_of(make_split(dataset, SplitKind.RANDOM, SplitSettings())) for dataset in (one, SMALL))
+    few, all_ = (group_of(splits.make_split(dataset, SplitKind.RANDOM, SplitSettings())) for dataset in (one, SMALL))
     assert few.items() <= all_.items()
 
 
 def test_kinds_that_cannot_be_made_are_told() -> None:
     one = with_fingerprints(SMALL, keep=(pl.col("device") == DEVICES[0]) & (pl.col("floor") == 0), date=pl.lit(None))
-    assert set(standard_splits(one)) == {"random", "block"}
-    told = {finding.message.split(":")[0]: finding for finding in split_findings(one)}
+    assert set(splits.standard_splits(one)) == {"random", "block"}
+    told = {finding.message.split(":")[0]: finding for finding in splits.split_findings(one)}
     assert set(told) == {"split by device", "split by trajectory", "split by day", "split by floor"}
     assert {finding.kind for finding in told.values()} == {"no_split"}
     assert "there is no day" in told["split by day"].message
     with pytest.raises(UsageError, match="--by device: there is only one device"):
-        make_split(one, SplitKind.DEVICE, SplitSettings())
-    assert standard_splits(with_fingerprints(SMALL, keep=pl.lit(False))) == {}
+        splits.make_split(one, SplitKind.DEVICE, SplitSettings())
+    assert splits.standard_splits(with_fingerprints(SMALL, keep=pl.lit(False))) == {}
 
 
 def test_labels_without_a_date_are_counted() -> None:
     of_floor = pl.lit(dt.date(2026, 1, 2)) + pl.duration(days="floor")
     dataset = with_fingerprints(SMALL, date=pl.when(pl.col("session") != SESSION_KEYS[0][2]).then(of_floor))
-    (finding,) = split_findings(dataset)
+    (finding,) = splits.split_findings(dataset)
     assert (finding.kind, finding.count) == ("not_in_split", SCANS - 1)
     assert "split by day" in finding.message
-    assert standard_splits(dataset)["day"].groups["group"].null_count() == (SCANS - 1) + len(SESSION_KEYS)
-
-
-def test_splits_are_saved_with_the_set(tmp_path: Path) -> None:
-    splits = standard_splits(SMALL)
-    opened = write_dataset(replace(SMALL, splits=splits), tmp_path / "set")
-    for name, split in splits.items():
-        assert opened.splits[name].info == split.info
-        assert opened.splits[name].groups.equals(split.groups)
+    assert splits.standard_splits(dataset)["day"].groups["group"].null_count() == (SCANS - 1) + len(SESSION_KEYS)
 
 
 def test_uncertain_fingerprints_are_in_neither_part() -> None:
     first = pl.col("scan_id") == SMALL.fingerprints.collect()["scan_id"][0]
     dataset = with_fingerprints(SMALL, status=pl.when(first).then(pl.lit("uncertain")).otherwise("status"))
-    for split in standard_splits(dataset).values():
+    for split in splits.standard_splits(dataset).values():
         assert split.groups["group"].null_count() == len(SESSION_KEYS) + 1
 
 
@@ -308,7 +280,7 @@ def test_whatever_is_unknown_parts_are_disjoint_and_whole(dataset: Dataset, seed
     keys = {SplitKind.DEVICE: "device", SplitKind.TRAJECTORY: "session", SplitKind.DAY: "date"}
     for kind in SplitKind:
         try:
-            split = make_split(dataset, kind, SplitSettings(seed=seed, share=share, guard_m=0))
+            split = splits.make_split(dataset, kind, SplitSettings(seed=seed, share=share, guard_m=0))
         except UsageError:
             continue
         expected = set(sure.drop_nulls(keys[kind])["scan_id"] if kind in keys else sure["scan_id"])
@@ -319,7 +291,7 @@ def test_whatever_is_unknown_parts_are_disjoint_and_whole(dataset: Dataset, seed
     drawn_alone = sure.filter(pl.col("technology") == "wifi")
     if sure["technology"].n_unique() == 1 and drawn_alone.height:
         try:
-            groups = group_of(make_split(dataset, SplitKind.RANDOM, SplitSettings(seed=seed, share=share)))
+            groups = group_of(splits.make_split(dataset, SplitKind.RANDOM, SplitSettings(seed=seed, share=share)))
         except UsageError:
             return
         for _, stratum in drawn_alone.group_by("building", "floor", "device"):
@@ -338,7 +310,7 @@ def items_of(points: list[tuple[int, float, float]]) -> pl.DataFrame:
 
 @given(st.lists(st.tuples(st.integers(0, 1), METRES, METRES), max_size=30), st.floats(1, 15))
 def test_each_point_lies_in_its_block(points: list[tuple[int, float, float]], side_m: float) -> None:
-    found = block_of(items_of(points), side_m)
+    found = splits.block_of(items_of(points), side_m)
     for axis, index in (("x", "column"), ("y", "line")):
         low = found[index] * side_m
         assert (found[axis] >= low - 1e-9).all()
@@ -350,9 +322,9 @@ def test_each_point_lies_in_its_block(points: list[tuple[int, float, float]], si
 )
 def test_the_ring_against_brute_force(side_m: float, guard_m: float) -> None:
     places = np.random.default_rng(3).uniform(-25, 25, (120, 2)).round(1)
-    items = block_of(items_of([(index % 2, x, y) for index, (x, y) in enumerate(places.tolist())]), side_m)
+    items = splits.block_of(items_of([(index % 2, x, y) for index, (x, y) in enumerate(places.tolist())]), side_m)
     blocks = items.head(12).select("building", "floor", "column", "line").unique()
-    found = near_blocks(items, blocks, side_m, guard_m)
+    found = splits.near_blocks(items, blocks, side_m, guard_m)
     expected = []
     for row in items.iter_rows(named=True):
         distances = [
@@ -377,46 +349,21 @@ def table_of(names: list[str]) -> pl.DataFrame:
 
 def test_the_order_is_sha_256_of_seed_and_name() -> None:
     known = "681ebd31f1942012739312a095442ff5c473d0896902e122a989b3b7f9fadc9f"  # printf 7/a | sha256sum
-    assert draw_order(pl.Series(["a"]), 7)[0] == known
+    assert splits.draw_order(pl.Series(["a"]), 7)[0] == known
 
 
 @given(NAMES, st.sampled_from((0.1, 0.3, 0.5, 0.77)), st.integers(0, 5))
 def test_shares_are_exact_in_each_stratum(names: list[str], share: float, seed: int) -> None:
     table = table_of(names)
-    found = table.with_columns(stratified_sample(table, "id", ("stratum",), share, seed))
+    found = table.with_columns(splits.stratified_sample(table, "id", ("stratum",), share, seed))
     for _, rows in found.group_by("stratum"):
         assert rows["drawn"].sum() == int(share * rows.height + 0.5)
-
-
-@given(NAMES, st.integers(0, 5))
-def test_the_order_of_rows_does_not_matter_to_what_is_drawn(names: list[str], seed: int) -> None:
-    table = table_of(names)
-    turned = table.reverse()
-    for first, second in (
-        (
-            stratified_sample(table, "id", ("stratum",), 0.3, seed),
-            stratified_sample(turned, "id", ("stratum",), 0.3, seed),
-        ),
-        (stratified_folds(table, "id", ("stratum",), 3, seed), stratified_folds(turned, "id", ("stratum",), 3, seed)),
-    ):
-        assert first.to_list() == second.reverse().to_list()
-
-
-@given(NAMES.filter(bool), st.integers(0, 5))
-def test_a_row_more_moves_at_most_one_other_of_its_stratum(names: list[str], seed: int) -> None:
-    *before, added = names
-    table, longer = table_of(before), table_of(names)
-    old = dict(zip(table["id"], stratified_sample(table, "id", ("stratum",), 0.3, seed), strict=True))
-    new = dict(zip(longer["id"], stratified_sample(longer, "id", ("stratum",), 0.3, seed), strict=True))
-    moved = [name for name in before if old[name] != new[name]]
-    assert len(moved) <= 1
-    assert all(len(name) % 3 == len(added) % 3 for name in moved)
 
 
 @given(NAMES, st.integers(1, 6), st.integers(0, 5))
 def test_hands_are_as_equal_as_can_be_over_all_and_in_each_stratum(names: list[str], hands: int, seed: int) -> None:
     table = table_of(names)
-    found = table.with_columns(hand=stratified_folds(table, "id", ("stratum",), hands, seed))
+    found = table.with_columns(hand=splits.stratified_folds(table, "id", ("stratum",), hands, seed))
     for rows in (found, *(rows for _, rows in found.group_by("stratum"))):
         counts = [rows.filter(pl.col("hand") == hand).height for hand in range(hands)]
         assert sum(counts) == rows.height
@@ -425,6 +372,6 @@ def test_hands_are_as_equal_as_can_be_over_all_and_in_each_stratum(names: list[s
 
 def test_another_seed_draws_others() -> None:
     table = table_of([f"scan {index:03d}" for index in range(60)])
-    first, second = (stratified_sample(table, "id", ("stratum",), 0.3, seed) for seed in (0, 1))
+    first, second = (splits.stratified_sample(table, "id", ("stratum",), 0.3, seed) for seed in (0, 1))
     assert first.sum() == second.sum()
     assert (first != second).any()

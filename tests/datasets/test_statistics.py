@@ -8,21 +8,10 @@ import polars as pl
 import pytest
 
 from tests.datasets.factory import SCANS, bssid, small_dataset
+from vislam2tag.datasets import statistics_record as record
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, empty_table
 from vislam2tag.datasets.statistics import dataset_statistics
-from vislam2tag.datasets.statistics_record import (
-    ALL,
-    PAPER,
-    DatasetStatistics,
-    Distribution,
-    FieldWork,
-    Table3,
-    WalkTotals,
-    table_3_csv,
-    table_3_latex,
-    table_3_markdown,
-)
 
 
 def with_table(dataset: Dataset, name: str, **columns: pl.Expr) -> Dataset:
@@ -30,11 +19,11 @@ def with_table(dataset: Dataset, name: str, **columns: pl.Expr) -> Dataset:
 
 
 @pytest.fixture(scope="module")
-def statistics() -> DatasetStatistics:
+def statistics() -> record.DatasetStatistics:
     return dataset_statistics(small_dataset(unlabelled=2))
 
 
-def test_table_iii_sums_walks_by_device(statistics: DatasetStatistics) -> None:
+def test_table_iii_sums_walks_by_device(statistics: record.DatasetStatistics) -> None:
     assert list(statistics.by_device) == ["Galaxy", "Pixel"]
     galaxy = statistics.by_device["Galaxy"]
     assert (galaxy.trajectories, galaxy.duration_s, galaxy.distance_m, galaxy.velocity_m_s) == (2, 72.0, 72.0, 1.0)
@@ -42,7 +31,7 @@ def test_table_iii_sums_walks_by_device(statistics: DatasetStatistics) -> None:
     assert statistics.walks.labelled_m == 4 * 30.0
 
 
-def test_figure_8_counts_fingerprints_by_device_and_floor(statistics: DatasetStatistics) -> None:
+def test_figure_8_counts_fingerprints_by_device_and_floor(statistics: record.DatasetStatistics) -> None:
     wifi = statistics.technologies["wifi"]
     assert (wifi.labels.fingerprints, wifi.labels.labelled) == (4 * SCANS, 4 * (SCANS - 2))
     assert {device: labels.labelled for device, labels in wifi.by_device.items()} == {"Galaxy": 20, "Pixel": 20}
@@ -89,7 +78,7 @@ def test_a_deaf_phone_shows_in_its_offset() -> None:
 def test_person_hours_count_the_walks_unless_the_field_work_is_told() -> None:
     dataset = small_dataset()
     walking = dataset_statistics(dataset)
-    told = dataset_statistics(dataset, FieldWork(people=2, hours=1.5))
+    told = dataset_statistics(dataset, record.FieldWork(people=2, hours=1.5))
     assert walking.effort is not None
     assert told.effort is not None
     assert (walking.effort.basis, walking.effort.person_hours) == ("walking time", 4 * 36 / 3600)
@@ -105,6 +94,8 @@ def test_walks_without_duration_do_not_enter_rates() -> None:
     timed = pl.when(pl.col("session") == "floor_0.Galaxy.walk").then(pl.col("duration_s"))
     some = dataset_statistics(with_table(dataset, SESSIONS, duration_s=timed))
     assert some.technologies["wifi"].labelled_per_minute == pytest.approx(11 / 0.6, abs=1e-4)
+    points = dataset_statistics(with_table(dataset, SESSIONS, distance_m=pl.lit(None, pl.Float64)))
+    assert (points.effort, points.walks.duration_s) == (None, 4 * 36)
     none = dataset_statistics(with_table(dataset, SESSIONS, duration_s=pl.lit(None, pl.Float64)))
     assert none.effort is None
     assert none.walks.velocity_m_s is None
@@ -126,12 +117,6 @@ def test_uncertain_fingerprints_are_not_labelled_but_their_sigma_counts() -> Non
     assert wifi.sigma.fingerprints == 44
 
 
-def test_points_without_a_way_have_no_cost() -> None:
-    points = dataset_statistics(with_table(small_dataset(), SESSIONS, distance_m=pl.lit(None, pl.Float64)))
-    assert points.effort is None
-    assert points.walks.duration_s == 4 * 36
-
-
 def test_an_empty_set_has_statistics() -> None:
     names = (FINGERPRINTS, READINGS, ACCESS_POINTS, SESSIONS)
     empty = replace(small_dataset(), tables={name: empty_table(name).lazy() for name in names})
@@ -140,13 +125,13 @@ def test_an_empty_set_has_statistics() -> None:
     assert found.main is None
 
 
-def test_statistics_survive_json_and_name_the_transmitters(statistics: DatasetStatistics) -> None:
-    assert DatasetStatistics.model_validate_json(statistics.model_dump_json()) == statistics
+def test_statistics_survive_json_and_name_the_transmitters(statistics: record.DatasetStatistics) -> None:
+    assert record.DatasetStatistics.model_validate_json(statistics.model_dump_json()) == statistics
     assert statistics.technologies["wifi"].transmitters == len({bssid(f, i) for f in (0, 1) for i in range(5)})
 
 
 def test_whole_numbers_have_quantiles_that_occur() -> None:
-    found = Distribution.of({-90: 1, -60: 18, -30: 1})
+    found = record.Distribution.of({-90: 1, -60: 18, -30: 1})
     assert (found.mean, found.quantiles["0.05"], found.quantiles["0.5"], found.quantiles["0.95"]) == (
         -60,
         -90,
@@ -157,25 +142,25 @@ def test_whole_numbers_have_quantiles_that_occur() -> None:
 
 
 def test_bins_hold_all_numbers_and_are_no_more_than_asked_for() -> None:
-    numbers = Distribution.of({3: 1, 4: 2, 12: 4})
+    numbers = record.Distribution.of({3: 1, 4: 2, 12: 4})
     assert numbers.binned(10) == (1, {n: {3: 1, 4: 2, 12: 4}.get(n, 0) for n in range(3, 13)})
     assert numbers.binned(4) == (3, {3: 3, 6: 0, 9: 0, 12: 4})
 
 
-LG = WalkTotals(trajectories=18, duration_s=4653.6, distance_m=3701.375, velocity_m_s=0.7954)
-POINTS = WalkTotals(trajectories=2)
+LG = record.WalkTotals(trajectories=18, duration_s=4653.6, distance_m=3701.375, velocity_m_s=0.7954)
+POINTS = record.WalkTotals(trajectories=2)
 ROWS = {"LG": LG, "My_phone": POINTS}
 
 
 def test_minutes_metres_and_a_dash_for_what_is_not_known() -> None:
-    texts = dict(Table3.of(ROWS, LG).texts())
+    texts = dict(record.Table3.of(ROWS, LG).texts())
     assert texts["LG"] == ("18", "77.56", "3701.38", "0.80")
     assert texts["My_phone"] == ("2", "-", "-", "-")
     assert list(texts) == ["LG", "My_phone", "all"]
 
 
 def test_the_papers_numbers_stand_beside_for_the_papers_phones() -> None:
-    table = Table3.of(ROWS, LG, beside_paper=True)
+    table = record.Table3.of(ROWS, LG, beside_paper=True)
     texts = dict(table.texts())
     assert texts["LG"] == ("18", "18", "77.56", "77.56", "3701.38", "3701.38", "0.80", "0.92")
     assert texts["My_phone"][1::2] == ("-",) * 4
@@ -184,25 +169,25 @@ def test_the_papers_numbers_stand_beside_for_the_papers_phones() -> None:
 
 
 def test_csv_has_numbers_and_empty_cells() -> None:
-    lines = list(csv.DictReader(io.StringIO(table_3_csv(Table3.of(ROWS, LG, beside_paper=True)))))
+    lines = list(csv.DictReader(io.StringIO(record.table_3_csv(record.Table3.of(ROWS, LG, beside_paper=True)))))
     assert (lines[0]["duration_min"], lines[0]["paper_velocity_m_s"]) == ("77.56", "0.92")
     assert lines[2]["paper_distance_m"] == "11237.02"
     assert (lines[1]["distance_m"], lines[1]["paper_trajectories"]) == ("", "")
-    assert "paper" not in table_3_csv(Table3.of(ROWS, LG))
+    assert "paper" not in record.table_3_csv(record.Table3.of(ROWS, LG))
 
 
 def test_latex_escapes_and_rules_off_the_total() -> None:
-    text = table_3_latex(Table3.of(ROWS, LG))
+    text = record.table_3_latex(record.Table3.of(ROWS, LG))
     assert "My\\_phone & 2 & - & - & - \\\\\n\\midrule\nall & 18" in text
     assert text.count("&") == 4 * 4
 
 
 def test_markdown_has_a_column_for_each_head() -> None:
-    head, rule, *rows = table_3_markdown(Table3.of(ROWS, LG)).splitlines()[2:]
+    head, rule, *rows = record.table_3_markdown(record.Table3.of(ROWS, LG)).splitlines()[2:]
     assert {line.count("|") for line in (head, rule, *rows)} == {6}
 
 
 def test_the_papers_totals_are_sums_of_its_rows() -> None:
-    devices = [numbers for device, numbers in PAPER.items() if device != ALL]
+    devices = [numbers for device, numbers in record.PAPER.items() if device != record.ALL]
     sums = [round(sum(number or 0 for number in column), 2) for column in zip(*devices, strict=True)]
-    assert sums[:3] == list(PAPER[ALL])[:3]
+    assert sums[:3] == list(record.PAPER[record.ALL])[:3]

@@ -22,30 +22,13 @@ from tests.datasets.formats.round_trip import with_split
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import silent
+from vislam2tag.datasets import writing
 from vislam2tag.datasets.format_registry import ExportContext, export_formats
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.schema import SCHEMAS
-from vislam2tag.datasets.writing import (
-    DERIVED,
-    MANIFEST,
-    ONE_SPLIT,
-    PLANS,
-    SET,
-    SPLITS,
-    labelled_by_session,
-    labelled_fingerprints,
-    left_out,
-    left_out_of_dataset,
-    matrices,
-    matrix_loss_findings,
-    matrix_losses,
-    seconds_text,
-    train_test_assignment,
-    with_unix_time,
-)
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 
-OF_SET = (MANIFEST, SPLITS, ONE_SPLIT, PLANS)
+OF_SET = (writing.MANIFEST, writing.SPLITS, writing.ONE_SPLIT, writing.PLANS)
 Schemas = Mapping[str, Mapping[str, object]]
 DOCS = Path(__file__).parents[2] / "docs" / "reference" / "exporting.md"
 OF_DATASET = {name: each for name, each in export_formats().items() if each.source == "dataset"}
@@ -54,20 +37,20 @@ OF_LABELS = {name: each for name, each in export_formats().items() if each.sourc
 
 def test_columns_without_a_value_are_not_missed() -> None:
     table = pl.LazyFrame({"x": [1.0, None], "user": ["", None], "sigma": [None, None], "z": [None, 2.0]})
-    (finding,) = left_out({"fingerprints": table}, {"fingerprints": frozenset({"x"})})
+    (finding,) = writing.left_out({"fingerprints": table}, {"fingerprints": frozenset({"x"})})
     assert (finding.count, finding.message) == (1, "columns left out of fingerprints: z")
-    assert left_out({"fingerprints": table}, {"fingerprints": frozenset({"x", "z"})}) == ()
+    assert writing.left_out({"fingerprints": table}, {"fingerprints": frozenset({"x", "z"})}) == ()
 
 
 def test_a_table_without_a_place() -> None:
-    (finding,) = left_out({"magnetic": pl.LazyFrame({"x": [1.0, None]})}, {})
+    (finding,) = writing.left_out({"magnetic": pl.LazyFrame({"x": [1.0, None]})}, {})
     assert (finding.file, finding.count) == ("magnetic", 2)
-    assert left_out({"magnetic": pl.LazyFrame({"x": []})}, {}) == ()
+    assert writing.left_out({"magnetic": pl.LazyFrame({"x": []})}, {}) == ()
 
 
 def test_what_follows_from_the_rest_is_not_missed() -> None:
     table = pl.LazyFrame({"bssid": ["a"], "strongest_dbm": [-40.0], "ssid": ["b"]})
-    (finding,) = left_out({"access_points": table}, {"access_points": frozenset({"bssid"})})
+    (finding,) = writing.left_out({"access_points": table}, {"access_points": frozenset({"bssid"})})
     assert finding.message == "columns left out of access_points: ssid"
 
 
@@ -75,12 +58,12 @@ def test_the_whole_set() -> None:
     dataset = with_split(small_dataset())
     dataset = replace(dataset, files={"plans/0.png": Path("0.png")})
     holds = {name: frozenset(schema) for name, schema in SCHEMAS.items()}
-    messages = [finding.message for finding in left_out_of_dataset(dataset, holds)]
+    messages = [finding.message for finding in writing.left_out_of_dataset(dataset, holds)]
     assert messages == ["left out of the manifest: title", "splits are left out", "plans of the floors are left out"]
-    one = {**holds, SET: frozenset({"one split", "manifest", "plans"})}
-    assert left_out_of_dataset(dataset, one) == ()
+    one = {**holds, writing.SET: frozenset({"one split", "manifest", "plans"})}
+    assert writing.left_out_of_dataset(dataset, one) == ()
     two = replace(dataset, splits={**dataset.splits, "other": dataset.splits["by_walk"]})
-    assert [finding.message for finding in left_out_of_dataset(two, one)] == ["all splits but one are left out"]
+    assert [finding.message for finding in writing.left_out_of_dataset(two, one)] == ["all splits but one are left out"]
 
 
 @pytest.mark.parametrize(("formats", "schemas"), [(OF_DATASET, SCHEMAS), (OF_LABELS, LABELLED)])
@@ -89,12 +72,15 @@ def test_formats_hold_only_what_there_is(
 ) -> None:
     for name in formats:
         for table, columns in export_formats()[name].holds.items():
-            assert set(columns) <= set(OF_SET if table == SET else schemas[table]), (name, table)
+            assert set(columns) <= set(OF_SET if table == writing.SET else schemas[table]), (name, table)
 
 
 def test_the_documentation_says_the_same() -> None:
     text = DOCS.read_text(encoding="utf-8")
-    for table in (held_table(OF_DATASET, SCHEMAS, (SET, *SCHEMAS)), held_table(OF_LABELS, LABELLED, tuple(LABELLED))):
+    for table in (
+        held_table(OF_DATASET, SCHEMAS, (writing.SET, *SCHEMAS)),
+        held_table(OF_LABELS, LABELLED, tuple(LABELLED)),
+    ):
         assert table in text, f"docs/reference/exporting.md should hold:\n\n{table}"
 
 
@@ -104,10 +90,10 @@ def held_table(
     """The table of formats by fields, as Markdown; columns that no format or every format holds share a row."""
     lines = [f"| | {' | '.join(formats)} |", f"| --- |{' :-: |' * len(formats)}"]
     for table in tables:
-        columns = OF_SET if table == SET else schemas[table]
+        columns = OF_SET if table == writing.SET else schemas[table]
         rows: dict[str, list[str]] = {}
         for column in columns:
-            if column not in DERIVED.get(table, frozenset()):
+            if column not in writing.DERIVED.get(table, frozenset()):
                 held = " | ".join("x" if column in _held(name, table) else "" for name in formats)
                 rows.setdefault(held, []).append(column)
         lines.append(f"| **{table}** |{' |' * len(formats)}")
@@ -124,13 +110,13 @@ def counts(parts: pl.DataFrame) -> dict[str, int]:
 
 
 def test_the_official_split_counts_where_none_is_chosen() -> None:
-    parts, findings = train_test_assignment(with_split(small_dataset(), kind="official"), ExportContext())
+    parts, findings = writing.train_test_assignment(with_split(small_dataset(), kind="official"), ExportContext())
     assert counts(parts) == {"train": 3 * (SCANS - 1), "test": SCANS - 1}
     assert findings == ()
 
 
 def test_no_choice_among_others_is_told() -> None:
-    parts, findings = train_test_assignment(with_split(small_dataset()), ExportContext())
+    parts, findings = writing.train_test_assignment(with_split(small_dataset()), ExportContext())
     assert counts(parts) == {"train": 4 * SCANS}
     assert findings[0].message.endswith("all is training data; there are: by_walk")
 
@@ -145,24 +131,24 @@ def test_no_choice_among_others_is_told() -> None:
 )
 def test_what_is_not_there(split: str | None, fold: str | None, said: str) -> None:
     with pytest.raises(UsageError, match=said):
-        train_test_assignment(with_split(small_dataset()), ExportContext(split=split, fold=fold))
+        writing.train_test_assignment(with_split(small_dataset()), ExportContext(split=split, fold=fold))
 
 
 def test_a_set_without_splits() -> None:
     with pytest.raises(UsageError, match="no such split; there are: none"):
-        train_test_assignment(small_dataset(), ExportContext(split="random"))
+        writing.train_test_assignment(small_dataset(), ExportContext(split="random"))
 
 
 def test_sessions_in_pieces_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vislam2tag.datasets.writing._CELLS_AT_ONCE", 30)
     dataset = small_dataset()
     steps: list[tuple[str, int]] = []
-    rows, _ = labelled_fingerprints(dataset)
+    rows, _ = writing.labelled_fingerprints(dataset)
     transmitters = dataset.access_points.collect()["bssid"]
     pieces = [
         (each["scan_id"].to_list(), levels)
-        for tables in labelled_by_session(dataset, rows, lambda session, total: steps.append((session, total)))
-        for each, levels in matrices(tables, transmitters, 100.0)
+        for tables in writing.labelled_by_session(dataset, rows, lambda session, total: steps.append((session, total)))
+        for each, levels in writing.matrices(tables, transmitters, 100.0)
     ]
     assert [total for _, total in steps] == [4] * 4
     assert max(len(ids) for ids, _ in pieces) == 3
@@ -175,7 +161,7 @@ def test_several_readings_of_a_transmitter_become_their_mean() -> None:
     dataset = small_dataset()
     again = pl.concat([dataset.readings, dataset.readings.with_columns(pl.col("rssi_dbm") - 10)])
     doubled = replace(dataset, tables={**dataset.tables, "readings": again})
-    rows, _ = labelled_fingerprints(doubled)
+    rows, _ = writing.labelled_fingerprints(doubled)
     transmitters = dataset.access_points.collect()["bssid"]
     once, twice = (np.concatenate(_matrices(each, rows, transmitters)) for each in (dataset, doubled))
     heard = once != 100.0
@@ -186,21 +172,23 @@ def test_several_readings_of_a_transmitter_become_their_mean() -> None:
 
 
 def _matrices(dataset: Dataset, rows: pl.LazyFrame, transmitters: pl.Series) -> list[np.ndarray]:
-    pieces = (matrices(tables, transmitters, 100.0) for tables in labelled_by_session(dataset, rows, silent))
+    pieces = (
+        writing.matrices(tables, transmitters, 100.0) for tables in writing.labelled_by_session(dataset, rows, silent)
+    )
     return [levels for piece in pieces for _, levels in piece]
 
 
 def losses(dataset: Dataset, rows: pl.LazyFrame, not_heard: float) -> tuple[Finding, ...]:
-    sessions = labelled_by_session(dataset, rows, silent)
-    lost = np.sum([matrix_losses(tables.readings, not_heard) for tables in sessions], axis=0)
-    return matrix_loss_findings(lost, not_heard)
+    sessions = writing.labelled_by_session(dataset, rows, silent)
+    lost = np.sum([writing.matrix_losses(tables.readings, not_heard) for tables in sessions], axis=0)
+    return writing.matrix_loss_findings(lost, not_heard)
 
 
 def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:
     dataset = small_dataset(unlabelled=0)
     level = pl.when(pl.col("bssid").str.ends_with("00")).then(None).otherwise(pl.lit(-110.0, pl.Float32))
     odd = replace(dataset, tables={**dataset.tables, "readings": dataset.readings.with_columns(rssi_dbm=level)})
-    kinds = {finding.kind: finding.count for finding in losses(odd, labelled_fingerprints(odd)[0], -110.0)}
+    kinds = {finding.kind: finding.count for finding in losses(odd, writing.labelled_fingerprints(odd)[0], -110.0)}
     total = dataset.readings.collect().height
     assert kinds == {"unknown_levels_left_out": 4 * SCANS * 2, "levels_left_out": total - 4 * SCANS * 2}
 
@@ -208,10 +196,10 @@ def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:
 def test_only_one_technology() -> None:
     dataset = small_dataset()
     with pytest.raises(DatasetError, match="no ble fingerprint of it has a position"):
-        labelled_fingerprints(dataset, "ble")
+        writing.labelled_fingerprints(dataset, "ble")
     kind = pl.when(pl.col("device") == "Pixel").then(pl.lit("ble")).otherwise("technology").alias("technology")
     both = replace(dataset, tables={**dataset.tables, "fingerprints": dataset.fingerprints.with_columns(kind)})
-    rows, findings = labelled_fingerprints(both, "wifi")
+    rows, findings = writing.labelled_fingerprints(both, "wifi")
     assert rows.collect().height == 2 * (SCANS - 1)
     assert {finding.kind: finding.count for finding in findings} == {
         "unlabelled_left_out": 2,
@@ -223,8 +211,8 @@ def test_formats_that_cannot_say_how_sure_take_only_what_is() -> None:
     dataset = small_dataset(unlabelled=0)
     status = pl.when(pl.col("x") < 6).then(pl.lit("uncertain")).otherwise("status").alias("status")
     unsure = replace(dataset, tables={**dataset.tables, "fingerprints": dataset.fingerprints.with_columns(status)})
-    assert labelled_fingerprints(unsure)[0].collect().height == 4 * SCANS
-    rows, (finding,) = labelled_fingerprints(unsure, uncertain=False)
+    assert writing.labelled_fingerprints(unsure)[0].collect().height == 4 * SCANS
+    rows, (finding,) = writing.labelled_fingerprints(unsure, uncertain=False)
     assert rows.collect().height == 4 * (SCANS - 1)
     assert (finding.kind, finding.count) == ("uncertain_left_out", 4)
 
@@ -235,15 +223,15 @@ def on_clock(clock: str) -> Dataset:
 
 
 def test_times_of_day() -> None:
-    boot = with_unix_time(on_clock("boot")).collect()["unix_ns"]
+    boot = writing.with_unix_time(on_clock("boot")).collect()["unix_ns"]
     assert (boot[0], boot[1]) == (1_772_323_200_000_000_000, 1_772_323_203_000_000_000)  # 2026-03-01, 3 s later
-    assert with_unix_time(on_clock("unix")).collect()["unix_ns"][1] == 1_003_000_000_000
-    assert with_unix_time(on_clock("none")).collect()["unix_ns"].null_count() == 4 * SCANS
+    assert writing.with_unix_time(on_clock("unix")).collect()["unix_ns"][1] == 1_003_000_000_000
+    assert writing.with_unix_time(on_clock("none")).collect()["unix_ns"].null_count() == 4 * SCANS
 
 
 @given(st.integers(0, 4_000_000_000_000_000_000))
 def test_no_digit_of_a_time_is_lost(time_ns: int) -> None:
-    text = pl.DataFrame({"t": [time_ns]}).select(seconds_text(pl.col("t"))).item()
+    text = pl.DataFrame({"t": [time_ns]}).select(writing.seconds_text(pl.col("t"))).item()
     whole, _, rest = text.partition(".")
     assert int(whole) * 1_000_000_000 + int(rest.ljust(9, "0") or 0) == time_ns
     assert not rest.endswith("0")

@@ -114,6 +114,8 @@ _PHONE_NAME = (
 """Names that phones give their hotspots; ``HUAWEI-2FF4`` with a hyphen is a home router."""
 _STANDING_NAME = r"(?i)^DIRECT-.*(hp |epson|canon|brother|lexmark|xerox|kyocera|ricoh|roku|tv|bravia|chromecast)"
 """Wi-Fi Direct of printers and screens, which stand."""
+NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
+"""Of a set whose access points have no names."""
 NOMAP = r"(?i)_nomap$"
 """The suffix by which owners ask that their network is in no map; in any case, to be sure."""
 

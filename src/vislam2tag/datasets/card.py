@@ -14,17 +14,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from vislam2tag import __version__
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.datasets.card_metadata import (
-    bibtex,
-    citation_text,
-    croissant_text,
-    datacite_text,
-    front_matter,
-    licence_url,
-)
+from vislam2tag.datasets import card_metadata
 from vislam2tag.datasets.description import DESCRIPTION_FILE, description_text, missing_fields
 from vislam2tag.datasets.folder import listed_files, sha256_of
-from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource
+from vislam2tag.datasets.model import Dataset, DatasetSource
 from vislam2tag.datasets.schema import SCHEMAS, UNITS, meaning
 from vislam2tag.datasets.statistics_record import DatasetStatistics
 
@@ -51,7 +44,7 @@ def readme_text(dataset: Dataset, statistics: DatasetStatistics) -> str:
     """Write ``README.md``; what nobody stated stands there as not stated."""
     info = dataset.info
     context: dict[str, Any] = {
-        "front_matter": front_matter(info),
+        "front_matter": card_metadata.front_matter(info),
         "info": info,
         "statistics": statistics,
         "labels": {name: technology.labels for name, technology in statistics.technologies.items()},
@@ -60,10 +53,10 @@ def readme_text(dataset: Dataset, statistics: DatasetStatistics) -> str:
         "about": _ABOUT,
         "columns": {name: list(_columns(name)) for name in info.tables},
         "splits": {name: split.info for name, split in dataset.splits.items()},
-        "licence_url": licence_url(info.licence) if info.licence else None,
-        "bibtex": bibtex(info),
-        "registered": datacite_text(info) is not None,
-        "authors": _authors(info),
+        "licence_url": card_metadata.licence_url(info.licence) if info.licence else None,
+        "bibtex": card_metadata.bibtex(info),
+        "registered": card_metadata.datacite_text(info) is not None,
+        "authors": "; ".join(person.name for person in info.creators),
         "made": [_made(source) for source in info.sources],
         "by_labels": any(source.kind == LABELS for source in info.sources),
         "version": __version__,
@@ -104,10 +97,6 @@ def _kind(kind: pl.DataType) -> str:
     return ("list of " if isinstance(kind, pl.List) else "") + _KINDS.get(inner, inner.lower())
 
 
-def _authors(info: DatasetInfo) -> str:
-    return "; ".join(person.name for person in info.creators)
-
-
 def _made(source: DatasetSource) -> str:
     if source.kind == LABELS:
         return f"labels of the survey `{source.name}` by vislam2tag {source.version}"
@@ -126,9 +115,9 @@ def write_card(dataset: Dataset, statistics: DatasetStatistics, folder: Folder) 
     """
     texts = {
         README: readme_text(dataset, statistics),
-        CITATION: citation_text(dataset.info),
-        DATACITE: datacite_text(dataset.info),
-        CROISSANT: croissant_text(dataset.info),
+        CITATION: card_metadata.citation_text(dataset.info),
+        DATACITE: card_metadata.datacite_text(dataset.info),
+        CROISSANT: card_metadata.croissant_text(dataset.info),
         DESCRIPTION_FILE: description_text(dataset.info),
     }
     for name, text in texts.items():

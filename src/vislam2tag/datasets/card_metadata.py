@@ -45,15 +45,7 @@ _HUGGING_FACE = MappingProxyType(
     }
 )
 """Of https://huggingface.co/docs/hub/repositories-licenses, those that data are given under."""
-_SIZES = (
-    (1_000, "n<1K"),
-    (10_000, "1K<n<10K"),
-    (100_000, "10K<n<100K"),
-    (1_000_000, "100K<n<1M"),
-    (10_000_000, "1M<n<10M"),
-    (100_000_000, "10M<n<100M"),
-    (1_000_000_000, "100M<n<1B"),
-)
+_SIZES = ("1K", "10K", "100K", "1M", "10M", "100M", "1B")
 _TAGS = ("indoor-positioning", "fingerprinting", "wifi", "rssi", "tabular")
 
 
@@ -86,12 +78,25 @@ def front_matter(info: DatasetInfo) -> str:
             for name, account in info.tables.items()
         ],
     }
-    stated = {name: value for name, value in fields.items() if value}
-    return "---\n" + yaml.safe_dump(stated, sort_keys=False, allow_unicode=True, width=120) + "---\n"
+    return f"---\n{_yaml(fields)}---\n"
+
+
+def _yaml(fields: dict[str, Any]) -> str:
+    """What is stated of the fields."""
+    stated = {name: value for name, value in fields.items() if name and value}
+    return yaml.safe_dump(stated, sort_keys=False, allow_unicode=True, width=120)
 
 
 def _size(rows: int) -> str:
-    return next((name for most, name in _SIZES if rows < most), "n>1B")
+    place = sum(rows >= 1000 * 10**power for power in range(len(_SIZES)))
+    below, above = (*_SIZES, None)[place], (None, *_SIZES)[place]
+    return "n>1B" if below is None else f"{above}<n<{below}" if above else f"n<{below}"
+
+
+def _json(fields: dict[str, Any]) -> str:
+    """What is stated of the fields."""
+    stated = {name: value for name, value in fields.items() if value}
+    return json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
 
 
 ORCID_URL = "https://orcid.org/"
@@ -119,8 +124,7 @@ def citation_text(info: DatasetInfo) -> str | None:
         "doi": info.doi,
         "identifiers": [{"type": "url", "value": url, "description": "related"} for url in dict.fromkeys(related)],
     }
-    stated = {name: value for name, value in fields.items() if name and value}
-    return yaml.safe_dump(stated, sort_keys=False, allow_unicode=True, width=120)
+    return _yaml(fields)
 
 
 def bibtex(info: DatasetInfo) -> str | None:
@@ -184,8 +188,7 @@ def datacite_text(info: DatasetInfo) -> str | None:
         "formats": ["application/vnd.apache.parquet"] if info.tables else [],
         "schemaVersion": "http://datacite.org/schema/kernel-4",
     }
-    stated = {name: value for name, value in fields.items() if value}
-    return json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
+    return _json(fields)
 
 
 def _datacite_creator(person: Person) -> dict[str, Any]:
@@ -233,48 +236,25 @@ _TYPES: Mapping[str, str] = {
     "Float32": "cr:Float32",
     "Float64": "cr:Float64",
 }
-_CONTEXT: dict[str, Any] = {
+_TERMS = (
+    "@language @vocab citeAs column conformsTo containedIn cr data dataType dct description equivalentProperty "
+    "examples extract field fileObject fileProperty fileSet format includes isArray arrayShape isLiveDataset jsonPath "
+    "key md5 name parentField path rai recordSet references regex repeated replace samplingRate sc separator source "
+    "subField transform"
+)
+_CONTEXT: dict[str, Any] = {name: f"cr:{name}" for name in _TERMS.split()} | {
     "@language": "en",
     "@vocab": "https://schema.org/",
-    "citeAs": "cr:citeAs",
-    "column": "cr:column",
     "conformsTo": "dct:conformsTo",
-    "containedIn": "cr:containedIn",
     "cr": "http://mlcommons.org/croissant/",
     "data": {"@id": "cr:data", "@type": "@json"},
     "dataType": {"@id": "cr:dataType", "@type": "@vocab"},
     "dct": "http://purl.org/dc/terms/",
     "description": {"@container": "@language"},
-    "equivalentProperty": "cr:equivalentProperty",
     "examples": {"@id": "cr:examples", "@type": "@json"},
-    "extract": "cr:extract",
-    "field": "cr:field",
-    "fileObject": "cr:fileObject",
-    "fileProperty": "cr:fileProperty",
-    "fileSet": "cr:fileSet",
-    "format": "cr:format",
-    "includes": "cr:includes",
-    "isArray": "cr:isArray",
-    "arrayShape": "cr:arrayShape",
-    "isLiveDataset": "cr:isLiveDataset",
-    "jsonPath": "cr:jsonPath",
-    "key": "cr:key",
-    "md5": "cr:md5",
     "name": {"@container": "@language"},
-    "parentField": "cr:parentField",
-    "path": "cr:path",
     "rai": "http://mlcommons.org/croissant/RAI/",
-    "recordSet": "cr:recordSet",
-    "references": "cr:references",
-    "regex": "cr:regex",
-    "repeated": "cr:repeated",
-    "replace": "cr:replace",
-    "samplingRate": "cr:samplingRate",
     "sc": "https://schema.org/",
-    "separator": "cr:separator",
-    "source": "cr:source",
-    "subField": "cr:subField",
-    "transform": "cr:transform",
 }
 """The context that the standard's text gives, whole, as its readers compare it."""
 
@@ -302,8 +282,7 @@ def croissant_text(info: DatasetInfo) -> str:
         "distribution": [_file(account) for _, account, _ in files],
         "recordSet": [_records(name, account, schema) for name, account, schema in files],
     }
-    stated = {name: value for name, value in fields.items() if value}
-    return json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
+    return _json(fields)
 
 
 def _files(info: DatasetInfo) -> Iterator[tuple[str, TableAccount, dict[str, pl.DataType]]]:

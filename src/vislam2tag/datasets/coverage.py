@@ -207,10 +207,7 @@ def _span(cells: IntArray, shape: tuple[int, ...]) -> tuple[IntArray, IntArray]:
 
 def _sum(by_device: Mapping[str, IntArray], grid: CellGrid) -> IntArray:
     """Sum of all devices' counts (rows, columns)."""
-    total = np.zeros(grid.shape, dtype=np.int64)
-    for counts in by_device.values():
-        total += counts
-    return total
+    return sum(by_device.values(), start=np.zeros(grid.shape, dtype=np.int64))
 
 
 def _laid(grid: CellGrid, counts: pl.DataFrame) -> IntArray:

@@ -20,11 +20,12 @@ from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.datasets.access_points import NO_NAMES
 from vislam2tag.datasets.description import Person
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Grouping
-from vislam2tag.datasets.point_fingerprints import NO_NAMES, PointFingerprints, floor_infos, point_dataset
+from vislam2tag.datasets.point_fingerprints import PointFingerprints, floor_infos, point_dataset
 from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
 from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, LevelRange
 

@@ -9,7 +9,7 @@ not pull. Beside: how the phone moved, heading and speed within spans of time, a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -23,10 +23,9 @@ from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import FASTEST_M_PER_S, STEP_NS, step_frames, step_lengths, steps_without_jumps
 from vislam2tag.core.status import STATUS_LABELS
-from vislam2tag.datasets.access_points import access_point_table
-from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
+from vislam2tag.datasets.access_points import NO_NAMES, access_point_table
+from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS, empty_table, in_schema
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import STATUS_TYPE
 from vislam2tag.sessions.foreign_tables import FIRST_UNIX_S
 from vislam2tag.site.corrections.file import session_start
@@ -195,11 +194,6 @@ class SessionWalk:
     """The session folder's own name."""
     motion: PhoneMotion
 
-    @classmethod
-    def of(cls, result: SessionResult, trajectory: pl.DataFrame, session: str, building: str) -> SessionWalk:
-        """Make it of what ``process`` wrote of a session: its result and its trajectory."""
-        return cls(session, building, result.device, result.session, PhoneMotion.of(trajectory))
-
     @property
     def started(self) -> datetime | None:
         """When it started: local time by its folder's name, else UTC where its frames have Unix times, else None."""
@@ -223,10 +217,10 @@ class SessionFingerprints:
 def fingerprints_of(
     rows: pl.DataFrame, technology: str, walk: SessionWalk, settings: DatasetSettings, max_sigma_m: float
 ) -> SessionFingerprints:
-    """Make the fingerprints of a session's labelled readings (:func:`.radio_tables.radio_rows`).
+    """Make the fingerprints of a session's labelled readings (:func:`radio_rows`).
 
     Readings that an earlier row gave already (``duplicate``) and those without a level are left out and counted.
-    A fingerprint's position is the mean of its readings' by certainty (:func:`.radio_tables.mean_position`). With
+    A fingerprint's position is the mean of its readings' by certainty (:func:`mean_position`). With
     scans, readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay, with
     their own position, and the scan's position, spread and times are those of the others.
     """
@@ -341,6 +335,18 @@ def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: f
         *finding_if(int((~grouped["current"]).sum()), "cached_readings", cached),
         *finding_if(int((~table["placed"]).sum()), "unlabelled_fingerprints", unlabelled),
     )
+
+
+def radio_parts(made: Iterable[SessionFingerprints]) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
+    """Join what a session's technologies gave, in order of time: rows by table (and NAMES), and all findings."""
+    parts = list(made)
+    fingerprints = pl.concat([empty_table(FINGERPRINTS), *(part.fingerprints for part in parts)])
+    fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
+    readings = pl.concat([empty_table(READINGS), *(part.readings for part in parts)])
+    in_order = fingerprints.select("scan_id").join(readings, on="scan_id", maintain_order="left_right")
+    names = pl.concat([NO_NAMES, *(part.names for part in parts)])
+    findings = [finding for part in parts for finding in part.findings]
+    return {FINGERPRINTS: fingerprints, READINGS: in_order, NAMES: names}, findings
 
 
 NAMES = "names"

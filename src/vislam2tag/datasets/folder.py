@@ -136,9 +136,7 @@ def write_dataset(dataset: Dataset, target: AnyPath) -> Dataset:
     """Write a data set whole, replacing one that is there; return it as it lies on disk."""
     target = Path(target)
     with dataset_folder(target) as folder:
-        folder.add_tables(dataset.tables)
-        folder.add_splits(dataset.splits)
-        folder.add_files(dataset.files)
+        folder.add(dataset)
         folder.finish(dataset.info)
     return open_dataset(target)
 
@@ -196,6 +194,12 @@ class FolderWriter:
         """Path of the folder, for reading."""
         return self.out.path
 
+    def add(self, dataset: Dataset) -> None:
+        """Write all but the manifest."""
+        self.add_tables(dataset.tables)
+        self.add_splits(dataset.splits)
+        self.add_files(dataset.files)
+
     def add_tables(self, tables: Mapping[str, pl.LazyFrame]) -> None:
         """Stream each table to its Parquet file; rows keep their order."""
         for name, table in tables.items():
@@ -222,7 +226,9 @@ class FolderWriter:
 
     def finish(self, info: DatasetInfo) -> DatasetInfo:
         """Write the manifest with each file's rows, size and checksum, and return it."""
-        tables = {name: self._account(f"{name}.parquet") for name in SCHEMAS if self._has(f"{name}.parquet")}
+        tables = {
+            name: self._account(f"{name}.parquet") for name in SCHEMAS if (self.root / f"{name}.parquet").is_file()
+        }
         splits = {
             path.stem: self._account(f"{SPLITS}/{path.name}") for path in sorted((self.root / SPLITS).glob("*.parquet"))
         }
@@ -241,10 +247,7 @@ class FolderWriter:
     def opened(self, info: DatasetInfo) -> Dataset:
         """Open what has been written so far, for figures and cards that are made before the folder is in its place."""
         self.finish(info)
-        return replace(open_dataset(self.root))
-
-    def _has(self, relative: str) -> bool:
-        return (self.root / relative).is_file()
+        return open_dataset(self.root)
 
     def _account(self, relative: str) -> TableAccount:
         path = self.root / relative

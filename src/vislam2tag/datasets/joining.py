@@ -10,7 +10,6 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, finding_if
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.description import Related
 from vislam2tag.datasets.model import (
@@ -64,13 +63,14 @@ def join_datasets(base: Dataset, later: Dataset) -> tuple[Dataset, Dataset]:
     news = _without_sessions(later, same)
     tables = {name: _table(name, base, news) for name in {**base.tables, **news.tables} if name != ACCESS_POINTS}
     tables[ACCESS_POINTS] = _access_points(base, news, tables).lazy()
+    earlier = [Related(identifier=base.info.doi, relation="IsNewVersionOf")] if base.info.doi is not None else []
     info = base.info.model_copy(
         update=_OF_THE_BASE_ALONE
         | {
             "floors": floors,
             "groupings": _groupings(base.info.groupings, later.info.groupings),
             "sources": (*base.info.sources, *later.info.sources),
-            "related": (*base.info.related, *_earlier_version(base.info)),
+            "related": (*base.info.related, *earlier),
             "findings": (
                 *base.info.findings,
                 *later.info.findings,
@@ -80,7 +80,9 @@ def join_datasets(base: Dataset, later: Dataset) -> tuple[Dataset, Dataset]:
         }
     )
     carried = {name: _with_news(split, news) for name, split in base.splits.items() if not _made_by_us(split)}
-    return Dataset(info, tables, carried, _files(base, later, floors)), news
+    plans = {floor.plan for floor in floors}
+    files = {**{path: file for path, file in later.files.items() if path in plans}, **base.files}
+    return Dataset(info, tables, carried, files), news
 
 
 def _refuse_disagreement(base: DatasetInfo, later: DatasetInfo) -> None:
@@ -125,10 +127,6 @@ def _groupings(base: Sequence[Grouping], later: Sequence[Grouping]) -> tuple[Gro
                 "make its data set with the same --window"
             )
     return tuple(found[name] for name in sorted(found))
-
-
-def _earlier_version(base: DatasetInfo) -> tuple[Related, ...]:
-    return () if base.doi is None else (Related(identifier=base.doi, relation="IsNewVersionOf"),)
 
 
 def _same_sessions(base: Dataset, later: Dataset) -> tuple[str, ...]:
@@ -218,8 +216,3 @@ def _access_points(base: Dataset, news: Dataset, tables: Mapping[str, pl.LazyFra
         )
         .select(table.columns)
     )
-
-
-def _files(base: Dataset, later: Dataset, floors: Sequence[FloorInfo]) -> dict[str, AnyPath]:
-    plans = {floor.plan for floor in floors}
-    return {**{path: file for path, file in later.files.items() if path in plans}, **base.files}

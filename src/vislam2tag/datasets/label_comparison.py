@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -161,15 +161,13 @@ def _apart_m(a: Labelled | None, b: Labelled | None) -> FloatArray:
 
 
 def _totals(a: list[SessionResult | None], b: list[SessionResult | None]) -> list[ComparedTotal]:
-    def total(measure: str, values: tuple[float | None, float | None], unit: str) -> ComparedTotal:
-        return ComparedTotal(measure=measure, a=values[0], b=values[1], unit=unit)
-
-    return [
-        total("sessions", (float(sum(map(bool, a))), float(sum(map(bool, b)))), ""),
-        total("labelled", (_labelled(a), _labelled(b)), "share"),
-        total("sigma_median", (_typical_sigma_m(a), _typical_sigma_m(b)), "m"),
-        total("error_mean", (mean_error_m(a), mean_error_m(b)), "m"),
-    ]
+    measures: tuple[tuple[str, Callable[[list[SessionResult | None]], float | None], str], ...] = (
+        ("sessions", lambda results: float(sum(map(bool, results))), ""),
+        ("labelled", _labelled, "share"),
+        ("sigma_median", _typical_sigma_m, "m"),
+        ("error_mean", mean_error_m, "m"),
+    )
+    return [ComparedTotal(measure=name, a=of(a), b=of(b), unit=unit) for name, of, unit in measures]
 
 
 def _labelled(results: list[SessionResult | None]) -> float | None:

@@ -73,9 +73,7 @@ class LabelledSession:
         try:
             return SessionResult.model_validate_json(read_bytes(path))
         except (OSError, ValidationError) as error:
-            raise DatasetError(
-                f"{path}: cannot be read ({first_line(error)}); run `vislam2tag process` again"
-            ) from error
+            raise DatasetError(f"{path}: cannot be read ({first_line(error)}); {_AGAIN}") from error
 
     def is_from_outside(self) -> bool:
         """Whether links led to its raw files outside the survey, or lead to its labels outside their folder.
@@ -110,9 +108,7 @@ class LabelledSession:
                     raise DatasetError(f"{path}: column {column} is missing or not {SCHEMAS[table][column]}; {_AGAIN}")
             return (rows if only is None else rows.filter(only)).select(wanted).collect()
         except (OSError, pl.exceptions.PolarsError) as error:
-            raise DatasetError(
-                f"{path}: cannot be read ({first_line(error)}); run `vislam2tag process` again"
-            ) from error
+            raise DatasetError(f"{path}: cannot be read ({first_line(error)}); {_AGAIN}") from error
 
     def unknown_columns(self, table: str) -> list[str]:
         """Columns of a table that ``process`` does not write; nobody reads them."""

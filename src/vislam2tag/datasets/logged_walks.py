@@ -7,17 +7,19 @@ walk is in memory at a time. Between taps, a walk leads straight, at a constant 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
+from typing import TypeVar
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
-from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
@@ -28,11 +30,12 @@ from vislam2tag.datasets.fingerprints import (
     SessionWalk,
     access_points_of,
     fingerprints_of,
+    radio_parts,
     tables_of,
     write_part,
 )
-from vislam2tag.datasets.model import Dataset, DatasetInfo, Storey
-from vislam2tag.datasets.point_fingerprints import NO_NAMES
+from vislam2tag.datasets.format_registry import ImportContext
+from vislam2tag.datasets.model import Dataset, DatasetInfo, Grouping, Storey
 from vislam2tag.datasets.schema import (
     ACCESS_POINTS,
     FINGERPRINTS,
@@ -162,107 +165,123 @@ class LoggedWalk:
     """Wall clock at the first row."""
     source: str
     """SHA-256 of the file."""
+    file: str
+    """How the data set's inputs name it."""
+    findings: Sequence[Finding] = ()
+    """Of the file."""
 
 
-class WalkTables:
-    """Collects walks, which must come in the order of their slugs."""
+_File = TypeVar("_File")
 
-    def __init__(self, scratch: Folder, places: Sequence[Storey]) -> None:
-        self._scratch, self._places = scratch, places
-        self._settings = DatasetSettings()
-        self._walks = 0
-        self._findings: list[Finding] = []
 
-    def add(self, walk: LoggedWalk, findings: Iterable[Finding]) -> None:
-        """Label a walk and write its rows; ``findings`` are those of its file."""
-        trajectory = trajectory_between(walk.taps)
-        motion = PhoneMotion.of(_frames(trajectory))
-        who = SessionWalk(walk.slug, "", walk.device or "", walk.name, motion)
-        labelled = {name: _labelled(table, trajectory) for name, table in walk.tables.items() if table.height}
-        made = [
-            fingerprints_of(labelled[name], name, who, self._settings, math.inf)
-            for name in TECHNOLOGIES
-            if name in labelled
-        ]
-        self._findings += [*findings, *_tap_findings(walk), *(finding for each in made for finding in each.findings)]
-        fingerprints = pl.concat([empty_table(FINGERPRINTS), *(each.fingerprints for each in made)])
-        fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
-        readings = pl.concat([empty_table(READINGS), *(each.readings for each in made)])
-        readings = fingerprints.select("scan_id").join(readings, on="scan_id", maintain_order="left_right")
-        tables = {
-            FINGERPRINTS: self._placed(fingerprints).with_columns(_date(walk), device=pl.lit(walk.device)),
-            READINGS: self._placed(readings),
-            SESSIONS: self._session(walk, motion, fingerprints.height),
-            MAGNETIC: self._placed(self._magnetic(walk, labelled.get("sensors"))),
+def walks_dataset(
+    context: ImportContext,
+    info: DatasetInfo,
+    places: Sequence[Storey],
+    files: Sequence[_File],
+    read: Callable[[_File], LoggedWalk],
+    plans: Mapping[str, Path] = MappingProxyType({}),
+) -> Dataset:
+    """Label the walks of files, which come in the order of their slugs, one at a time, and make their data set.
+
+    ``info`` has one source, which gets the checksums of the files; the findings of the walks are added.
+    """
+    settings, scratch = DatasetSettings(), context.scratch
+    findings: list[Finding] = []
+    inputs: dict[str, str] = {}
+    for number, file in enumerate(files):
+        walk = read(file)
+        tables, found = _parts(walk, places, settings)
+        write_part(scratch, number, tables)
+        findings += found
+        inputs[walk.file] = walk.source
+        context.progress(walk.slug, len(files))
+    joined = {name: _joined(scratch, name, rows) for name, rows in tables_of(scratch.path).items()}
+    joined[ACCESS_POINTS] = access_points_of(scratch.path, joined[FINGERPRINTS], joined[READINGS]).lazy()
+    (source,) = info.sources
+    known = {**source.settings, "tap_sigma_m": TAP_SIGMA_M, "pace_m2_s": PACE_M2_S}
+    source = source.model_copy(update={"settings": known, "inputs": inputs | source.inputs})
+    ble = Grouping(technology="ble", by="window", window_s=settings.ble_window_s)
+    made = {
+        "groupings": (ble, Grouping(technology="wifi", by="scan")),
+        "sources": (source,),
+        "findings": (*info.findings, *summed_findings(findings)),
+    }
+    return Dataset(info.model_copy(update=made), joined, {}, plans)
+
+
+def _parts(
+    walk: LoggedWalk, places: Sequence[Storey], settings: DatasetSettings
+) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
+    """Label a walk: its rows of all tables, and what is odd about it."""
+    trajectory = trajectory_between(walk.taps)
+    motion = PhoneMotion.of(_frames(trajectory))
+    who = SessionWalk(walk.slug, "", walk.device or "", walk.name, motion)
+    labelled = {name: _labelled(table, trajectory) for name, table in walk.tables.items() if table.height}
+    radio = (name for name in TECHNOLOGIES if name in labelled)
+    tables, found = radio_parts(fingerprints_of(labelled[name], name, who, settings, math.inf) for name in radio)
+    names, scans = tables.pop(NAMES), tables[FINGERPRINTS].height
+    tables[MAGNETIC] = empty_table(MAGNETIC)
+    if "sensors" in labelled:
+        sensors = labelled["sensors"].with_columns(device=pl.lit(walk.device, pl.String))
+        tables[MAGNETIC] = magnetic_windows(sensors, walk.slug, "", settings.magnetic_window_s)
+    tables = {name: _placed(rows, places) for name, rows in tables.items()}
+    tables[FINGERPRINTS] = tables[FINGERPRINTS].with_columns(_date(walk), device=pl.lit(walk.device))
+    tables[SESSIONS] = _session(walk, places, motion, scans)
+    parts = {name: in_schema(name, rows) for name, rows in tables.items()}
+    return {**parts, NAMES: names}, [*walk.findings, *_tap_findings(walk), *found]
+
+
+def _joined(scratch: Folder, table: str, rows: pl.LazyFrame) -> pl.LazyFrame:
+    """Stream the walks' files of a table into one, which is read many times."""
+    whole = f"{table}.parquet"
+    write_parquet(rows, scratch, whole, row_group_size=_ROWS_A_GROUP)
+    scratch.remove_tree(table)
+    return scan_parquet(scratch / whole)
+
+
+def _placed(rows: pl.DataFrame, places: Sequence[Storey]) -> pl.DataFrame:
+    """Turn indices of places into buildings and floors."""
+    floors = dict(enumerate(place.floor for place in places))
+    placed = rows.with_columns(floor=pl.col("floor").replace_strict(floors, default=None, return_dtype=pl.Int32))
+    if "building" not in rows.columns:
+        return placed
+    buildings = dict(enumerate(place.building for place in places))
+    return placed.with_columns(building=rows["floor"].replace_strict(buildings, default="", return_dtype=pl.String))
+
+
+def _session(walk: LoggedWalk, places: Sequence[Storey], motion: PhoneMotion, fingerprints: int) -> pl.DataFrame:
+    visited = [walk.place] if walk.place else [places[index] for index in set(walk.taps.floor.tolist())]
+    floors, buildings = ({getattr(place, part) for place in visited} for part in ("floor", "building"))
+    known_s = np.diff(walk.taps.time_ns)[walk.taps.straight].sum() * 1e-9
+    return pl.DataFrame(
+        {
+            "session": walk.slug,
+            "building": buildings.pop() if len(buildings) == 1 else "",
+            "floor": floors.pop() if len(floors) == 1 else None,
+            "device": walk.device,
+            "name": walk.name,
+            "started": walk.started,
+            "duration_s": (walk.last_ns - walk.first_ns) * 1e-9,
+            "distance_m": float(walk.taps.leg_m.sum()),
+            "labelled_s": float(known_s),
+            "labelled_m": round(motion.labelled_m, 2),
+            "fingerprints": fingerprints,
+            "source": walk.source,
         }
-        names = pl.concat([NO_NAMES, *(each.names for each in made)])
-        parts = {name: in_schema(name, rows) for name, rows in tables.items()}
-        write_part(self._scratch, self._walks, {**parts, NAMES: names})
-        self._walks += 1
-
-    def _magnetic(self, walk: LoggedWalk, sensors: pl.DataFrame | None) -> pl.DataFrame:
-        if sensors is None:
-            return empty_table(MAGNETIC)
-        rows = sensors.with_columns(device=pl.lit(walk.device, pl.String))
-        return magnetic_windows(rows, walk.slug, "", self._settings.magnetic_window_s)
-
-    def dataset(self, info: DatasetInfo, files: Mapping[str, Path]) -> Dataset:
-        """Make the data set of all walks added; findings are added to those of ``info``."""
-        tables = {name: self._joined(name, rows) for name, rows in tables_of(self._scratch.path).items()}
-        transmitters = access_points_of(self._scratch.path, tables[FINGERPRINTS], tables[READINGS])
-        whole = info.model_copy(update={"findings": (*info.findings, *summed_findings(self._findings))})
-        return Dataset(whole, {**tables, ACCESS_POINTS: transmitters.lazy()}, {}, files)
-
-    def _joined(self, table: str, rows: pl.LazyFrame) -> pl.LazyFrame:
-        """Stream the walks' files of a table into one, which is read many times."""
-        whole = f"{table}.parquet"
-        write_parquet(rows, self._scratch, whole, row_group_size=_ROWS_A_GROUP)
-        self._scratch.remove_tree(table)
-        return scan_parquet(self._scratch / whole)
-
-    def _placed(self, rows: pl.DataFrame) -> pl.DataFrame:
-        """Turn indices of places into buildings and floors."""
-        index = pl.col("floor")
-        floors = dict(enumerate(place.floor for place in self._places))
-        placed = rows.with_columns(floor=index.replace_strict(floors, default=None, return_dtype=pl.Int32))
-        if "building" not in rows.columns:
-            return placed
-        buildings = dict(enumerate(place.building for place in self._places))
-        return placed.with_columns(building=rows["floor"].replace_strict(buildings, default="", return_dtype=pl.String))
-
-    def _session(self, walk: LoggedWalk, motion: PhoneMotion, fingerprints: int) -> pl.DataFrame:
-        visited = [walk.place] if walk.place else [self._places[index] for index in set(walk.taps.floor.tolist())]
-        floors, buildings = ({getattr(place, part) for place in visited} for part in ("floor", "building"))
-        known_s = np.diff(walk.taps.time_ns)[walk.taps.straight].sum() * 1e-9
-        return pl.DataFrame(
-            {
-                "session": walk.slug,
-                "building": buildings.pop() if len(buildings) == 1 else "",
-                "floor": floors.pop() if len(floors) == 1 else None,
-                "device": walk.device,
-                "name": walk.name,
-                "started": walk.started,
-                "duration_s": (walk.last_ns - walk.first_ns) * 1e-9,
-                "distance_m": float(walk.taps.leg_m.sum()),
-                "labelled_s": float(known_s),
-                "labelled_m": round(motion.labelled_m, 2),
-                "fingerprints": fingerprints,
-                "source": walk.source,
-            }
-        )
+    )
 
 
 def summed_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Sum findings of one kind and message over walks, in order of their first."""
+    """Sum findings of one kind and message over walks, in order of their first; the first file by name is named."""
     groups: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.kind, finding.message), []).append(finding)
-    return tuple(
-        same[0]
-        if len(same) == 1
-        else same[0].model_copy(update={"count": sum(each.count for each in same), **_where(same)})
-        for same in groups.values()
-    )
+    found = []
+    for same in groups.values():
+        first, count = min(same, key=lambda each: each.file), sum(each.count for each in same)
+        found.append(same[0].model_copy(update={"count": count, "file": first.file, "lines": first.lines}))
+    return tuple(found)
 
 
 def _tap_findings(walk: LoggedWalk) -> list[Finding]:
@@ -278,12 +297,6 @@ def _date(walk: LoggedWalk) -> pl.Expr:
         return pl.lit(None, pl.Date).alias("date")
     since_us = (pl.col("start_ns") - walk.first_ns) // 1000
     return (pl.lit(walk.started) + pl.duration(microseconds=since_us)).dt.date().alias("date")
-
-
-def _where(same: Sequence[Finding]) -> dict[str, object]:
-    """Name the first file where several have the problem: a place to look at first."""
-    files = sorted({finding.file for finding in same})
-    return {"file": files[0], "lines": next(f.lines[:ROWS_NAMED] for f in same if f.file == files[0])}
 
 
 def _labelled(table: pl.DataFrame, trajectory: Trajectory) -> pl.DataFrame:

@@ -12,7 +12,7 @@ here; how often an access point is heard is a map of its own (:func:`.radio_maps
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -60,6 +60,9 @@ class MapReadings:
     """(k, 2) where the phone was when it heard it; NaN where that is not known."""
     rssi_dbm: FloatArray
     """(k,) as the mean of all devices would hear it: the offset of the reading's device is taken off."""
+    place: MapPlace
+    offsets_db: Mapping[str, float]
+    """Of the devices."""
 
     def indices(self, bssids: Sequence[str]) -> IntArray:
         """Index of each of these access points (m,)."""
@@ -128,6 +131,8 @@ def map_readings(
         access_point=readings["bssid"].replace_strict(index, return_dtype=pl.Int64).to_numpy(),
         position=readings.select(pl.col("x", "y").fill_null(float("nan"))).to_numpy(),
         rssi_dbm=readings["rssi_dbm"].cast(pl.Float64).to_numpy() - off.to_numpy(),
+        place=place,
+        offsets_db=offset,
     )
 
 

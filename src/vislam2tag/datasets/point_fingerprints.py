@@ -9,25 +9,16 @@ from dataclasses import dataclass
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity, finding_if
-from vislam2tag.datasets.access_points import access_point_table
+from vislam2tag.datasets.access_points import NO_NAMES, access_point_table
 from vislam2tag.datasets.model import TEST, Dataset, DatasetInfo, FloorInfo, Fold, Split, SplitInfo
-from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
+from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS, SESSIONS, in_schema
 from vislam2tag.site.model import unique_slugs
 
 OFFICIAL = "official"
+_LABEL = ("floor", "x", "y", "z", "sigma", "heading_deg")
 COLUMNS: Mapping[str, pl.DataType] = {
     "row": pl.Int64(),
-    "technology": pl.String(),
-    "building": pl.String(),
-    "floor": pl.Int32(),
-    "x": pl.Float64(),
-    "y": pl.Float64(),
-    "z": pl.Float64(),
-    "sigma": pl.Float64(),
-    "heading_deg": pl.Float64(),
-    "device": pl.String(),
-    "user": pl.String(),
-    "session": pl.String(),
+    **{name: SCHEMAS[FINGERPRINTS][name] for name in ("technology", "building", *_LABEL, "device", "user", "session")},
     "time_ns": pl.Int64(),
     "date": pl.Date(),
     "part": pl.String(),
@@ -35,8 +26,6 @@ COLUMNS: Mapping[str, pl.DataType] = {
 """What is known of each fingerprint (see :class:`PointFingerprints`), and its type."""
 GREATEST_M = 1e8
 """Coordinates of map projections stay below; a greater one is a fault."""
-_LABEL = ("floor", "x", "y", "z", "sigma", "heading_deg")
-NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.datasets.model import Dataset, DatasetInfo
+from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, OF_ACCESS_POINTS
 from vislam2tag.intake.readings import normal_address
 
@@ -106,7 +106,13 @@ def _without_nomap(dataset: Dataset, points: pl.DataFrame) -> tuple[Dataset, pl.
     left = points.join(unwanted, on="bssid", how="anti", maintain_order="left")
     # A radio is named by an address: not by one that was left out.
     left = left.with_columns(radio=pl.when(pl.col("radio").is_not_null()).then(pl.col("bssid").min().over("radio")))
-    info = _with_finding(dataset.info, unwanted)
+    readings = int(unwanted["readings"].sum())
+    message = (
+        f"{readings} readings of {unwanted.height} networks are left out: their names end in _nomap, by which "
+        "owners ask to be in no map"
+    )
+    finding = Finding(kind=NOMAP_LEFT_OUT, file="", count=readings, message=message, severity=Severity.INFO)
+    info = dataset.info.model_copy(update={"findings": (*dataset.info.findings, finding)})
     return replace(dataset, info=info, tables=tables), left
 
 
@@ -123,16 +129,6 @@ def counted_without(fingerprints: pl.LazyFrame, out: pl.LazyFrame) -> pl.LazyFra
         .with_columns(labelled_share=pl.when(pl.col("gone") > 0).then(share).otherwise("labelled_share"))
         .drop("gone", "gone_labelled")
     )
-
-
-def _with_finding(info: DatasetInfo, unwanted: pl.DataFrame) -> DatasetInfo:
-    readings = int(unwanted["readings"].sum())
-    message = (
-        f"{readings} readings of {unwanted.height} networks are left out: their names end in _nomap, by which "
-        "owners ask to be in no map"
-    )
-    finding = Finding(kind=NOMAP_LEFT_OUT, file="", count=readings, message=message, severity=Severity.INFO)
-    return info.model_copy(update={"findings": (*info.findings, finding)})
 
 
 def _with_hashes(dataset: Dataset, points: pl.DataFrame, key: bytes) -> tuple[Dataset, pl.DataFrame]:

@@ -7,7 +7,7 @@ map of the mean one of the readings that *are* heard.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -24,19 +24,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.core.notebook import Drawable
-from vislam2tag.datasets.map_process import (
-    LeftOutReadings,
-    MapKernel,
-    MapPlace,
-    MapProcess,
-    MapReadings,
-    fit_kernel,
-    fit_process,
-    heard_at,
-    map_points,
-    map_readings,
-    offsets_db,
-)
+from vislam2tag.datasets import map_process
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.settings import RadioMapSettings
 
@@ -121,7 +109,7 @@ class MapErrors(Record):
     """Share of the readings, 0 to 1; 0.68 where deviations are right."""
 
     @classmethod
-    def of(cls, left_out: LeftOutReadings, reach_m: float) -> MapErrors:
+    def of(cls, left_out: map_process.LeftOutReadings, reach_m: float) -> MapErrors:
         """Sum up the left-out readings of one map."""
         counted = left_out.distance_m < reach_m
         if not counted.any():
@@ -155,12 +143,12 @@ class RadioMap(Record):
 class FloorMaps(Drawable):
     """The maps of one floor and technology; arrays are (access points, rows, columns), NaN where nothing is known."""
 
-    place: MapPlace
+    place: map_process.MapPlace
     grid: CellGrid
     scans: int
     maps: tuple[RadioMap, ...]
     """Most heard first."""
-    kernel: MapKernel
+    kernel: map_process.MapKernel
     heard_width_m: float
     offsets_db: dict[str, float]
     """What was taken off the readings of each device."""
@@ -199,19 +187,17 @@ def radio_maps(
     heard = _often_heard(dataset, settings, access_points)
     wanted = heard.filter("wanted")
     step = counted(progress, len(wanted))
-    offsets = offsets_db(dataset)
+    offsets = map_process.offsets_db(dataset)
     names = dict(dataset.access_points.select("bssid", "ssid").collect().iter_rows())
-    for (building, floor, technology), own in wanted.group_by(*MapPlace._fields, maintain_order=True):
-        place = MapPlace(str(building), int(floor), str(technology))
-        sample = heard.filter(pl.struct(MapPlace._fields) == place._asdict(), "sample")["bssid"].to_list()
+    for (building, floor, technology), own in wanted.group_by(*map_process.MapPlace._fields, maintain_order=True):
+        place = map_process.MapPlace(str(building), int(floor), str(technology))
+        sample = heard.filter(pl.struct(map_process.MapPlace._fields) == place._asdict(), "sample")["bssid"].to_list()
         mapped = own["bssid"].to_list()
-        readings = map_readings(dataset, place, {*mapped, *sample}, offsets)
-        device_offsets = {device: value for (own, device), value in offsets.items() if own == place.technology}
+        readings = map_process.map_readings(dataset, place, {*mapped, *sample}, offsets)
         order, shared = readings.indices(mapped), readings.indices(sample or mapped)
-        here = _FloorMapper(place, readings, order, shared, names, settings)
         # The matrices are small, and how many threads add up a sum shows in its last digits.
         with threadpool_limits(limits=1):
-            maps = here.maps(device_offsets, step)
+            maps = _floor_maps(readings, order, shared, names, settings, step)
         yield maps
 
 
@@ -227,13 +213,13 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
         raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {_instead(known, unknown[0])}")
     open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
     named = pl.col("bssid").is_in(list(access_points))
-    enough = heard_at(dataset).filter(pl.col("readings") >= LEAST_READINGS)
-    rank = pl.int_range(pl.len()).over(*MapPlace._fields, open_to_all)
+    enough = map_process.heard_at(dataset).filter(pl.col("readings") >= LEAST_READINGS)
+    rank = pl.int_range(pl.len()).over(*map_process.MapPlace._fields, open_to_all)
     mapped = open_to_all & (rank < settings.most)
-    every = (mapped.sum().over(MapPlace._fields) / _SAMPLE).ceil().clip(1).cast(pl.Int64)
+    every = (mapped.sum().over(map_process.MapPlace._fields) / _SAMPLE).ceil().clip(1).cast(pl.Int64)
     enough = enough.with_columns(wanted=named if access_points else mapped, sample=mapped & (rank % every == 0))
     if not enough["wanted"].any():
-        heard = heard_at(dataset).filter(named if access_points else open_to_all)
+        heard = map_process.heard_at(dataset).filter(named if access_points else open_to_all)
         raise DatasetError(
             f"{dataset.info.name}: no access point has {LEAST_READINGS} readings in labelled fingerprints of "
             f"a floor (the most is {max(heard['readings'].to_list(), default=0)}), so there is nothing to map; label "
@@ -250,70 +236,56 @@ def _instead(known: pl.DataFrame, name: str) -> str:
     return f"give a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
 
 
-@dataclass(frozen=True)
-class _FloorMapper:
-    """One floor's maps in the making."""
-
-    place: MapPlace
-    readings: MapReadings
-    order: IntArray
-    """Access points that are mapped, most heard first."""
-    sample: IntArray
-    """Access points that set what all maps share."""
-    names: dict[str, str | None]
-    settings: RadioMapSettings
-
-    def maps(self, offsets: dict[str, float], progress: Progress[str]) -> FloorMaps:
-        grid = grid_of(self.readings.scan_position, self.settings)
-        cells = np.argwhere(np.ones(grid.shape, dtype=bool))
-        centres = grid.centres_m(cells)
-        near = _near(centres, self.readings.scan_position, self.settings.reach_m)
-        kernel = fit_kernel(self.readings, self.sample)
-        width_m, brier, heard = self._heard(centres[near])
-        layers = np.full((4, len(self.order), len(cells)), np.nan, dtype=np.float32)
-        layers[3][:, near] = heard
-        records = []
-        for number, index in enumerate(self.order.tolist()):
-            process, square_m, inside = self._fit(index, kernel, centres)
-            layers[:3, number, inside] = process.at(centres[inside])
-            records.append(self._record(index, process, square_m, layers[0, number], brier[number]))
-            progress(self.readings.bssids[index], len(self.order))
-        mean, deviation, sigma, share = layers.reshape(4, len(self.order), *grid.shape)
-        scans = len(self.readings.scan_fold)
-        known = (tuple(records), kernel, width_m, offsets)
-        return FloorMaps(self.place, grid, scans, *known, mean, deviation, sigma, share)
-
-    def _fit(self, index: int, kernel: MapKernel, centres: FloatArray) -> tuple[MapProcess, float | None, BoolArray]:
-        """Fit an access point's process; also the side of its squares, and which centres (n, 2) have a mean (n,)."""
-        position, rssi, fold = self.readings.of(index)
-        points = map_points(position, rssi, fold, MOST_POINTS)
-        process = fit_process(points, rssi, kernel, self.settings.reach_m)
-        return process, points.square_m, _near(centres, position, self.settings.reach_m)
-
-    def _heard(self, centres: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Width of the kernel, its error for each access point (a,), and the share (a, n) at centres (n, 2)."""
-        here = self.readings
-        matrix = heard_matrix(here.scan, here.access_point, len(here.scan_fold), len(here.bssids))
-        width_m = best_width(here.scan_position, here.scan_fold, matrix[:, self.sample])
-        matrix = matrix[:, self.order]
-        error = heard_error(here.scan_position, here.scan_fold, matrix, width_m)
-        share = heard_share(centres, here.scan_position, matrix, np.asarray(matrix.mean(axis=0)), width_m)
-        return width_m, error, share.T
-
-    def _record(
-        self, index: int, process: MapProcess, square_m: float | None, mean_dbm: MapLayer, brier: float
-    ) -> RadioMap:
-        """What is kept of a map with means (cells,), dBm, besides its cells."""
-        bssid = self.readings.bssids[index]
-        return RadioMap(
-            bssid=bssid,
-            ssid=self.names.get(bssid),
-            readings=len(process.left_out.error_db),
-            square_m=square_m,
+def _floor_maps(
+    readings: map_process.MapReadings,
+    order: IntArray,
+    sample: IntArray,
+    names: Mapping[str, str | None],
+    settings: RadioMapSettings,
+    progress: Progress[str],
+) -> FloorMaps:
+    """Map the access points ``order``, most heard first; ``sample`` are those that set what all maps share."""
+    grid = grid_of(readings.scan_position, settings)
+    cells = np.argwhere(np.ones(grid.shape, dtype=bool))
+    centres = grid.centres_m(cells)
+    near = _near(centres, readings.scan_position, settings.reach_m)
+    kernel = map_process.fit_kernel(readings, sample)
+    width_m, brier, heard = _heard(readings, order, sample, centres[near])
+    layers = np.full((4, len(order), len(cells)), np.nan, dtype=np.float32)
+    layers[3][:, near] = heard
+    records = []
+    for number, index in enumerate(order.tolist()):
+        position, rssi, fold = readings.of(index)
+        points = map_process.map_points(position, rssi, fold, MOST_POINTS)
+        process = map_process.fit_process(points, rssi, kernel, settings.reach_m)
+        inside = _near(centres, position, settings.reach_m)
+        mean_dbm = layers[0, number]
+        layers[:3, number, inside] = process.at(centres[inside])
+        record = RadioMap(
+            bssid=readings.bssids[index],
+            ssid=names.get(readings.bssids[index]),
+            readings=len(rssi),
+            square_m=points.square_m,
             loudest_dbm=round(float(np.nanmax(mean_dbm)), 2) if np.isfinite(mean_dbm).any() else None,
-            errors=MapErrors.of(process.left_out, self.settings.reach_m),
-            heard_error=round(float(brier), 5),
+            errors=MapErrors.of(process.left_out, settings.reach_m),
+            heard_error=round(float(brier[number]), 5),
         )
+        records.append(record)
+        progress(record.bssid, len(order))
+    known = (len(readings.scan_fold), tuple(records), kernel, width_m, dict(readings.offsets_db))
+    return FloorMaps(readings.place, grid, *known, *layers.reshape(4, len(order), *grid.shape))
+
+
+def _heard(
+    here: map_process.MapReadings, order: IntArray, sample: IntArray, centres: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Width of the kernel, its error for each access point (a,), and the share (a, n) at centres (n, 2)."""
+    matrix = heard_matrix(here.scan, here.access_point, len(here.scan_fold), len(here.bssids))
+    width_m = best_width(here.scan_position, here.scan_fold, matrix[:, sample])
+    matrix = matrix[:, order]
+    error = heard_error(here.scan_position, here.scan_fold, matrix, width_m)
+    share = heard_share(centres, here.scan_position, matrix, np.asarray(matrix.mean(axis=0)), width_m)
+    return width_m, error, share.T
 
 
 def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:

@@ -11,6 +11,7 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -19,7 +20,7 @@ import polars as pl
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset, Fold, Split, SplitInfo
 from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, SESSIONS
@@ -148,22 +149,17 @@ def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spl
     )
 
 
-def device_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
-    """Hold out each device in turn."""
+def each_held_out(items: pl.DataFrame, settings: SplitSettings, name: str, kind: SplitKind) -> Split:
+    """Hold out each device, day or floor (of each building) in turn."""
     del settings
-    return _each_held_out(items, pl.col("device"), SplitKind.DEVICE, name)
-
-
-def day_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
-    """Hold out each day in turn."""
-    del settings
-    return _each_held_out(items, pl.col("date").dt.to_string("iso"), SplitKind.DAY, name)
-
-
-def floor_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
-    """Hold out each floor of each building in turn."""
-    del settings
-    return _each_held_out(items, _floor_name(), SplitKind.FLOOR, name)
+    day = pl.col("date").dt.to_string("iso")
+    key = {SplitKind.DEVICE: pl.col("device"), SplitKind.DAY: day, SplitKind.FLOOR: _floor_name()}[kind]
+    groups = items.filter(_LABELLED).select("id", group=key)
+    values = groups["group"].drop_nulls().unique().sort()
+    folds = tuple(Fold(name=value, test=(value,)) for value in values)
+    info = SplitInfo(name=name, kind=kind, folds=folds)
+    what = "is only one" if len(values) else "is no"
+    return _split(items, groups, info, f"there {what} {kind}")
 
 
 def trajectory_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
@@ -215,11 +211,9 @@ _WIDEST_GUARD = 20
 _KINDS: Mapping[SplitKind, Callable[[pl.DataFrame, SplitSettings, str], Split]] = MappingProxyType(
     {
         SplitKind.RANDOM: random_split,
-        SplitKind.DEVICE: device_split,
         SplitKind.TRAJECTORY: trajectory_split,
-        SplitKind.DAY: day_split,
         SplitKind.BLOCK: block_split,
-        SplitKind.FLOOR: floor_split,
+        **{kind: partial(each_held_out, kind=kind) for kind in (SplitKind.DEVICE, SplitKind.DAY, SplitKind.FLOOR)},
     }
 )
 
@@ -229,15 +223,6 @@ def _made_or_reason(items: pl.DataFrame, kind: SplitKind, settings: SplitSetting
         return _KINDS[kind](items, settings, kind.value)
     except UsageError as error:
         return str(error)
-
-
-def _each_held_out(items: pl.DataFrame, key: pl.Expr, kind: SplitKind, name: str) -> Split:
-    groups = items.filter(_LABELLED).select("id", group=key)
-    values = groups["group"].drop_nulls().unique().sort()
-    folds = tuple(Fold(name=value, test=(value,)) for value in values)
-    info = SplitInfo(name=name, kind=kind, folds=folds)
-    what = "is only one" if len(values) else "is no"
-    return _split(items, groups, info, f"there {what} {kind}")
 
 
 def _split(items: pl.DataFrame, groups: pl.DataFrame, info: SplitInfo, otherwise: str) -> Split:
@@ -302,25 +287,16 @@ def near_blocks(items: pl.DataFrame, blocks: pl.DataFrame, side_m: float, guard_
     near = np.zeros(items.height, dtype=bool)
     if guard_m > 0:
         reach = math.ceil(guard_m / side_m)
+        known = blocks.select(_KEY).with_columns(known=pl.lit(True))
         for column, line in itertools.product(range(-reach, reach + 1), repeat=2):
             beside = items.with_columns(pl.col("column") + column, pl.col("line") + line)
-            near |= _among(beside, blocks) & (_distance_m(beside, side_m) < guard_m)
+            found = beside.join(known, on=_KEY, how="left", maintain_order="left", nulls_equal=True)["known"]
+            near |= found.fill_null(False).to_numpy() & (_distance_m(beside, side_m) < guard_m)
     return pl.Series("near", near)
-
-
-def _among(items: pl.DataFrame, blocks: pl.DataFrame) -> BoolArray:
-    """Which items (n,) lie in one of the blocks."""
-    known = blocks.select(_KEY).with_columns(known=pl.lit(True))
-    found = items.select(_KEY).join(known, on=_KEY, how="left", maintain_order="left", nulls_equal=True)
-    return found["known"].fill_null(False).to_numpy()
 
 
 def _distance_m(items: pl.DataFrame, side_m: float) -> FloatArray:
     """Distance (n,) from each item to the block that its row names."""
-    ways = []
-    for axis, index in (("x", "column"), ("y", "line")):
-        low = items[index].to_numpy() * side_m
-        place = items[axis].to_numpy()
-        ways.append(np.maximum(np.maximum(low - place, place - low - side_m), 0.0))
-    distance: FloatArray = np.hypot(ways[0], ways[1])
+    low, place = items.select("column", "line").to_numpy() * side_m, items.select("x", "y").to_numpy()
+    distance: FloatArray = np.hypot(*np.maximum(np.maximum(low - place, place - low - side_m), 0.0).T)
     return distance

@@ -13,22 +13,9 @@ import polars as pl
 
 from vislam2tag.common import log_bins
 from vislam2tag.core.status import Status
+from vislam2tag.datasets import statistics_record as record
 from vislam2tag.datasets.model import Dataset, RunningTotal, SessionTables, each_session
 from vislam2tag.datasets.place_sums import PlaceMeans, device_offsets
-from vislam2tag.datasets.statistics_record import (
-    UNKNOWN,
-    DatasetStatistics,
-    DeviceRssi,
-    Distribution,
-    Effort,
-    FieldWork,
-    FloorLabels,
-    LabelCounts,
-    SessionStatistics,
-    SigmaDistribution,
-    TechnologyStatistics,
-    WalkTotals,
-)
 
 LABELLED = Status.OK.label
 """Fingerprints that are ``uncertain`` keep their position, but count as labelled nowhere."""
@@ -54,35 +41,27 @@ class StatisticsTally:
 
     def __init__(self) -> None:
         """Begin without any."""
-        self._labels = RunningTotal(_LABEL_KEYS, (pl.col("fingerprints", "labelled").sum(),), _LABELS)
-        self._counts = RunningTotal(_COUNT, (pl.col("count").sum(),), _COUNTS)
-        self.places = PlaceMeans()
-
-    @property
-    def labels(self) -> pl.DataFrame:
+        self.labels = RunningTotal(_LABEL_KEYS, (pl.col("fingerprints", "labelled").sum(),), _LABELS)
         """Fingerprints, and labelled ones, by technology, session, device, building, floor and status."""
-        return self._labels.table
-
-    @property
-    def counts(self) -> pl.DataFrame:
+        self.counts = RunningTotal(_COUNT, (pl.col("count").sum(),), _COUNTS)
         """How often (``count``) each ``number`` occurs, by ``what`` it is, technology and device.
 
         ``readings``: 1 for those with a position, else 0. ``heard``: access points of a fingerprint. ``rssi``: whole
         dBm of a reading. ``sigma``: bin of a fingerprint's sigma.
         """
-        return self._counts.table
+        self.places = PlaceMeans()
 
     def add(self, tables: SessionTables, floors: Mapping[str, int | None]) -> None:
         """Count one walk; ``floors`` says by session where its fingerprints without a label count."""
         scans = tables.fingerprints.with_columns(
             pl.col("floor").fill_null(pl.lit(floors.get(tables.session), pl.Int32)),
-            pl.col("device").fill_null(UNKNOWN),
+            pl.col("device").fill_null(record.UNKNOWN),
             pl.col("building").fill_null(""),
-            pl.col("status").fill_null(UNKNOWN),
+            pl.col("status").fill_null(record.UNKNOWN),
         )
         labelled = pl.col("status") == LABELLED
         counts = {"fingerprints": pl.len().cast(pl.Int64), "labelled": labelled.sum().cast(pl.Int64)}
-        self._labels.add(scans.group_by(_LABEL_KEYS).agg(**counts))
+        self.labels.add(scans.group_by(_LABEL_KEYS).agg(**counts))
         sure = scans.drop_nulls(["x", "sigma"])
         heard = tables.readings.group_by("scan_id").agg(heard=pl.col("bssid").n_unique())
         own = scans.select("scan_id", "technology", "building", "device")
@@ -96,7 +75,7 @@ class StatisticsTally:
 
     def _count(self, what: str, rows: pl.DataFrame, number: pl.Expr | pl.Series) -> None:
         numbered = rows.with_columns(what=pl.lit(what), number=number).cast({"number": pl.Int64})
-        self._counts.add(numbered.group_by(_COUNT).agg(count=pl.len().cast(pl.Int64)))
+        self.counts.add(numbered.group_by(_COUNT).agg(count=pl.len().cast(pl.Int64)))
 
 
 def _numbers(counts: pl.DataFrame, what: str) -> dict[int, int]:
@@ -113,24 +92,25 @@ def rows_of(table: pl.DataFrame, *columns: str) -> Iterator[tuple[Any, ...]]:
 _MINUTE_S, _HOUR_S = 60.0, 3600.0
 
 
-def dataset_statistics(dataset: Dataset, field_work: FieldWork | None = None) -> DatasetStatistics:
+def dataset_statistics(dataset: Dataset, field_work: record.FieldWork | None = None) -> record.DatasetStatistics:
     """Count a data set; ``field_work`` tells what the survey took as a whole, where that is known.
 
     One walk is in memory at a time.
     """
     walks = dataset.sessions.with_columns(
-        pl.col("device").fill_null(UNKNOWN), pl.col("building").fill_null("")
+        pl.col("device").fill_null(record.UNKNOWN), pl.col("building").fill_null("")
     ).collect()
     tally = StatisticsTally()
     floors = dict(walks.select("session", "floor").iter_rows())
     for tables in each_session(dataset.fingerprints, dataset.readings):
         tally.add(tables, floors)
-    sessions = _sessions(walks, tally.labels)
+    labels, counts = tally.labels.table, tally.counts.table
+    sessions = _sessions(walks, labels)
     cost = _Cost.of(sessions, field_work)
     transmitters = dict(dataset.access_points.group_by("technology").agg(pl.len()).collect().iter_rows())
     shared = tally.places.shared()
-    names = tally.labels["technology"].unique().sort()
-    return DatasetStatistics(
+    names = labels["technology"].unique().sort()
+    return record.DatasetStatistics(
         name=dataset.info.name,
         walks=_walks(sessions),
         by_device={
@@ -140,8 +120,8 @@ def dataset_statistics(dataset: Dataset, field_work: FieldWork | None = None) ->
         effort=cost.effort if cost else None,
         technologies={
             name: _technology(
-                tally.labels.filter(technology=name),
-                tally.counts.filter(technology=name),
+                labels.filter(technology=name),
+                counts.filter(technology=name),
                 shared.filter(technology=name),
                 transmitters.get(name, 0),
                 cost,
@@ -152,21 +132,21 @@ def dataset_statistics(dataset: Dataset, field_work: FieldWork | None = None) ->
     )
 
 
-def _sessions(walks: pl.DataFrame, labels: pl.DataFrame) -> tuple[SessionStatistics, ...]:
-    by_session: dict[str, dict[str, LabelCounts]] = {}
+def _sessions(walks: pl.DataFrame, labels: pl.DataFrame) -> tuple[record.SessionStatistics, ...]:
+    by_session: dict[str, dict[str, record.LabelCounts]] = {}
     for session, technology, *counts in rows_of(labels, "session", "technology"):
-        by_session.setdefault(session, {})[technology] = LabelCounts.of(*counts)
-    names = [name for name in SessionStatistics.model_fields if name != "labels"]
+        by_session.setdefault(session, {})[technology] = record.LabelCounts.of(*counts)
+    names = [name for name in record.SessionStatistics.model_fields if name != "labels"]
     return tuple(
-        SessionStatistics(**{name: walk[name] for name in names}, labels=by_session.get(walk["session"], {}))
+        record.SessionStatistics(**{name: walk[name] for name in names}, labels=by_session.get(walk["session"], {}))
         for walk in walks.sort("session").iter_rows(named=True)
     )
 
 
-def _walks(sessions: Sequence[SessionStatistics]) -> WalkTotals:
+def _walks(sessions: Sequence[record.SessionStatistics]) -> record.WalkTotals:
     both = [walk for walk in sessions if walk.duration_s and walk.distance_m is not None]
     velocity = _ratio(_sum(walk.distance_m for walk in both), _sum(walk.duration_s for walk in both))
-    return WalkTotals(
+    return record.WalkTotals(
         trajectories=len(sessions),
         duration_s=_sum(walk.duration_s for walk in sessions),
         distance_m=_sum(walk.distance_m for walk in sessions),
@@ -182,17 +162,17 @@ class _Cost:
 
     timed: frozenset[str]
     minutes: float
-    effort: Effort
+    effort: record.Effort
 
     @classmethod
-    def of(cls, sessions: Iterable[SessionStatistics], field_work: FieldWork | None) -> _Cost | None:
+    def of(cls, sessions: Iterable[record.SessionStatistics], field_work: record.FieldWork | None) -> _Cost | None:
         timed = [walk for walk in sessions if walk.duration_s and walk.distance_m is not None]
         walked_s = _sum(walk.duration_s for walk in timed)
         if not walked_s:
             return None
         hours = field_work.people * field_work.hours if field_work else walked_s / _HOUR_S
         labelled_m = _sum(walk.labelled_m for walk in timed)
-        effort = Effort(
+        effort = record.Effort(
             basis="total time" if field_work else "walking time",
             people=field_work.people if field_work else None,
             person_hours=round(hours, 4),
@@ -204,18 +184,18 @@ class _Cost:
 
 def _technology(
     labels: pl.DataFrame, counts: pl.DataFrame, shared: pl.DataFrame, transmitters: int, cost: _Cost | None
-) -> TechnologyStatistics:
+) -> record.TechnologyStatistics:
     timed = _total(labels.filter(pl.col("session").is_in(cost.timed))) if cost else None
     readings = _numbers(counts, "readings")
-    return TechnologyStatistics(
+    return record.TechnologyStatistics(
         labels=_total(labels),
         readings=sum(readings.values()),
         labelled_readings=readings.get(1, 0),
         transmitters=transmitters,
-        by_device={device: LabelCounts.of(*counts) for device, *counts in rows_of(labels, "device")},
+        by_device={device: record.LabelCounts.of(*counts) for device, *counts in rows_of(labels, "device")},
         by_floor=_floors(labels),
         statuses={status: count for status, count, _ in rows_of(labels, "status")},
-        heard=Distribution.of(_numbers(counts, "heard")),
+        heard=record.Distribution.of(_numbers(counts, "heard")),
         rssi=_rssi(counts.filter(what="rssi"), shared),
         sigma=_sigma(_numbers(counts, "sigma")),
         labelled_per_minute=_ratio(timed.labelled, cost.minutes) if cost and timed else None,
@@ -223,27 +203,29 @@ def _technology(
     )
 
 
-def _total(labels: pl.DataFrame) -> LabelCounts:
-    return LabelCounts.of(*labels.select(pl.col("fingerprints", "labelled").sum()).row(0))
+def _total(labels: pl.DataFrame) -> record.LabelCounts:
+    return record.LabelCounts.of(*labels.select(pl.col("fingerprints", "labelled").sum()).row(0))
 
 
-def _floors(labels: pl.DataFrame) -> tuple[FloorLabels, ...]:
-    devices: dict[tuple[Any, Any], dict[str, LabelCounts]] = {}
+def _floors(labels: pl.DataFrame) -> tuple[record.FloorLabels, ...]:
+    devices: dict[tuple[Any, Any], dict[str, record.LabelCounts]] = {}
     for building, floor, device, *counts in rows_of(labels, "building", "floor", "device"):
-        devices.setdefault((building, floor), {})[device] = LabelCounts.of(*counts)
+        devices.setdefault((building, floor), {})[device] = record.LabelCounts.of(*counts)
     return tuple(
-        FloorLabels(building=building, floor=floor, labels=LabelCounts.of(*counts), by_device=devices[building, floor])
+        record.FloorLabels(
+            building=building, floor=floor, labels=record.LabelCounts.of(*counts), by_device=devices[building, floor]
+        )
         for building, floor, *counts in rows_of(labels, "building", "floor")
     )
 
 
-def _rssi(levels: pl.DataFrame, shared: pl.DataFrame) -> dict[str, DeviceRssi]:
+def _rssi(levels: pl.DataFrame, shared: pl.DataFrame) -> dict[str, record.DeviceRssi]:
     """The RSSI of each device that heard anything, and its offset."""
     devices = levels["device"].unique().sort().to_list()
     offsets = device_offsets(shared, devices)
     return {
-        device: DeviceRssi(
-            rssi_dbm=Distribution.of(dict(levels.filter(device=device).select("number", "count").iter_rows())),
+        device: record.DeviceRssi(
+            rssi_dbm=record.Distribution.of(dict(levels.filter(device=device).select("number", "count").iter_rows())),
             offset_db=offsets[device][0],
             shared=offsets[device][1],
         )
@@ -251,10 +233,10 @@ def _rssi(levels: pl.DataFrame, shared: pl.DataFrame) -> dict[str, DeviceRssi]:
     }
 
 
-def _sigma(counts: Mapping[int, int]) -> SigmaDistribution | None:
+def _sigma(counts: Mapping[int, int]) -> record.SigmaDistribution | None:
     if not counts:
         return None
-    return SigmaDistribution(
+    return record.SigmaDistribution(
         fingerprints=sum(counts.values()),
         median_m=round(log_bins.quantile_m(counts, 0.5), 4),
         p95_m=round(log_bins.quantile_m(counts, 0.95), 4),

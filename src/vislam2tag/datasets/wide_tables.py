@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,19 +12,8 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.files.table_files import scan_csv
-from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
-from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.readings import (
-    NOT_HEARD,
-    SIGNAL_STRENGTH,
-    Judgement,
-    LevelRange,
-    all_heard,
-    filler_found,
-    filler_of,
-    level_findings,
-    question,
-)
+from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
+from vislam2tag.intake import readings
 
 _ROWS_AT_ONCE = 2000
 """Rows of the wide table in memory at once; it holds some twenty times as many cells as levels heard."""
@@ -34,9 +23,9 @@ _ROWS_AT_ONCE = 2000
 class LevelRules:
     """What a format states of the levels in its tables, and what the user says of the file."""
 
-    not_heard: float = NOT_HEARD
+    not_heard: float = readings.NOT_HEARD
     """The level that the format states for "not heard"."""
-    strength: LevelRange = SIGNAL_STRENGTH
+    strength: readings.LevelRange = readings.SIGNAL_STRENGTH
     said: float | None = None
     """The level that the user says stands for "not heard"; no other is looked for then."""
 
@@ -131,17 +120,24 @@ def _read(
         twice = next(name for number, name in enumerate(header) if name in header[:number])
         raise DatasetError(f"{path}: line 1 has the column {twice} twice; expected each once")
     schema = {name: pl.Float32() if name in access_points else columns.get(name, pl.String()) for name in header}
+    stated = rules.not_heard if rules.said is None else rules.said
+    first_line = 2 if has_header else 1
     names = pl.Series("bssid", access_points, dtype=pl.String)
-    first_row_line = 2 if has_header else 1
-    rows, heard, short = [], [], []
-    cells = _Cells(rules.not_heard if rules.said is None else rules.said, first_row_line)
-    first_row = 0
+    rows, heard, gaps, short = [], [], [], []
+    first_row = empty = 0
     for batch in _batches(path, schema, has_header=has_header):
         levels = batch.select(access_points).to_numpy()
-        row, column, level = cells.with_level(levels, first_row)
-        heard.append(pl.DataFrame({"row": row + first_row, "bssid": names.gather(column), "rssi_dbm": level}))
+        column, row = np.divmod(np.flatnonzero(stated != levels.T), len(levels))  # columns are together in memory
+        order = np.argsort(row, kind="stable")
+        row, column = row[order], column[order]
+        level = levels[row, column]
+        known = ~np.isnan(level)
+        empty += int((~known).sum())
+        gaps.append(np.unique(row[~known])[:ROWS_NAMED] + first_row + first_line)
+        cells = {"row": row[known] + first_row, "bssid": names.gather(column[known]), "rssi_dbm": level[known]}
+        heard.append(pl.DataFrame(cells))
         rows.append(batch.select(name for name in header if name in columns))
-        short += [row + first_row + first_row_line for row in batch[header[-1]].is_null().arg_true()]
+        short += [row + first_row + first_line for row in batch[header[-1]].is_null().arg_true()]
         first_row += batch.height
     if not first_row:
         raise DatasetError(f"{path}: holds no fingerprint; expected one row each")
@@ -150,29 +146,37 @@ def _read(
     lacking = [pl.lit(None, kind).alias(name) for name, kind in columns.items() if name not in header]
     numbered = table.with_columns(lacking).with_row_index("row").with_columns(pl.col("row").cast(pl.Int64))
     unknown = [name for name in header if name not in columns and name not in access_points]
-    measured, odd = _measured(path, pl.concat(heard), cells, len(access_points), rules)
-    findings = (*cells.findings(path.name), *odd, *_unknown_columns(path.name, unknown))
-    return WideTable(numbered, measured, access_points, findings)
+    cells_heard = pl.concat(heard)
+    not_heard = first_row * len(access_points) - cells_heard.height
+    measured, odd = _measured(path, cells_heard, (len(access_points), not_heard), first_line, rules)
+    lines = np.concatenate(gaps)[:ROWS_NAMED].tolist()
+    message = "cells are empty; they count as not heard"
+    if empty:
+        odd.insert(0, Finding(kind="empty_levels", file=path.name, count=empty, message=message, lines=tuple(lines)))
+    return WideTable(numbered, measured, access_points, (*odd, *_unknown(path, unknown)))
 
 
 def _measured(
-    path: Path, heard: pl.DataFrame, cells: _Cells, access_points: int, rules: LevelRules
+    path: Path, heard: pl.DataFrame, counts: tuple[int, int], first_line: int, rules: LevelRules
 ) -> tuple[pl.DataFrame, list[Finding]]:
-    """Keep what was measured of all cells with a level; report a filler and what is out of range."""
+    """Keep what was measured of all cells with a level; report a filler and what is out of range.
+
+    ``counts`` are those of the access points and of the cells without a level; ``first_line`` that of the first row.
+    """
     findings = []
-    filler = filler_of(heard, access_points, cells.not_heard, rules.strength)
-    judgement = filler.judgement if rules.said is None else Judgement.NONE
-    if judgement is Judgement.ASK:
-        raise DatasetError(f"{path}: {question(filler, rules.not_heard)}")
-    if judgement is Judgement.FOUND:
+    filler = readings.filler_of(heard, *counts, rules.strength)
+    judgement = filler.judgement if rules.said is None else readings.Judgement.NONE
+    if judgement is readings.Judgement.ASK:
+        raise DatasetError(f"{path}: {readings.question(filler, rules.not_heard)}")
+    if judgement is readings.Judgement.FOUND:
         cell = pl.col("rssi_dbm") == filler.level
-        findings.append(filler_found(path.name, filler, heard.filter(cell).height, rules.not_heard))
+        findings.append(readings.filler_found(path.name, filler, heard.filter(cell).height, rules.not_heard))
         heard = heard.filter(~cell)
-    lines = heard.select("rssi_dbm", row=pl.col("row") + cells.first_row_line)
-    absurd = level_findings(lines, path.name, "these cells count as not heard", rules.strength)
+    lines = heard.select("rssi_dbm", row=pl.col("row") + first_line)
+    absurd = readings.level_findings(lines, path.name, "these cells count as not heard", rules.strength)
     findings += [each.model_copy(update={"lines": tuple(dict.fromkeys(each.lines))}) for each in absurd]
-    if rules.said is None and not findings and heard.height and not cells.not_heard:
-        findings.append(all_heard(path.name, heard["row"].n_unique()))
+    if rules.said is None and not findings and heard.height and not counts[1]:
+        findings.append(readings.all_heard(path.name, heard["row"].n_unique()))
     return heard.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings
 
 
@@ -228,40 +232,6 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-@dataclass
-class _Cells:
-    """Counts the cells without a level, and remembers the lines of empty ones."""
-
-    stated: float
-    """The level that stands for "not heard"."""
-    first_row_line: int
-    not_heard: int = 0
-    """Cells that are empty or have the stated level."""
-    _empty: int = 0
-    _empty_lines: list[int] = field(default_factory=list)
-
-    def with_level(self, levels: FloatArray, first_row: int) -> tuple[IntArray, IntArray, FloatArray]:
-        """Row, column and level (h,) of all other cells, by row, then column, of a batch of rows."""
-        column, row = np.divmod(np.flatnonzero(self.stated != levels.T), len(levels))  # columns are together in memory
-        order = np.argsort(row, kind="stable")
-        row, column = row[order], column[order]
-        level = levels[row, column]
-        empty = np.isnan(level)
-        self.not_heard += levels.size - int((~empty).sum())
-        self._empty += int(empty.sum())
-        self._empty_lines += (np.unique(row[empty]) + first_row + self.first_row_line).tolist()
-        return row[~empty], column[~empty], level[~empty]
-
-    def findings(self, file: str) -> Iterator[Finding]:
-        """Report empty cells."""
-        if self._empty:
-            message = "cells are empty; they count as not heard"
-            lines = tuple(self._empty_lines[:ROWS_NAMED])
-            yield Finding(kind="empty_levels", file=file, count=self._empty, message=message, lines=lines)
-
-
-def _unknown_columns(file: str, names: list[str]) -> Iterator[Finding]:
-    if names:
-        shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
-        message = f"columns that are not known are left out: {shown}"
-        yield Finding(kind="unknown_columns", file=file, count=len(names), message=message, severity=Severity.INFO)
+def _unknown(path: Path, names: list[str]) -> tuple[Finding, ...]:
+    shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
+    return finding_if(len(names), "unknown_columns", f"columns that are not known are left out: {shown}", path.name)

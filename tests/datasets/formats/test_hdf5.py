@@ -21,7 +21,6 @@ from tests.datasets.formats.round_trip import (
     signatures_of_hdf5,
     with_split,
 )
-from vislam2tag.common.errors import DatasetError
 from vislam2tag.datasets.formats.hdf5 import FILE, NOT_HEARD_DBM
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import build_dataset
@@ -96,20 +95,11 @@ def test_windows_of_inertial_and_magnetic_readings(labels: Path, tmp_path: Path)
         assert group["accelerometer"].attrs["unit"] == "m/s^2"
 
 
-def test_the_same_set_gives_the_same_bytes_in_pieces_of_any_size(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pieces_of_any_size_make_the_same_matrices(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     exported(small_dataset(), "hdf5", tmp_path / "a")
     monkeypatch.setattr("vislam2tag.datasets.writing._CELLS_AT_ONCE", 30)
     exported(small_dataset(), "hdf5", tmp_path / "b")
     assert signatures_of_hdf5(tmp_path / "a") == signatures_of_hdf5(tmp_path / "b")
-    exported(small_dataset(), "hdf5", tmp_path / "c")
-    assert (tmp_path / "b" / FILE).read_bytes() == (tmp_path / "c" / FILE).read_bytes()
-
-
-def test_nothing_labelled(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match="no fingerprint of it has a position"):
-        exported(small_dataset(unlabelled=SCANS), "hdf5", tmp_path / "out")
 
 
 FULL_DISK = """

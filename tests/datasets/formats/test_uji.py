@@ -23,7 +23,6 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.datasets.format_registry import import_format_of
 from vislam2tag.datasets.formats.uji import wap_columns
 from vislam2tag.datasets.schema import FINGERPRINTS
-from vislam2tag.datasets.writing import labelled_fingerprints
 
 TAIL = "LONGITUDE,LATITUDE,FLOOR,BUILDINGID,SPACEID,RELATIVEPOSITION,USERID,PHONEID,TIMESTAMP"
 
@@ -174,13 +173,6 @@ def test_pieces_make_the_same_file_as_the_whole(tmp_path: Path, monkeypatch: pyt
     assert whole == pieces
 
 
-def test_nothing_labelled(tmp_path: Path) -> None:
-    plain = small_dataset()
-    nowhere = plain.fingerprints.with_columns(x=pl.lit(None, pl.Float64))
-    with pytest.raises(DatasetError, match="no wifi fingerprint of it has a position"):
-        exported(replace(plain, tables={**plain.tables, FINGERPRINTS: nowhere}), "uji", tmp_path / "out")
-
-
 def test_a_line_without_a_floor_is_named(tmp_path: Path) -> None:
     folder = published(tmp_path / "UJIndoorLoc")
     file = folder / "trainingData.csv"
@@ -200,9 +192,3 @@ def test_a_floor_beyond_all_numbers_is_none(tmp_path: Path) -> None:
 def test_columns_are_numbered_with_enough_digits() -> None:
     assert wap_columns(2) == ["WAP001", "WAP002"]
     assert wap_columns(1000)[0] == "WAP0001"
-
-
-def test_labelled_counts_what_it_leaves_out() -> None:
-    rows, findings = labelled_fingerprints(small_dataset(unlabelled=2))
-    assert rows.collect().height == 4 * (SCANS - 2)
-    assert [(finding.kind, finding.count) for finding in findings] == [("unlabelled_left_out", 8)]

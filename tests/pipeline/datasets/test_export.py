@@ -10,7 +10,6 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from tests.conftest import shared_folder
 from tests.datasets.factory import small_dataset
 from tests.datasets.formats.round_trip import (
     imported,
@@ -21,13 +20,12 @@ from tests.datasets.formats.round_trip import (
 )
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.datasets.folder import open_dataset, write_dataset
-from vislam2tag.datasets.format_registry import ImportContext, export_formats, import_named
+from vislam2tag.datasets.format_registry import export_formats
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import Privacy, hashed
-from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
+from vislam2tag.datasets.schema import FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.datasets.export import RECORD_FILE, ExportOptions, export, is_export
 from vislam2tag.pipeline.labels.process import process
@@ -58,24 +56,6 @@ def sources(labels: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str,
     return {name: folder / name for name in (SMALL, SIMULATED)}
 
 
-@pytest.fixture(scope="module")
-def tampere(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two walks of the Tampere quartet: the whole has 4648 fingerprints."""
-    folder = tmp_path_factory.mktemp("tampere")
-    archive = shared_folder("tampere") / "tampere-2017-08-21.tar.xz"
-    whole = import_named("tampere").read(archive, ImportContext(Folder.at(folder / "scratch")))
-    few = whole.sessions.select("session").head(2)
-    ids = whole.fingerprints.join(few, on="session", how="semi").select("scan_id")
-    tables = {
-        **whole.tables,
-        FINGERPRINTS: whole.fingerprints.join(ids, on="scan_id", how="semi"),
-        READINGS: whole.readings.join(ids, on="scan_id", how="semi"),
-        "sessions": whole.sessions.join(few, on="session", how="semi"),
-    }
-    write_dataset(replace(whole, tables=tables), folder / TAMPERE)
-    return folder / TAMPERE
-
-
 def check_round_trip(source: Path, name: str, folder: Path) -> None:
     dataset = open_dataset(source)
     record = export(source, folder / "out", name)
@@ -98,11 +78,6 @@ def check_round_trip(source: Path, name: str, folder: Path) -> None:
 @pytest.mark.parametrize("source", [SMALL, SIMULATED])
 def test_what_every_format_holds_survives(sources: dict[str, Path], source: str, name: str, tmp_path: Path) -> None:
     check_round_trip(sources[source], name, tmp_path)
-
-
-@pytest.mark.parametrize("name", OF_DATASET)
-def test_what_every_format_holds_of_tampere_survives(tampere: Path, name: str, tmp_path: Path) -> None:
-    check_round_trip(tampere, name, tmp_path)
 
 
 @pytest.mark.parametrize("name", export_formats())

@@ -32,7 +32,7 @@ def finding(kind: FindingKind, count: int, message: str = "m", severity: Severit
 
 
 def outcome(device: str, readings: int, error: str | None = None, *found: Finding) -> SessionOutcome:
-    return SessionOutcome("s", device, error, {"wifi": readings} if readings else {}, found, NOWHERE)
+    return SessionOutcome("s", device, error, ("wifi",) if readings else (), found, NOWHERE)
 
 
 def test_what_sessions_lack_is_counted() -> None:

@@ -17,23 +17,12 @@ from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.datasets import writing
 from vislam2tag.datasets.fingerprint_tables import SetContent, SetDescription
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.datasets.writing import (
-    ONE_SPLIT,
-    SET,
-    UNKNOWN_LEVELS,
-    csv_file,
-    in_neither_part,
-    labelled_by_session,
-    labelled_fingerprints,
-    seconds_text,
-    train_test_assignment,
-    with_unix_time,
-)
 from vislam2tag.intake.readings import admitted
 
 FOLDER = "intermediate"
@@ -166,7 +155,7 @@ def _heard(file: Path, rssi: pl.DataFrame, rows: pl.DataFrame) -> tuple[pl.DataF
 
 
 HOLDS = {
-    SET: (ONE_SPLIT,),
+    writing.SET: (writing.ONE_SPLIT,),
     "fingerprints": (
         "scan_id",
         "technology",
@@ -193,25 +182,26 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
 
     Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
     """
-    parts, chosen = train_test_assignment(dataset, context)
-    fingerprints, findings = labelled_fingerprints(dataset, uncertain=False)
+    parts, chosen = writing.train_test_assignment(dataset, context)
+    fingerprints, findings = writing.labelled_fingerprints(dataset, uncertain=False)
     sets = parts.select("scan_id", set=pl.col("part").replace_strict(SETS))
-    extra = sets.lazy().join(with_unix_time(dataset), on="scan_id", how="full", coalesce=True).collect()
+    extra = sets.lazy().join(writing.with_unix_time(dataset), on="scan_id", how="full", coalesce=True).collect()
     unknown_levels = 0
     with ExitStack() as stack:
         samples, rssi, aps = (
-            stack.enter_context(csv_file(folder, f"{FOLDER}/{name}", separator=";", null=UNKNOWN)) for name in FILES
+            stack.enter_context(writing.csv_file(folder, f"{FOLDER}/{name}", separator=";", null=UNKNOWN))
+            for name in FILES
         )
         aps(_transmitter_rows(dataset.access_points.collect()))
-        for tables in labelled_by_session(dataset, fingerprints, context.progress):
+        for tables in writing.labelled_by_session(dataset, fingerprints, context.progress):
             samples(_sample_rows(tables.fingerprints, extra))
             rssi(_reading_rows(tables.readings))
             unknown_levels += tables.readings["rssi_dbm"].null_count()
     return (
         *findings,
         *chosen,
-        *in_neither_part(fingerprints, parts),
-        *finding_if(unknown_levels, "unknown_levels_left_out", UNKNOWN_LEVELS),
+        *writing.in_neither_part(fingerprints, parts),
+        *finding_if(unknown_levels, "unknown_levels_left_out", writing.UNKNOWN_LEVELS),
     )
 
 
@@ -224,7 +214,7 @@ def _sample_rows(fingerprints: pl.DataFrame, extra: pl.DataFrame) -> pl.DataFram
         "x",
         "y",
         "z",
-        seconds_text(pl.col("unix_ns")).alias("timestamp"),
+        writing.seconds_text(pl.col("unix_ns")).alias("timestamp"),
         "set",
         "floor",
         building.alias("building"),
@@ -246,14 +236,8 @@ def _reading_rows(readings: pl.DataFrame) -> pl.DataFrame:
 
 
 def _transmitter_rows(transmitters: pl.DataFrame) -> pl.DataFrame:
-    nowhere = pl.lit(None, pl.Float64)
-    return transmitters.select(
-        pl.col("bssid").alias("ap_id"),
-        pl.col("technology").replace(old=TECHNOLOGIES),
-        nowhere.alias("x"),
-        nowhere.alias("y"),
-        nowhere.alias("z"),
-    )
+    named = transmitters.select(ap_id="bssid", technology=pl.col("technology").replace(old=TECHNOLOGIES))
+    return named.with_columns(pl.lit(None, pl.Float64).alias(name) for name in "xyz")
 
 
 register(ImportFormat("comford", read, recognises), ExportFormat("comford", HOLDS, takes=("split",), write=write))

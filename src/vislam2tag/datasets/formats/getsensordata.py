@@ -19,9 +19,8 @@ from vislam2tag.common.files.archives import first_bytes_of_files, folder_of
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
 from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, register
-from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
-from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
-from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.logged_walks import FARTHEST_M, LoggedWalk, Waypoints, walks_dataset
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Storey
 from vislam2tag.sessions.formats.getsensordata import LoggedTaps, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.site.georeference import Georeference, from_wgs84
 from vislam2tag.site.model import unique_slugs
@@ -48,14 +47,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
     near = [_near(each, centre) for each in taps]
     origin = _origin(near, context.origin)
     places = sorted({place for each in near for place in _places(each)})
-    tables = WalkTables(context.scratch, places)
-    inputs: dict[str, str] = {}
-    for slug, file in logs:
-        walk, findings = _walk(slug, file, places, centre, origin)
-        tables.add(walk, findings)
-        inputs[slug] = walk.source
-        context.progress(slug, len(logs))
-    settings = DatasetSettings()
+    settings: dict[str, object] = {"origin": [origin.latitude_deg, origin.longitude_deg]}
     info = DatasetInfo(
         name=path.resolve().name.split(".")[0] or "getsensordata",
         title="GetSensorData logs",
@@ -63,25 +55,9 @@ def read(path: Path, context: ImportContext) -> Dataset:
         frame="metres east (x) and north (y) of the origin",
         clock="boot",
         floors=tuple(FloorInfo(building=place.building, number=place.floor, georeference=origin) for place in places),
-        groupings=(
-            Grouping(technology="ble", by="window", window_s=settings.ble_window_s),
-            Grouping(technology="wifi", by="scan"),
-        ),
-        sources=(
-            DatasetSource(
-                kind="getsensordata",
-                name=path.name,
-                version=__version__,
-                settings={
-                    "origin": [origin.latitude_deg, origin.longitude_deg],
-                    "tap_sigma_m": TAP_SIGMA_M,
-                    "pace_m2_s": PACE_M2_S,
-                },
-                inputs=inputs,
-            ),
-        ),
+        sources=(DatasetSource(kind="getsensordata", name=path.name, version=__version__, settings=settings),),
     )
-    return tables.dataset(info, {})
+    return walks_dataset(context, info, places, logs, lambda log: _walk(*log, places, centre, origin))
 
 
 def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
@@ -138,9 +114,7 @@ def _origin(taps: Sequence[LoggedTaps], given: tuple[float, float] | None) -> Ge
     return Georeference(latitude_deg=south, longitude_deg=west)
 
 
-def _walk(
-    slug: str, file: Path, places: Sequence[Storey], centre: Georeference, origin: Georeference
-) -> tuple[LoggedWalk, tuple[Finding, ...]]:
+def _walk(slug: str, file: Path, places: Sequence[Storey], centre: Georeference, origin: Georeference) -> LoggedWalk:
     data = _bytes(file)
     log = parse_log(data, file.name)
     taps = _near(log.taps, centre)
@@ -149,7 +123,7 @@ def _walk(
     if far := len(log.taps.app_s) - len(taps.app_s):
         message = "POSI rows lie more than ten kilometres from the others; they are no taps"
         findings.append(Finding(kind="far_taps", file=file.name, count=far, message=message))
-    walk = LoggedWalk(
+    return LoggedWalk(
         slug=slug,
         name=file.stem,
         place=None,
@@ -160,11 +134,9 @@ def _walk(
         last_ns=log.last_ns,
         started=log.started,
         source=hashlib.sha256(data).hexdigest(),
+        file=slug,
+        findings=findings,
     )
-    return walk, tuple(findings)
 
 
-READS = ImportFormat("getsensordata", read, recognises, takes=("origin",))
-
-
-register(READS)
+register(ImportFormat("getsensordata", read, recognises, takes=("origin",)))

@@ -29,11 +29,11 @@ from vislam2tag.datasets.annotated_tables import (
     wifi_rows,
 )
 from vislam2tag.datasets.fingerprints import (
-    NAMES,
     PhoneMotion,
     SessionWalk,
     access_points_of,
     fingerprints_of,
+    radio_parts,
     tables_of,
     write_part,
 )
@@ -146,17 +146,13 @@ def _parts(
     nowhere = pl.DataFrame(schema=LABELLED[TRAJECTORY])
     walk = SessionWalk(session.slug, "", session.key.device, session.key.session, PhoneMotion.of(nowhere))
     made = fingerprints_of(rows, TECHNOLOGY, walk, settings, math.inf)
-    tables = {
-        FINGERPRINTS: made.fingerprints,
-        READINGS: made.readings,
-        NAMES: made.names,
-        SESSIONS: _session_row(session, made.fingerprints),
-    }
+    tables, findings = radio_parts([made])
+    tables[SESSIONS] = _session_row(session, made.fingerprints)
     if session.sensors.is_file():
         sensors = sensor_rows(session.sensors, session.key)
         magnetic = magnetic_windows(sensors, session.slug, "", settings.magnetic_window_s)
         tables |= {MAGNETIC: magnetic} if len(magnetic) else {}
-    return tables, (*odd, *made.findings)
+    return tables, (*odd, *findings)
 
 
 def _session_row(session: _AnnotatedSession, fingerprints: pl.DataFrame) -> pl.DataFrame:
@@ -184,22 +180,9 @@ def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str,
         plan = f"plans/floor_{floor.number}{drawn.suffix}" if drawn else None
         if plan and drawn:
             plans[plan] = drawn
-        floors.append(
-            FloorInfo(
-                number=floor.number,
-                name=floor.name,
-                elevation_m=floor.elevation_m,
-                width_m=floor.width_m,
-                height_m=floor.height_m,
-                plan=plan,
-                lower_left_m=floor.lower_left_m,
-                georeference=floor.georeference,
-            )
-        )
+        same = ("number", "name", "elevation_m", "width_m", "height_m", "lower_left_m", "georeference")
+        floors.append(FloorInfo(plan=plan, **{name: getattr(floor, name) for name in same}))
     return tuple(floors), plans, tuple(finding for finding in findings if finding.kind not in _SITE_KINDS)
-
-
-READS = ImportFormat("gia", read, recognises)
 
 
 WIFI_TYPE = "WLAN"
@@ -352,7 +335,4 @@ def _copy_site(survey: Path, folder: Folder, context: ExportContext) -> list[Fin
     return left_out
 
 
-WRITES = ExportFormat("gia", HOLDS, takes=("survey",), write_labels=write)
-
-
-register(READS, WRITES)
+register(ImportFormat("gia", read, recognises), ExportFormat("gia", HOLDS, takes=("survey",), write_labels=write))

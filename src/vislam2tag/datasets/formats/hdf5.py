@@ -12,8 +12,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
+from itertools import chain, starmap
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -24,19 +23,10 @@ from vislam2tag import __version__
 from vislam2tag.common.extras import import_extra
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.datasets import writing
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.model import Dataset, Split
 from vislam2tag.datasets.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS, UNITS
-from vislam2tag.datasets.writing import (
-    ONE_SPLIT,
-    SET,
-    SPLITS,
-    labelled_by_session,
-    labelled_fingerprints,
-    matrices,
-    matrix_loss_findings,
-    matrix_losses,
-)
 
 if TYPE_CHECKING:
     import h5py
@@ -48,107 +38,67 @@ _CHUNK_CELLS = 65_536
 _GZIP = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
-@dataclass(frozen=True)
-class Hdf5Column:
-    """One data set of a group: how it is made of rows of the table."""
-
-    name: str
-    kind: npt.DTypeLike
-    values: Callable[[pl.DataFrame], Any]
-    """Makes the array (rows, *tail)."""
-    tail: tuple[int, ...] = ()
-    """Shape of one row."""
-    unit: str | None = None
-    meaning: str | None = None
+Hdf5Column = tuple[Any, str | None, str | None]
+"""Values of some rows (rows, *tail), a list where they are texts; their unit, and what they mean."""
 
 
-def float_columns(*names: str) -> list[Hdf5Column]:
-    """Columns of numbers; NaN where not known."""
-    return [Hdf5Column(name, np.float64, partial(_known, name=name), unit=UNITS.get(name)) for name in names]
+def _known(rows: pl.DataFrame, name: str) -> Hdf5Column:
+    """Numbers; NaN where not known."""
+    return rows[name].fill_null(float("nan")).to_numpy(), UNITS.get(name), None
 
 
-def side_by_side(name: str, parts: Sequence[str], unit: str) -> Hdf5Column:
-    """Several columns of numbers side by side."""
-    return Hdf5Column(
-        name,
-        np.float64,
-        lambda rows: np.column_stack([_known(rows, part) for part in parts]),
-        (len(parts),),
-        unit,
-        ", ".join(parts),
-    )
+def _side_by_side(rows: pl.DataFrame, parts: Sequence[str], unit: str) -> Hdf5Column:
+    return np.column_stack([_known(rows, part)[0] for part in parts]), unit, ", ".join(parts)
 
 
-def whole_numbers(name: str, kind: npt.DTypeLike) -> Hdf5Column:
-    """A column of whole numbers."""
-    return Hdf5Column(
-        name,
-        kind,
-        lambda rows: rows[name].fill_null(UNKNOWN_NUMBER).to_numpy(),
-        unit="ns" if name[-3:] == "_ns" else None,
-    )
+def _whole_numbers(rows: pl.DataFrame, name: str) -> Hdf5Column:
+    return rows[name].fill_null(UNKNOWN_NUMBER).to_numpy(), "ns" if name[-3:] == "_ns" else None, None
 
 
-def text_column(name: str) -> Hdf5Column:
-    """A column of different texts."""
-    import h5py  # of an extra
-
-    return Hdf5Column(name, h5py.string_dtype(), lambda rows: rows[name].to_list())
+def _vocabulary(table: pl.LazyFrame, name: str) -> pl.Series:
+    """The names in a column, which numbers stand for."""
+    return table.select(pl.col(name).drop_nulls().unique()).collect(engine="streaming")[name].sort()
 
 
-def vocabulary_column(table: pl.LazyFrame, name: str) -> tuple[Hdf5Column, pl.Series]:
-    """A column of numbers that stand for names, and the names."""
-    words = table.select(pl.col(name).drop_nulls().unique()).collect(engine="streaming")[name].sort()
-    numbered = pl.DataFrame({"word": words}).with_row_index("number")
-
-    def numbers(rows: pl.DataFrame) -> Any:
-        found = pl.DataFrame({"word": rows[name]}).join(numbered, on="word", how="left", maintain_order="left")
-        return found["number"].cast(pl.Int32).fill_null(UNKNOWN_NUMBER).to_numpy()
-
-    meaning = f"row of vocabularies/{name}; {UNKNOWN_NUMBER}: not known"
-    return Hdf5Column(name, np.int32, numbers, meaning=meaning), words
+def _numbers_of(rows: pl.DataFrame, name: str, words: pl.Series) -> Hdf5Column:
+    """Numbers that stand for names."""
+    numbers = dict(zip(words, range(len(words)), strict=True))
+    found = rows[name].replace_strict(numbers, default=UNKNOWN_NUMBER, return_dtype=pl.Int32)
+    return found.to_numpy(), None, f"row of vocabularies/{name}; {UNKNOWN_NUMBER}: not known"
 
 
-def _known(rows: pl.DataFrame, name: str) -> Any:
-    return rows[name].fill_null(float("nan")).to_numpy()
+def _fill(
+    group: h5py.Group, count: int, blocks: Iterable[Mapping[str, Hdf5Column]], words: Mapping[str, pl.Series]
+) -> None:
+    """Fill the data sets of a group from the front; the first block may have no rows. Then write the vocabularies."""
+    start = 0
+    for block in blocks:
+        for name, (values, *about) in block.items():
+            if name not in group:
+                _create(group, name, count, values, *about)
+            if len(values):
+                group[name][start : start + len(values)] = values
+        start += len(next(iter(block.values()))[0])
+    for name, series in words.items():
+        write_texts(group, f"vocabularies/{name}", series)
 
 
-class Hdf5Table:
-    """The data sets of a group, filled from the front."""
-
-    def __init__(
-        self, group: h5py.Group, count: int, columns: Iterable[Hdf5Column], vocabularies: Mapping[str, pl.Series]
-    ) -> None:
-        self._group, self._columns, self._at = group, tuple(columns), 0
-        for column in self._columns:
-            _create(group, count, column)
-        for name, words in vocabularies.items():
-            write_texts(group, f"vocabularies/{name}", words)
-
-    def add(self, rows: pl.DataFrame) -> None:
-        """Write the next rows of every column."""
-        span = slice(self._at, self._at + rows.height)
-        for column in self._columns:
-            self._group[column.name][span] = column.values(rows)
-        self._at += rows.height
-
-
-def _create(group: h5py.Group, count: int, column: Hdf5Column) -> None:
+def _create(group: h5py.Group, name: str, count: int, values: Any, unit: str | None, meaning: str | None) -> None:
     import h5py
 
-    size = int(np.prod(column.tail, dtype=np.int64))
-    packed = count > 0 and size > 0 and column.kind != h5py.string_dtype()
+    texts = isinstance(values, list)
+    tail = () if texts else values.shape[1:]
+    size = int(np.prod(tail, dtype=np.int64))
+    packed = count > 0 and size > 0 and not texts
     height = max(1, min(count, _CHUNK_CELLS // max(1, size)))
     made = group.create_dataset(
-        column.name,
-        (count, *column.tail),
-        column.kind,
-        chunks=(height, *column.tail) if packed else None,
+        name,
+        (count, *tail),
+        h5py.string_dtype() if texts else values.dtype,
+        chunks=(height, *tail) if packed else None,
         **(_GZIP if packed else {}),
     )
-    for name in ("unit", "meaning"):
-        if text := getattr(column, name):
-            made.attrs[name] = text
+    made.attrs.update({key: text for key, text in (("unit", unit), ("meaning", meaning)) if text})
 
 
 def write_texts(group: h5py.Group, name: str, words: Iterable[str]) -> None:
@@ -191,21 +141,18 @@ def write_imu_windows(file: h5py.File, dataset: Dataset) -> None:
         own = table.filter((pl.col("samples") == samples) & (pl.col("rate_hz") == rate_hz))
         group = file.create_group(f"imu/{samples}_samples_at_{rate_hz:g}_hz", track_order=True)
         group.attrs["rate_hz"] = rate_hz
-        _write(
-            group,
-            dataset,
-            own,
-            [
-                _samples("accelerometer", samples),
-                _samples("gyroscope", samples),
-                side_by_side("displacement", ("displacement_x", "displacement_y"), UNITS["displacement_x"]),
-                *float_columns("heading_change_rad", "heading_rad"),
-                side_by_side("start", ("x_start", "y_start"), "m, BCS"),
-                side_by_side("end", ("x_end", "y_end"), "m, BCS"),
-                *float_columns("sigma_start", "sigma_end"),
-                whole_numbers("start_ns", np.int64),
-            ],
-        )
+
+        def columns(rows: pl.DataFrame, samples: int = samples) -> dict[str, Hdf5Column]:
+            return {
+                **{name: _samples(rows, name, samples) for name in ("accelerometer", "gyroscope")},
+                "displacement": _side_by_side(rows, ("displacement_x", "displacement_y"), UNITS["displacement_x"]),
+                **{name: _known(rows, name) for name in ("heading_change_rad", "heading_rad")},
+                **{name: _side_by_side(rows, (f"x_{name}", f"y_{name}"), "m, BCS") for name in ("start", "end")},
+                **{name: _known(rows, name) for name in ("sigma_start", "sigma_end")},
+                "start_ns": _whole_numbers(rows, "start_ns"),
+            }
+
+        _write(group, dataset, own, columns)
 
 
 def write_magnetic(file: h5py.File, dataset: Dataset) -> None:
@@ -213,42 +160,46 @@ def write_magnetic(file: h5py.File, dataset: Dataset) -> None:
     if MAGNETIC not in dataset.tables:
         return
     known = dataset.tables[MAGNETIC].filter(pl.all_horizontal(pl.col("x", "y", "floor").is_not_null()))
-    _write(
-        file.create_group("magnetic", track_order=True),
-        dataset,
-        known,
-        [
-            side_by_side("X", ("norm_ut", "norm_deviation_ut", "vertical_ut", "horizontal_ut"), "microtesla"),
-            side_by_side("y", ("x", "y"), "m, BCS"),
-            *float_columns("z", "sigma"),
-            whole_numbers("readings", np.int32),
-            whole_numbers("start_ns", np.int64),
-            whole_numbers("end_ns", np.int64),
-        ],
-    )
+
+    def columns(rows: pl.DataFrame) -> dict[str, Hdf5Column]:
+        parts = ("norm_ut", "norm_deviation_ut", "vertical_ut", "horizontal_ut")
+        return {
+            "X": _side_by_side(rows, parts, "microtesla"),
+            "y": _side_by_side(rows, ("x", "y"), "m, BCS"),
+            **{name: _known(rows, name) for name in ("z", "sigma")},
+            **{name: _whole_numbers(rows, name) for name in ("readings", "start_ns", "end_ns")},
+        }
+
+    _write(file.create_group("magnetic", track_order=True), dataset, known, columns)
 
 
-def _write(group: h5py.Group, dataset: Dataset, table: pl.LazyFrame, columns: list[Hdf5Column]) -> None:
+def _write(
+    group: h5py.Group,
+    dataset: Dataset,
+    table: pl.LazyFrame,
+    columns: Callable[[pl.DataFrame], dict[str, Hdf5Column]],
+) -> None:
     """Write these columns and those that all windows have."""
     ids = table.select("window_id").collect(engine="streaming")["window_id"]
-    names = {name: vocabulary_column(table, name) for name in _WINDOW_NAMES}
-    common = [whole_numbers("floor", np.int32), *(column for column, _ in names.values()), text_column("window_id")]
-    filling = Hdf5Table(group, len(ids), [*columns, *common], {name: words for name, (_, words) in names.items()})
-    for rows in _each_session(table, names["session"][1]):
-        filling.add(rows)
+    words = {name: _vocabulary(table, name) for name in _WINDOW_NAMES}
+
+    def block(rows: pl.DataFrame) -> dict[str, Hdf5Column]:
+        names = {name: _numbers_of(rows, name, series) for name, series in words.items()}
+        common = {
+            "floor": _whole_numbers(rows, "floor"),
+            **names,
+            "window_id": (rows["window_id"].to_list(), None, None),
+        }
+        return columns(rows) | common
+
+    sessions = (table.filter(pl.col("session") == session).collect() for session in words["session"])
+    _fill(group, len(ids), map(block, chain([table.head(0).collect()], sessions)), words)
     write_splits(group, dataset.splits, ids)
 
 
-def _each_session(table: pl.LazyFrame, sessions: pl.Series) -> Iterator[pl.DataFrame]:
-    for session in sessions:
-        yield table.filter(pl.col("session") == session).collect()
-
-
-def _samples(name: str, samples: int) -> Hdf5Column:
-    def values(rows: pl.DataFrame) -> Any:
-        return rows[name].explode().to_numpy().reshape(rows.height, samples, 3)
-
-    return Hdf5Column(name, np.float32, values, (samples, 3), UNITS[name].partition(",")[0], "samples x axes")
+def _samples(rows: pl.DataFrame, name: str, samples: int) -> Hdf5Column:
+    values = rows[name].explode().to_numpy() if rows.height else np.empty(0, dtype=np.float32)
+    return values.reshape(rows.height, samples, 3), UNITS[name].partition(",")[0], "samples x axes"
 
 
 @contextmanager
@@ -318,11 +269,10 @@ class _PatientFile(io.RawIOBase):
 FILE = "fingerprints.h5"
 NOT_HEARD_DBM = -110.0
 """Below what any phone reports, and near enough for a network: 0 or 100 would stand far off."""
-_LEVELS = "levels"
 _NAMES = ("building", "device", "user", "session")
 _FLOATS = ("z", "sigma", "heading_deg", "speed_m_s")
 HOLDS = {
-    SET: (SPLITS, ONE_SPLIT),
+    writing.SET: (writing.SPLITS, writing.ONE_SPLIT),
     "fingerprints": (
         "scan_id",
         "technology",
@@ -347,7 +297,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
 
     Raises DatasetError where no fingerprint has a position.
     """
-    fingerprints, findings = labelled_fingerprints(dataset)
+    fingerprints, findings = writing.labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()
     found = list(findings)
     with hdf5_file(folder, FILE) as file:
@@ -367,33 +317,33 @@ def _technology(
 ) -> tuple[Finding, ...]:
     transmitters = dataset.access_points.filter(pl.col("technology") == kind).collect()
     ids = fingerprints.select("scan_id").collect(engine="streaming")["scan_id"]
-    names = {name: vocabulary_column(fingerprints, name) for name in _NAMES}
-    levels = Hdf5Column("X", np.float32, lambda rows: rows[_LEVELS].to_numpy(), (transmitters.height,), "dBm")
-    columns = [
-        levels,
-        side_by_side("y", ("x", "y"), "m, BCS"),
-        whole_numbers("floor", np.int32),
-        *float_columns(*_FLOATS),
-        *(column for column, _ in names.values()),
-        whole_numbers("start_ns", np.int64),
-        whole_numbers("end_ns", np.int64),
-        text_column("scan_id"),
-    ]
-    filling = Hdf5Table(group, len(ids), columns, {name: words for name, (_, words) in names.items()})
+    words = {name: _vocabulary(fingerprints, name) for name in _NAMES}
+    lost = np.zeros(3, dtype=np.int64)
+
+    def block(rows: pl.DataFrame, levels: npt.NDArray[np.float32]) -> dict[str, Hdf5Column]:
+        return {
+            "X": (levels, "dBm", None),
+            "y": _side_by_side(rows, ("x", "y"), "m, BCS"),
+            "floor": _whole_numbers(rows, "floor"),
+            **{name: _known(rows, name) for name in _FLOATS},
+            **{name: _numbers_of(rows, name, series) for name, series in words.items()},
+            **{name: _whole_numbers(rows, name) for name in ("start_ns", "end_ns")},
+            "scan_id": (rows["scan_id"].to_list(), None, None),
+        }
+
+    def blocks() -> Iterator[dict[str, Hdf5Column]]:
+        yield block(fingerprints.head(0).collect(), np.empty((0, transmitters.height), dtype=np.float32))
+        for tables in writing.labelled_by_session(dataset, fingerprints, context.progress):
+            np.add(lost, writing.matrix_losses(tables.readings, NOT_HEARD_DBM), out=lost)
+            yield from starmap(block, writing.matrices(tables, transmitters["bssid"], NOT_HEARD_DBM))
+
+    _fill(group, len(ids), blocks(), words)
     group["X"].attrs["not_heard"] = NOT_HEARD_DBM
     write_texts(group, "access_points/bssid", transmitters["bssid"])
     write_texts(group, "access_points/ssid", transmitters["ssid"].fill_null(""))
     group["access_points/frequency_mhz"] = transmitters["frequency_mhz"].to_numpy()
-    lost = np.zeros(3, dtype=np.int64)
-    for tables in labelled_by_session(dataset, fingerprints, context.progress):
-        lost += matrix_losses(tables.readings, NOT_HEARD_DBM)
-        for rows, matrix in matrices(tables, transmitters["bssid"], NOT_HEARD_DBM):
-            filling.add(rows.with_columns(pl.Series(_LEVELS, matrix, dtype=pl.Array(pl.Float32, matrix.shape[1]))))
     write_splits(group, dataset.splits, ids)
-    return matrix_loss_findings(lost, NOT_HEARD_DBM)
+    return writing.matrix_loss_findings(lost, NOT_HEARD_DBM)
 
 
-WRITES = ExportFormat("hdf5", HOLDS, write=write)
-
-
-register(writes=WRITES)
+register(writes=ExportFormat("hdf5", HOLDS, write=write))

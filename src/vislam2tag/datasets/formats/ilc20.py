@@ -23,9 +23,8 @@ from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.datasets.fingerprints import radio_rows
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, register
-from vislam2tag.datasets.logged_walks import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, LoggedWalk, WalkTables, Waypoints
-from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
-from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.logged_walks import FARTHEST_M, LoggedWalk, Waypoints, walks_dataset
+from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Storey
 from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.site.model import floor_number, unique_slugs
 
@@ -68,9 +67,10 @@ def find_sites(root: Path) -> Ilc20Sites:
     root = root.resolve()
     found, left_out = [], []
     for path in sorted(root.rglob("*.txt")):
-        folder = _folder_of(path)
-        if folder is None:
+        parts = _floor_folder(path.parts)
+        if parts is None:
             continue
+        folder = Path(*parts)
         number = floor_number(folder.name)
         if number is None:
             left_out.append(path)
@@ -87,13 +87,8 @@ def find_sites(root: Path) -> Ilc20Sites:
     return Ilc20Sites(tuple(sorted(refs, key=lambda ref: ref.slug)), floors, plans, findings)
 
 
-def _folder_of(trace: Path) -> Path | None:
-    """The floor's folder of a trace file; None where its folders are not named so."""
-    parts = _floor_folder(trace.parts)
-    return None if parts is None else Path(*parts)
-
-
 def _floor_folder(parts: Sequence[str]) -> Sequence[str] | None:
+    """The parts of the floor's folder of a trace file; None where its folders are not named so."""
     own = parts[:-1]
     if own and own[-1] == TRACES:
         return own[:-1]
@@ -140,7 +135,7 @@ def _extent(path: Path) -> tuple[float, float]:
 def _unnumbered(root: Path, left_out: Sequence[Path]) -> list[Finding]:
     if not left_out:
         return []
-    names = sorted({folder.name for path in left_out if (folder := _folder_of(path)) is not None})
+    names = sorted({parts[-1] for path in left_out if (parts := _floor_folder(path.parts))})
     message = (
         f"traces lie on floors without a number ({', '.join(names[:ROWS_NAMED])}) and are left out; call the folders "
         "F1, F2, ... or B1, ..."
@@ -165,40 +160,24 @@ def read(path: Path, context: ImportContext) -> Dataset:
     sites = find_sites(folder_of(path, context.scratch, context.most_unpacked))
     places = sorted({ref.place for ref in sites.traces})
     floors = {Storey(floor.building, floor.number): floor for floor in sites.floors}
-    tables = WalkTables(context.scratch, places)
-    inputs: dict[str, str] = {}
-    for ref in sites.traces:
-        walk, findings = _walk(ref, places.index(ref.place), floors[ref.place])
-        tables.add(walk, findings)
-        inputs[f"{ref.place.building}/{ref.floor_name}/{ref.path.name}"] = walk.source
-        context.progress(ref.path.name, len(sites.traces))
-    inputs.update({name: sha256_of(file) for name, file in sorted(sites.plans.items())})
-    settings = DatasetSettings()
+    plans = {name: sha256_of(file) for name, file in sorted(sites.plans.items())}
     info = DatasetInfo(
         name="ilc20",
         title="Indoor Location Competition 2.0",
         description="Walks between tapped waypoints; positions between them are interpolated at each reading's time.",
         clock="unix",
         floors=sites.floors,
-        groupings=(
-            Grouping(technology="ble", by="window", window_s=settings.ble_window_s),
-            Grouping(technology="wifi", by="scan"),
-        ),
-        sources=(
-            DatasetSource(
-                kind="ilc20",
-                name=path.name,
-                version=__version__,
-                settings={"tap_sigma_m": TAP_SIGMA_M, "pace_m2_s": PACE_M2_S},
-                inputs=inputs,
-            ),
-        ),
+        sources=(DatasetSource(kind="ilc20", name=path.name, version=__version__, inputs=plans),),
         findings=sites.findings,
     )
-    return tables.dataset(info, sites.plans)
+
+    def walk(ref: TraceRef) -> LoggedWalk:
+        return _walk(ref, places.index(ref.place), floors[ref.place])
+
+    return walks_dataset(context, info, places, sites.traces, walk, sites.plans)
 
 
-def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tuple[Finding, ...]]:
+def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> LoggedWalk:
     try:
         data = read_bytes(ref.path)
     except OSError as error:
@@ -214,7 +193,7 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tupl
             Finding(kind="taps_outside_plan", file=ref.path.name, count=int((~inside).sum()), message=message)
         )
     phone = " ".join(trace.header[part] for part in ("Brand", "Model") if trace.header.get(part))
-    walk = LoggedWalk(
+    return LoggedWalk(
         slug=ref.slug,
         name=ref.path.stem,
         place=ref.place,
@@ -225,8 +204,9 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tupl
         last_ns=trace.last_ns,
         started=datetime.fromtimestamp(trace.first_ns // 1_000_000 / 1e3, UTC).replace(tzinfo=None),
         source=hashlib.sha256(data).hexdigest(),
+        file=f"{ref.place.building}/{ref.floor_name}/{ref.path.name}",
+        findings=findings,
     )
-    return walk, tuple(findings)
 
 
 def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
@@ -237,7 +217,4 @@ def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
     return inside
 
 
-READS = ImportFormat("ilc20", read, recognises)
-
-
-register(READS)
+register(ImportFormat("ilc20", read, recognises))

@@ -7,13 +7,12 @@ ours tell by name. Written piece by piece.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
@@ -22,23 +21,11 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import read_csv, write_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.spreadsheet_text import escaped, unescaped
+from vislam2tag.datasets import writing
 from vislam2tag.datasets.fingerprint_tables import WALK, FingerprintTables, SetDescription
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.datasets.writing import (
-    ONE_SPLIT,
-    SET,
-    csv_file,
-    in_neither_part,
-    labelled_by_session,
-    labelled_fingerprints,
-    matrices,
-    matrix_loss_findings,
-    matrix_losses,
-    train_test_assignment,
-    with_unix_time,
-)
 from vislam2tag.intake.readings import MASKED, NOT_HEARD, normal_addresses, strength_of
 
 TECHNOLOGY = "wifi"
@@ -173,7 +160,7 @@ def _ssids(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:
 
 
 HOLDS = {
-    SET: (ONE_SPLIT,),
+    writing.SET: (writing.ONE_SPLIT,),
     "fingerprints": ("technology", "building", "floor", "x", "y", "user", "device", "start_ns", "date"),
     "readings": ("scan_id", "bssid", "rssi_dbm"),
     "access_points": ("bssid", "technology", "ssid", "frequency_mhz"),
@@ -187,8 +174,8 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     The wide matrix is made piece by piece. Raises DatasetError where no Wi-Fi fingerprint has a position, UsageError
     for a split that is not there.
     """
-    parts, chosen = train_test_assignment(dataset, context)
-    fingerprints, findings = labelled_fingerprints(dataset, TECHNOLOGY, uncertain=False)
+    parts, chosen = writing.train_test_assignment(dataset, context)
+    fingerprints, findings = writing.labelled_fingerprints(dataset, TECHNOLOGY, uncertain=False)
     transmitters = (
         dataset.access_points.filter(pl.col("technology") == TECHNOLOGY)
         .select("bssid", "technology", "ssid", "frequency_mhz")
@@ -198,18 +185,24 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
     write_csv(escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
     numbers = {name: _write_numbers(folder, name, fingerprints, context.escape_formulas) for name in NUMBERINGS}
-    whole = _all_whole(dataset)
-    extra = parts.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
+    level = pl.col("rssi_dbm")  # whole numbers, as phones give them, are written as such
+    whole = dataset.readings.select((level == level.round()).all()).collect(engine="streaming").item()
+    extra = parts.lazy().join(writing.with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
     lost = np.zeros(3, dtype=np.int64)
     with ExitStack() as stack:
         there = fingerprints.join(parts.lazy(), on="scan_id").select(pl.col("part").unique()).collect()["part"]
-        files = {part: stack.enter_context(csv_file(folder, name)) for part, name in FILES.items() if part in there}
-        for tables in labelled_by_session(dataset, fingerprints, context.progress):
-            lost += matrix_losses(tables.readings, NOT_HEARD)
-            for rows, levels in matrices(tables, transmitters["bssid"], NOT_HEARD):
-                _add(files, _with_numbers(rows, extra, numbers), _cells(levels, columns, whole=whole))
-    losses = matrix_loss_findings(lost, NOT_HEARD)
-    return (*findings, *chosen, *in_neither_part(fingerprints, parts), *losses)
+        files = {
+            part: stack.enter_context(writing.csv_file(folder, name)) for part, name in FILES.items() if part in there
+        }
+        for tables in writing.labelled_by_session(dataset, fingerprints, context.progress):
+            lost += writing.matrix_losses(tables.readings, NOT_HEARD)
+            for rows, levels in writing.matrices(tables, transmitters["bssid"], NOT_HEARD):
+                cells = pl.from_numpy(levels.astype(np.int32) if whole else levels, schema=columns)
+                table = pl.concat([cells, _with_numbers(rows, extra, numbers)], how="horizontal")
+                for part, add in files.items():
+                    add(table.filter(pl.col("part") == part).drop("part"))
+    losses = writing.matrix_loss_findings(lost, NOT_HEARD)
+    return (*findings, *chosen, *writing.in_neither_part(fingerprints, parts), *losses)
 
 
 def wap_columns(count: int) -> list[str]:
@@ -218,23 +211,12 @@ def wap_columns(count: int) -> list[str]:
     return [f"WAP{number:0{digits}d}" for number in range(1, count + 1)]
 
 
-def _all_whole(dataset: Dataset) -> bool:
-    """Whether all levels are whole numbers, as phones give them; then they are written as such."""
-    level = pl.col("rssi_dbm")
-    return bool(dataset.readings.select((level == level.round()).all()).collect(engine="streaming").item())
-
-
 def _write_numbers(folder: Folder, name: str, fingerprints: pl.LazyFrame, escape_formulas: bool) -> dict[str, int]:
     numbering = NUMBERINGS[name]
     names = fingerprints.select(name).drop_nulls().unique().collect(engine="streaming")[name].sort()
     table = pl.DataFrame({name: names}).with_row_index(numbering.column, offset=numbering.first)
     write_csv(escaped(table, formulas=escape_formulas), folder, numbering.file)
     return dict(zip(names, table[numbering.column], strict=True))
-
-
-def _cells(levels: npt.NDArray[np.float32], columns: list[str], *, whole: bool) -> pl.DataFrame:
-    """Levels (rows, access points), dBm, as columns; whole numbers where all are."""
-    return pl.from_numpy(levels.astype(np.int32) if whole else levels, schema=columns)
 
 
 def _with_numbers(rows: pl.DataFrame, extra: pl.DataFrame, numbers: Mapping[str, dict[str, int]]) -> pl.DataFrame:
@@ -255,12 +237,6 @@ def _with_numbers(rows: pl.DataFrame, extra: pl.DataFrame, numbers: Mapping[str,
         PHONEID=number("device"),
         TIMESTAMP=(pl.col("unix_ns") // 1_000_000_000).fill_null(0),
     )
-
-
-def _add(files: Mapping[str, Callable[[pl.DataFrame], None]], rows: pl.DataFrame, cells: pl.DataFrame) -> None:
-    table = pl.concat([cells, rows], how="horizontal")
-    for part, add in files.items():
-        add(table.filter(pl.col("part") == part).drop("part"))
 
 
 register(

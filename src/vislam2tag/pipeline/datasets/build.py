@@ -246,7 +246,7 @@ def _join_parts(folder: FolderWriter) -> None:
 
 def _groupings(outcomes: Sequence[SessionOutcome], settings: DatasetSettings) -> tuple[Grouping, ...]:
     """How readings became fingerprints, for each technology that occurs."""
-    technologies = sorted({name for outcome in outcomes for name in outcome.readings})
+    technologies = sorted({name for outcome in outcomes for name in outcome.technologies})
     windows = {name: settings.window_of(name) for name in technologies}
     return tuple(
         Grouping(technology=name, by="scan" if length_s is None else "window", window_s=length_s)

@@ -93,16 +93,8 @@ def export(
     options = options or ExportOptions()
     chosen = export_named(format_name)
     _refuse(source, out, chosen, options)
-    context = ExportContext(
-        split=options.split,
-        fold=options.fold,
-        survey=path_or_none(options.survey),
-        privacy=options.privacy,
-        progress=lambda _part, total: progress("write", total),
-        escape_formulas=options.escape_formulas,
-        follow_links=options.follow_links,
-        tell=tell,
-    )
+    given = vars(options) | {"survey": path_or_none(options.survey)}
+    context = ExportContext(**given, progress=lambda _part, total: progress("write", total), tell=tell)
     if chosen.write_labels:
         with whole_folder(out, is_export) as folder:
             lost = chosen.write_labels(source, folder, context)

@@ -58,9 +58,7 @@ def join(
     changes = [survey_changes(first, news, technology, cell_m) for technology in both]
     record = survey_record(first.info.name, second.info.name, changes)
     with dataset_folder(out, "join", replace) as folder:
-        folder.add_tables(joined.tables)
-        folder.add_splits(joined.splits)
-        folder.add_files(joined.files)
+        folder.add(joined)
         write_changes(folder.out.folder(CHANGES), record, changes)
         _draw(joined, changes, folder.out.folder(CHANGES))
         finish_dataset(folder, _info(joined.info, record))

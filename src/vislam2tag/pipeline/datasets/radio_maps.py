@@ -236,7 +236,7 @@ def write_radio_maps(
 def _write_floor(folder: Folder, dataset: Dataset, maps: FloorMaps) -> FloorIndex:
     """Write the files of one floor."""
     stem = _stem(dataset, maps)
-    georeference = _georeference(dataset, maps)
+    georeference = dataset.site_floor(Storey(maps.place.building, maps.place.floor)).georeference
     names = [f"{IMAGES}/{stem}/{slug}.tif" for slug in unique_slugs([one.bssid for one in maps.maps])]
     for number, (one, name) in enumerate(zip(maps.maps, names, strict=True)):
         layers = {layer: getattr(maps, layer)[number] for layer in LAYERS}
@@ -289,13 +289,6 @@ def _stem(dataset: Dataset, maps: FloorMaps) -> str:
     slugs = dict(zip(buildings, unique_slugs(buildings), strict=True))
     parts = [slugs[maps.place.building]] if len(buildings) > 1 else []
     return ".".join([*parts, f"floor_{maps.place.floor}", maps.place.technology])
-
-
-def _georeference(dataset: Dataset, maps: FloorMaps) -> Georeference | None:
-    for floor in dataset.info.floors:
-        if (floor.building, floor.number) == (maps.place.building, maps.place.floor):
-            return floor.georeference
-    return None
 
 
 def _rows(affine: np.ndarray) -> tuple[tuple[float, float, float], ...]:

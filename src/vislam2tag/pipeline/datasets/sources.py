@@ -20,18 +20,19 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, finding_if, pooled
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import (
-    NAMES,
     TECHNOLOGIES,
     WIFI,
+    PhoneMotion,
     SessionFingerprints,
     SessionWalk,
     fingerprints_of,
+    radio_parts,
     radio_rows,
     write_part,
 )
 from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.datasets.model import DatasetSource, FloorInfo
-from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, RTT, SESSIONS, in_schema
+from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, RTT, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.intake.readings import admitted
@@ -75,8 +76,8 @@ class SessionOutcome:
     device: str
     error: str | None
     """Why ``process`` could not map the session."""
-    readings: dict[str, int]
-    """Number of radio readings by technology, those that were logged."""
+    technologies: tuple[str, ...]
+    """Of its radio readings."""
     findings: tuple[Finding, ...]
     places: WalkPlaces
     """Where the walk surely was, and its labelled Wi-Fi scans."""
@@ -93,20 +94,20 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
     if job.own_limit and result.max_sigma_m is not None:
         job = replace(job, max_sigma_m=result.max_sigma_m)
     trajectory = job.labelled.table(TRAJECTORY, SCHEMAS[TRAJECTORY])
-    walk = SessionWalk.of(result, trajectory, job.session, job.building)
-    made = {name: _radio(job, walk, name) for name in TECHNOLOGIES if name == WIFI or job.labelled.has(name)}
-    fingerprints = _write_radio(job, list(made.values()))
-    _write(job, SESSIONS, _session_row(job, result, walk, fingerprints))
-    findings = [finding for part in made.values() for finding in part.findings]
-    findings += _write_sensors(job, trajectory)
-    _write_ranges(job)
-    findings += _unknown_columns(job.labelled)
-    if result.error is None and not fingerprints:
+    walk = SessionWalk(job.session, job.building, result.device, result.session, PhoneMotion.of(trajectory))
+    heard = (name for name in TECHNOLOGIES if name == WIFI or job.labelled.has(name))
+    tables, findings = radio_parts(_radio(job, walk, name) for name in heard)
+    fingerprints = tables[FINGERPRINTS]
+    windows, dropped = _windows(job, trajectory)
+    tables |= {SESSIONS: _session_row(job, result, walk, len(fingerprints)), **windows, **_ranges(job)}
+    write_part(job.parts_folder, job.number, tables)
+    findings += [*dropped, *_unknown_columns(job.labelled)]
+    if result.error is None and fingerprints.is_empty():
         message = "sessions were mapped, but have no radio reading"
         findings.append(Finding(kind="session_without_scan", file="", count=1, message=message))
-    heard = {name: len(part.readings) for name, part in made.items() if len(part.readings)}
-    places = _places(trajectory, made[WIFI].fingerprints)
-    return SessionOutcome(job.session, result.device, result.error, heard, tuple(findings), places)
+    technologies = tuple(fingerprints["technology"].unique())
+    places = _places(trajectory, fingerprints.filter(technology=WIFI))
+    return SessionOutcome(job.session, result.device, result.error, technologies, tuple(findings), places)
 
 
 def _places(trajectory: pl.DataFrame, scans: pl.DataFrame) -> WalkPlaces:
@@ -128,46 +129,31 @@ def _radio(job: SessionJob, walk: SessionWalk, technology: str) -> SessionFinger
     return replace(made, findings=(*odd, *made.findings))
 
 
-def _write_radio(job: SessionJob, made: list[SessionFingerprints]) -> int:
-    """Write what all technologies gave, in order of time; return the number of fingerprints."""
-    fingerprints = pl.concat([part.fingerprints for part in made])
-    fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
-    readings = pl.concat([part.readings for part in made])
-    in_order = fingerprints.select("scan_id").join(readings, on="scan_id", how="inner", maintain_order="left_right")
-    _write(job, FINGERPRINTS, fingerprints)
-    _write(job, READINGS, in_order)
-    _write(job, NAMES, pl.concat([part.names for part in made]))
-    return len(fingerprints)
-
-
-def _write_ranges(job: SessionJob) -> None:
-    """Write the ranges to access points where there are any; those without a label have no position."""
+def _ranges(job: SessionJob) -> dict[str, pl.DataFrame]:
+    """The ranges to access points where there are any; those without a label have no position."""
     if not job.labelled.has(RTT):
-        return
+        return {}
     rows = job.labelled.table(RTT, SCHEMAS[RTT]).filter(pl.col("status") != Status.DUPLICATE.label)
     rows, _ = admitted(rows, "bssid", RTT)
     name = pl.concat_str(pl.lit(f"{job.session}/rtt/"), pl.col("row").cast(pl.String).str.zfill(7))
     table = rows.sort("time_ns", maintain_order=True).with_columns(
         range_id=name, building=pl.lit(job.building), session=pl.lit(job.session)
     )
-    if len(table):
-        _write(job, RTT, in_schema(RTT, table.drop("row", "status")))
+    return {RTT: in_schema(RTT, table.drop("row", "status"))} if len(table) else {}
 
 
-def _write_sensors(job: SessionJob, trajectory: pl.DataFrame) -> list[Finding]:
-    """Write the windows of magnetic and inertial readings where there are any."""
+def _windows(job: SessionJob, trajectory: pl.DataFrame) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
+    """The windows of magnetic and inertial readings where there are any, and how many were dropped."""
     sensors = job.labelled.table("sensors", SCHEMAS["sensors"])
     magnetic = magnetic_windows(sensors, job.session, job.building, job.settings.magnetic_window_s)
-    if len(magnetic):
-        _write(job, MAGNETIC, magnetic)
     inertial = imu_windows(sensors, trajectory, job.session, job.settings.imu)
-    if len(inertial.table):
-        _write(job, IMU_WINDOWS, inertial.table.with_columns(building=pl.lit(job.building)))
-    return [
+    windows = {MAGNETIC: magnetic, IMU_WINDOWS: inertial.table.with_columns(building=pl.lit(job.building))}
+    findings = [
         finding
         for cause, count in inertial.dropped.items()
         for finding in finding_if(count, "imu_windows_dropped", f"windows of inertial readings are left out: {cause}")
     ]
+    return {name: table for name, table in windows.items() if len(table)}, findings
 
 
 def _unknown_columns(labelled: LabelledSession) -> list[Finding]:
@@ -204,10 +190,6 @@ def _session_row(job: SessionJob, result: SessionResult, walk: SessionWalk, fing
     )
 
 
-def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
-    write_part(job.parts_folder, job.number, {table: rows})
-
-
 def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:
     """Sum the sessions' findings; count sessions without a label, devices without a reading, and no reading at all."""
     findings = pooled(finding for outcome in outcomes for finding in outcome.findings)
@@ -216,7 +198,7 @@ def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:
         message = f"sessions could not be mapped and have no label; the first: {failed[0].error}"
         findings.append(Finding(kind=FAILED, file="", count=len(failed), message=message))
     devices = {outcome.device for outcome in outcomes}
-    silent = sorted(devices - {outcome.device for outcome in outcomes if outcome.readings})
+    silent = sorted(devices - {outcome.device for outcome in outcomes if outcome.technologies})
     if len(silent) == len(devices):
         message = "sessions, but no radio reading in any: the data set has no fingerprint"
         findings.append(Finding(kind="no_radio_reading", file="", count=len(outcomes), message=message))
