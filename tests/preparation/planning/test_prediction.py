@@ -20,7 +20,7 @@ from vislam2tag.preparation.planning.prediction import (
     expected_on_walks,
     gap_costs,
     mean_error_m,
-    passes_near,
+    passing,
     smoothed_walk,
 )
 
@@ -70,8 +70,7 @@ def test_each_time_a_walk_comes_by_is_a_pass() -> None:
     assert smoothed is not None
     assert smoothed.model.observations.passes.at.tolist() == [100, 400, 801, 1101]
     assert smoothed.model.observations.passes.landmark.tolist() == [0, 1, 1, 0]
-    assert passes_near(STRAIGHT, np.array((20.0, 0.5)))
-    assert not passes_near(STRAIGHT, np.array((20.0, 1.5)))
+    assert passing([STRAIGHT], np.array([(20.0, 0.5), (20.0, 1.5)])).tolist() == [[True, False]]
 
 
 def test_landmarks_that_a_walk_does_not_pass_change_nothing() -> None:

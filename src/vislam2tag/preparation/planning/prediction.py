@@ -64,6 +64,10 @@ class PassedLandmarks:
             np.append(self.pass_m, pass_m),
         )
 
+    def take(self, rows: IntArray) -> PassedLandmarks:
+        """Some of the landmarks, by rows (k,)."""
+        return PassedLandmarks(self.position[rows], self.foot[rows], self.pass_m[rows])
+
 
 @dataclass(frozen=True)
 class ExpectedLabels:
@@ -96,9 +100,11 @@ def smoothed_walk(
     if len(np.unique(landmark)) < 2:
         return None
     passed, landmark = np.unique(landmark, return_inverse=True)
-    sheets = PassedLandmarks(sheets.position[passed], sheets.foot[passed], sheets.pass_m[passed])
+    sheets = sheets.take(passed)
     observations = _simulated_walk(path, sheets, at, landmark)
-    priors = _surveyed_landmarks(sheets, survey_sigma_m)
+    priors = LandmarkPriors.nothing(len(sheets.position))
+    priors.position[:] = as_complex(sheets.position)
+    priors.covariance[:] = np.eye(2) * survey_sigma_m**2
     plane = as_complex(path)
     model = Model(observations, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
@@ -121,9 +127,9 @@ def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:
     return order[:, 0], order[:, 1]
 
 
-def passes_near(path: FloatArray, foot: FloatArray) -> bool:
-    """Whether a walk passes a landmark whose station is at ``foot`` (2,)."""
-    return bool((np.linalg.norm(path - foot, axis=1) < PASSED_M).any())
+def passing(paths: Sequence[FloatArray], points: FloatArray) -> BoolArray:
+    """Which walks (w) pass which stations: (w, s) for ``points`` (s, 2)."""
+    return np.array([KDTree(path).query(points)[0] < PASSED_M for path in paths]).reshape(len(paths), len(points))
 
 
 def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, landmark: IntArray) -> WalkObservations:
@@ -168,13 +174,6 @@ def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, lan
         count=np.ones(len(at), dtype=np.int64),
     )
     return WalkObservations(tuple(str(i) for i in range(len(sheets.position))), odometry, passes)
-
-
-def _surveyed_landmarks(sheets: PassedLandmarks, sigma_m: float) -> LandmarkPriors:
-    priors = LandmarkPriors.nothing(len(sheets.position))
-    priors.position[:] = as_complex(sheets.position)
-    priors.covariance[:] = np.eye(2) * sigma_m**2
-    return priors
 
 
 def expected_on_walks(

@@ -65,15 +65,9 @@ class SheetPlaces:
 
     def take(self, rows: IntArray) -> SheetPlaces:
         """Some of the places, by rows (k,), in this order."""
-        return SheetPlaces(
-            self.station[rows],
-            self.position[rows],
-            self.normal[rows],
-            self.line_m[rows],
-            self.visible_m[rows],
-            self.pass_m[rows],
-            tuple(self.sheet[row] for row in rows.tolist()),
-        )
+        sheet = tuple(self.sheet[row] for row in rows.tolist())
+        columns = (self.station, self.position, self.normal, self.line_m, self.visible_m, self.pass_m)
+        return SheetPlaces(*(column[rows] for column in columns), sheet)  # type: ignore[arg-type]
 
 
 def stations_along(corridors: Corridors, step_m: float) -> Stations:

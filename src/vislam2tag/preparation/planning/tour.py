@@ -17,7 +17,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.preparation.planning.corridors import Corridors
+from vislam2tag.preparation.planning.corridors import Corridors, line_of
 
 LOOK_S = 2.0
 """Passing a landmark costs so much time: to turn the phone to the sheet and back."""
@@ -70,7 +70,7 @@ def plan_tour(corridors: Corridors, corridor: IntArray, offset_m: FloatArray) ->
             best = cost, route
     assert best is not None
     visits, at = _visits(corridors, marks, best[1])
-    lines = [_line(corridors, half) for half in best[1]]
+    lines = [line_of(corridors.lines, half) for half in best[1]]
     line = np.vstack([lines[0][:1], *(part[1:] for part in lines)])
     return Tour(line, visits, at, float(corridors.length_m[doubled].sum()))
 
@@ -99,12 +99,6 @@ def _doubled(corridors: Corridors) -> list[int]:
         found += [graph[a][b]["corridor"] for a, b in pairwise(path)]
     # Who would walk a corridor two more times need not.
     return sorted(corridor for corridor in set(found) if found.count(corridor) % 2)
-
-
-def _line(corridors: Corridors, half: int) -> FloatArray:
-    """The line (k, 2) of a corridor in the direction of a half."""
-    line = corridors.lines[half // 2]
-    return line[::-1] if half % 2 else line
 
 
 Marks = list[list[tuple[float, int]]]
