@@ -12,6 +12,16 @@ import segno
 from tests.preparation.sheets.printed import printed
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.preparation.detect_landmarks import (
+    Detector,
+    Seen,
+    placed,
+    qr_detector,
+    sheet_detector,
+    sheet_tag_detector,
+    surest,
+    tag_detector,
+)
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import dead_leaves_picture
 from vislam2tag.preparation.sheets.page import (
@@ -25,16 +35,6 @@ from vislam2tag.preparation.sheets.page import (
 )
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
-from vislam2tag.preparation.sightings import (
-    Detector,
-    Seen,
-    placed,
-    qr_detector,
-    sheet_detector,
-    sheet_tag_detector,
-    surest,
-    tag_detector,
-)
 
 SIZE_PX = (1280, 960)
 LENS_PX = np.array((1000.0, 1000.0, 640.0, 480.0))
