@@ -155,15 +155,13 @@ def test_glare_hides_a_sheet_or_a_part_of_it_and_moves_none(sheets: Detector) ->
             np.testing.assert_allclose(place, clear[name], atol=0.03)
 
 
-def test_a_printed_sheet_that_hangs_twice_in_one_picture_is_doubtful(sheets: Detector) -> None:
-    other = seen_at(SHEET_PICTURES["3"], SHEET_M, (0.35, 0, 1.2), 0.0)
-    picture = seen_at(SHEET_PICTURES["3"], SHEET_M, (-0.3, 0, 1.2), 0.0, other)
-    assert found_in(picture, sheets) == ({}, 2)
-
-
-def test_a_tag_that_hangs_twice_in_one_picture_is_doubtful() -> None:
-    picture = seen_at(tag(7), 0.25, (-0.5, 0, 2.0), 0.0, seen_at(tag(7), 0.25, (0.5, 0, 2.0), 0.0))
-    assert found_in(picture, tag_detector("apriltag-36h11", SIDE_M)) == ({}, 2)
+def test_what_hangs_twice_in_one_picture_is_doubtful(sheets: Detector) -> None:
+    for poster, side_m, detector in (
+        (SHEET_PICTURES["3"], SHEET_M, sheets),
+        (tag(7), 0.25, tag_detector("apriltag-36h11", SIDE_M)),
+    ):
+        other = seen_at(poster, side_m, (0.35, 0, 1.2), 0.0)
+        assert found_in(seen_at(poster, side_m, (-0.3, 0, 1.2), 0.0, other), detector) == ({}, 2)
 
 
 def test_qr_codes_name_their_landmark() -> None:

@@ -59,13 +59,6 @@ def test_landmarks_lie_off_one_line_and_are_numbered_along_the_tour(design: Floo
         assert np.linalg.norm(here - design.stations.point[design.places.station[design.place[landmark]]]) < 0.01
 
 
-def test_the_same_floor_gives_the_same_plan(design: FloorDesign) -> None:
-    again = plan_floor(*ring(), SETTINGS, nothing_given())
-    assert np.array_equal(again.place, design.place)
-    assert np.array_equal(again.sigma.sigma_m, design.sigma.sigma_m, equal_nan=True)
-    assert again.further == design.further
-
-
 def test_every_step_is_told_once() -> None:
     told: list[tuple[str, int]] = []
     settings = SETTINGS.model_copy(update={"further": 0})
