@@ -165,7 +165,7 @@ class _State:
             design[every, axis, self.first_point + 2 * self.point + axis] = -1.0
         if self.free_scale:
             design[: len(shots), :, self.first_point - 1] = np.column_stack((arm.real, arm.imag)) / self.scale
-        return (design / self.sigma[:, None, None]).reshape(-1, design.shape[2])
+        return np.asarray((design / self.sigma[:, None, None]).reshape(-1, design.shape[2]))
 
     def move(self, step: FloatArray) -> float:
         """Take a step (u,); return how far it moves anything, metres."""

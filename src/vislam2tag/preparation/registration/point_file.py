@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
@@ -16,8 +18,9 @@ from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.preparation.registration.network import Measurement
 from vislam2tag.site.model import landmark_id
-from vislam2tag.site.site_table import NOT_UTF8, XLSX, LineCounts, decoded, sheet_lines
+from vislam2tag.site.site_table import NOT_UTF8, XLSX, Line, LineCounts, decoded, sheet_lines
 
+Row = TypeVar("Row")
 SEPARATORS = (";", "\t", ",", " ")
 """In the order in which ties are decided."""
 COMMENTS = ("#", "//", "%")
@@ -76,6 +79,19 @@ def read_text_table(path: Path) -> TextTable:
     separator = _separator([line for _, line in lines[:_LOOKED_AT]])
     rows = tuple((number, _fields(line, separator)) for number, line in lines)
     return TextTable(path.name, rows, separator, _decimal(rows, separator), tuple(findings))
+
+
+def parsed(
+    rows: Iterable[Line], counts: LineCounts, parse: Callable[[int, tuple[str, ...]], Row]
+) -> Iterator[tuple[int, Row]]:
+    """Yield line and value of each row; one for which ``parse`` raises ValueError or IndexError is counted."""
+    for line, fields in rows:
+        try:
+            row = parse(line, fields)
+        except (ValueError, IndexError):
+            counts.add("malformed_lines", line)
+        else:
+            yield line, row
 
 
 def _sheet(path: Path) -> TextTable:
@@ -263,12 +279,7 @@ def read_points(
     columns, header_rows, findings = point_columns(table, given)
     counts = LineCounts(table.file)
     rows: list[Measurement] = []
-    for line, fields in table.rows[header_rows:]:
-        try:
-            row = _point(table, columns, line, fields)
-        except ValueError:
-            counts.add("malformed_lines", line)
-            continue
+    for line, row in parsed(table.rows[header_rows:], counts, partial(_point, table, columns)):
         if max(abs(row.place.real), abs(row.place.imag)) > GREATEST_M:
             counts.add("non_finite_values", line)
         else:
