@@ -77,7 +77,7 @@ class FloorCandidates:
     places: SheetPlaces
     constraints: FloorConstraints
     fixed_station: IntArray
-    """(h,) station at which each fixed landmark is passed, -1 where nobody passes it."""
+    """(h,) station at which each fixed landmark is passed, -1 where no walk passes it."""
     settings: PlanSettings
 
     @cached_property

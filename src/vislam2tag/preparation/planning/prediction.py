@@ -23,7 +23,7 @@ from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import USUAL, NoiseLevels
+from vislam2tag.estimation.noise import USUAL
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.reweighting import equivalent_variances
@@ -82,19 +82,15 @@ class ExpectedLabels:
         return np.asarray(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
 
-def expected_along(
-    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
-) -> ExpectedLabels | None:
+def expected_along(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float) -> ExpectedLabels | None:
     """Covariances (n, 2, 2) of the labels of a walk (n, 2); None where it passes no two landmarks apart, so that
     nothing is mapped.
     """
-    smoothed = smoothed_walk(path, sheets, survey_sigma_m, noise)
+    smoothed = smoothed_walk(path, sheets, survey_sigma_m)
     return None if smoothed is None else ExpectedLabels(path, mapped_path(smoothed)[1])
 
 
-def smoothed_walk(
-    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
-) -> SolvedWalk | None:
+def smoothed_walk(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float) -> SolvedWalk | None:
     """A walk (n, 2) as the smoother would have it once solved; None where it passes no two landmarks."""
     at, landmark = _passes(path, sheets.foot)
     if len(np.unique(landmark)) < 2:
@@ -108,7 +104,7 @@ def smoothed_walk(
     plane = as_complex(path)
     model = Model(observations, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
-    noise = replace(noise, sighting_observations=float(len(at)))
+    noise = replace(USUAL, sighting_observations=float(len(at)))
     even = VarianceFactors.even(noise, len(at), len(sheets.position))
     return SolvedWalk.of(LinearWalk(model, priors, equivalent_variances(model, even)))
 
