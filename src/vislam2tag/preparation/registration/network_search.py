@@ -32,8 +32,8 @@ from vislam2tag.preparation.registration.network import KNOWN, Measurement, Plan
 def _interchanged(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
     """Two points of one station, or two known ones, whose names were interchanged, one of them suspect."""
     rows_of: dict[str, dict[str, list[int]]] = defaultdict(lambda: defaultdict(list))
-    for i, one in enumerate(fit.measurements):
-        rows_of[one.station][one.point].append(i)
+    for i, measurement in enumerate(fit.measurements):
+        rows_of[measurement.station][measurement.point].append(i)
     suspect = {(fit.measurements[i].station, fit.measurements[i].point) for i in suspects}
     suspect |= {(KNOWN, point) for _, point in suspect}
     pairs = [
@@ -46,7 +46,8 @@ def _interchanged(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
     found = []
     for station, one, other in pairs:
         ours, others = rows_of[station][one], rows_of[station][other]
-        shift = complex(np.subtract(*(np.mean([fit.measurements[i].place for i in rows]) for rows in (others, ours))))
+        here, there = (np.mean([fit.measurements[i].place for i in rows]) for rows in (ours, others))
+        shift = complex(there - here)
         names = f"{point_label(one)} and {point_label(other)} look interchanged"
         text = f"{names} in the shots from {station}" if station else f"the known points {names}"
         members = [*((i, shift) for i in ours), *((i, -shift) for i in others)]
