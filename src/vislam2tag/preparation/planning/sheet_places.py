@@ -7,7 +7,7 @@ in view over enough of the corridor, and where some sheet fills its share of the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -65,9 +65,8 @@ class SheetPlaces:
 
     def take(self, rows: IntArray) -> SheetPlaces:
         """Some of the places, by rows (k,), in this order."""
-        sheet = tuple(self.sheet[row] for row in rows.tolist())
-        columns = (self.station, self.position, self.normal, self.line_m, self.visible_m, self.pass_m)
-        return SheetPlaces(*(column[rows] for column in columns), sheet)  # type: ignore[arg-type]
+        columns = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "sheet"}
+        return SheetPlaces(**columns, sheet=tuple(self.sheet[row] for row in rows.tolist()))
 
 
 def stations_along(corridors: Corridors, step_m: float) -> Stations:

@@ -93,7 +93,8 @@ def station_points(fit: PlaneFit, known: Collection[str], heights: HeightFit) ->
         if name in heights.heights:
             z_m, z_sigma_m = heights.heights[name]
             further |= {"z_m": round(z_m, 4), "z_sigma_m": round(max(z_sigma_m, LEAST_SIGMA_M), 5)}
-        found[name] = placed_point(identity, *sheet, (PositionSource.STATION, len(parts), checked), **further)
+        point = placed_point(identity, *sheet, (PositionSource.STATION, len(parts), checked))
+        found[name] = point.model_copy(update=further)
     return found
 
 
@@ -103,12 +104,12 @@ def clicked_point(click: Click) -> RegisteredPoint:
 
 
 def placed_point(
-    name: str, place: complex, covariance: FloatArray, origin: tuple[PositionSource, int, float], **further: object
+    name: str, place: complex, covariance: FloatArray, origin: tuple[PositionSource, int, float]
 ) -> RegisteredPoint:
     """A point with its covariance (2, 2), m^2; ``origin``: source, how many measurements, how much they are checked."""
     (xx, xy), (_, yy) = _floored(covariance, LEAST_SIGMA_M).tolist()
     source, measurements, checked = origin
-    point = RegisteredPoint(
+    return RegisteredPoint(
         point=name,
         x_m=round(place.real, 4),
         y_m=round(place.imag, 4),
@@ -118,7 +119,6 @@ def placed_point(
         measurements=measurements,
         checked=round(checked, 3),
     )
-    return point.model_copy(update=further)
 
 
 def _floored(covariance: FloatArray, least_m: float) -> FloatArray:

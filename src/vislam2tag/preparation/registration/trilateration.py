@@ -211,7 +211,7 @@ def _keep_sure(
         else:
             count = sum(name in (one.distance.landmark, one.other) for one in start.equations)
             origin = (PositionSource.TAPE, count, adjusted.redundancy / count)
-            result.placed[name] = placed_point(name, places[name], block, origin, note=note)
+            result.placed[name] = placed_point(name, places[name], block, origin).model_copy(update={"note": note})
 
 
 def _as_good(begun: Sequence[StartingPlaces], names: Sequence[str], extent_m: PlanBounds | None) -> list[_Solution]:
