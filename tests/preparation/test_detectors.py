@@ -12,6 +12,16 @@ import segno
 from tests.preparation.sheets.printed import printed
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.preparation.detect_landmarks import (
+    Detector,
+    Seen,
+    placed,
+    qr_detector,
+    sheet_detector,
+    sheet_tag_detector,
+    surest,
+    tag_detector,
+)
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import dead_leaves_picture
 from vislam2tag.preparation.sheets.page import (
@@ -25,16 +35,6 @@ from vislam2tag.preparation.sheets.page import (
 )
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
-from vislam2tag.preparation.sightings import (
-    Detector,
-    Seen,
-    placed,
-    qr_detector,
-    sheet_detector,
-    sheet_tag_detector,
-    surest,
-    tag_detector,
-)
 
 SIZE_PX = (1280, 960)
 LENS_PX = np.array((1000.0, 1000.0, 640.0, 480.0))
@@ -155,15 +155,13 @@ def test_glare_hides_a_sheet_or_a_part_of_it_and_moves_none(sheets: Detector) ->
             np.testing.assert_allclose(place, clear[name], atol=0.03)
 
 
-def test_a_printed_sheet_that_hangs_twice_in_one_picture_is_doubtful(sheets: Detector) -> None:
-    other = seen_at(SHEET_PICTURES["3"], SHEET_M, (0.35, 0, 1.2), 0.0)
-    picture = seen_at(SHEET_PICTURES["3"], SHEET_M, (-0.3, 0, 1.2), 0.0, other)
-    assert found_in(picture, sheets) == ({}, 2)
-
-
-def test_a_tag_that_hangs_twice_in_one_picture_is_doubtful() -> None:
-    picture = seen_at(tag(7), 0.25, (-0.5, 0, 2.0), 0.0, seen_at(tag(7), 0.25, (0.5, 0, 2.0), 0.0))
-    assert found_in(picture, tag_detector("apriltag-36h11", SIDE_M)) == ({}, 2)
+def test_what_hangs_twice_in_one_picture_is_doubtful(sheets: Detector) -> None:
+    for poster, side_m, detector in (
+        (SHEET_PICTURES["3"], SHEET_M, sheets),
+        (tag(7), 0.25, tag_detector("apriltag-36h11", SIDE_M)),
+    ):
+        other = seen_at(poster, side_m, (0.35, 0, 1.2), 0.0)
+        assert found_in(seen_at(poster, side_m, (-0.3, 0, 1.2), 0.0, other), detector) == ({}, 2)
 
 
 def test_qr_codes_name_their_landmark() -> None:

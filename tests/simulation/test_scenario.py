@@ -43,8 +43,6 @@ def test_walks_that_climb_need_another_floor() -> None:
         regular_survey(1, floors=(0,), climb=Climb.STAIRS)
     scenario = regular_survey(1, floors=(0, 1), climb=Climb.STAIRS)
     assert {session.climb for session in scenario.sessions} == {Climb.STAIRS}
-    ids = [name for floor in scenario.building.floors for name in floor.landmark_ids]
-    assert len(set(ids)) == len(ids)
 
 
 def test_sessions_of_a_device_share_one_boot_clock() -> None:

@@ -163,13 +163,6 @@ def test_the_better_half_sees_no_faults() -> None:
     assert not kinds & {"lost", "break"}
 
 
-def test_same_seed_same_log() -> None:
-    first, second, other = (logged(1.0, 0.95, seed=seed) for seed in (7, 7, 8))
-    assert first.position_acs.tobytes() == second.position_acs.tobytes()
-    assert first.landmarks.position_acs.tobytes() == second.landmarks.position_acs.tobytes()
-    assert first.position_acs.tobytes() != other.position_acs.tobytes()
-
-
 def tracked(severity: str, seed: int) -> tuple[TrackerLog, MapMotion]:
     scenario = regular_survey(seed, severity, (0,), ("LG",), 1, 120.0)
     _, tracker = walk_and_track(scenario, scenario.sessions[0])

@@ -57,7 +57,7 @@ def design() -> FloorDesign:
 
 @pytest.fixture(scope="module")
 def summary(design: FloorDesign) -> FloorPlanRecord:
-    return floor_summary(design, 2, "Second", new_ids(len(design.place), 31, ()), SETTINGS)
+    return floor_summary(design, 2, "Second", new_ids(len(design.place), 31, ()))
 
 
 def test_the_plan_shows_ids_sizes_the_tour_and_what_hangs_already(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.simulation.building import addresses, near_ways
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk, position_at
 from vislam2tag.simulation.radio import (
     PhoneReceiver,
@@ -56,16 +57,12 @@ class BleLog:
 
 def make_beacons(building: SimulatedBuilding, seed: int) -> Beacons:
     """Hang beacons along the walkable ways of each floor; each floor has its own random numbers."""
-    floors, positions, names, addresses = [], [], [], []
+    floors, positions, names, bssid = [], [], [], list[str]()
     for floor in building.floors:
         rng = stream(seed, "beacons", floor.number)
-        near = floor.nodes[rng.choice(len(floor.nodes), BEACONS, replace=len(floor.nodes) < BEACONS)]
-        low, high = floor.corners_m
-        place = (near + rng.normal(0, 0.8, (BEACONS, 2))).clip(low + 0.3, high - 0.3)
-        positions.append(np.column_stack((place, np.full(BEACONS, HEIGHT_M))))
+        positions.append(np.column_stack((near_ways(BEACONS, floor, rng), np.full(BEACONS, HEIGHT_M))))
         floors.append(np.full(BEACONS, floor.number, dtype=np.int64))
-        octets = rng.integers(0, 256, (BEACONS, 5)).tolist()
-        addresses += ["c2:" + ":".join(f"{octet:02x}" for octet in row) for row in octets]
+        bssid += addresses("c2", BEACONS, rng)
         nameless = rng.random(BEACONS) < NAMELESS_SHARE
         names += ["" if quiet else f"beacon-{floor.number}-{i}" for i, quiet in enumerate(nameless.tolist(), start=1)]
     rng = stream(seed, "beacons")
@@ -73,10 +70,10 @@ def make_beacons(building: SimulatedBuilding, seed: int) -> Beacons:
         building,
         ap_floor=np.concatenate(floors),
         ap_position=np.vstack(positions),
-        ap_bssid=tuple(addresses),
+        ap_bssid=tuple(bssid),
         ap_ssid=tuple(names),
-        ap_frequency_mhz=np.full(len(addresses), CHANNEL_MHZ),
-        ap_power_dbm=rng.normal(POWER_AT_1_M_DBM, POWER_SIGMA_DB, len(addresses)),
+        ap_frequency_mhz=np.full(len(bssid), CHANNEL_MHZ),
+        ap_power_dbm=rng.normal(POWER_AT_1_M_DBM, POWER_SIGMA_DB, len(bssid)),
     )
     settings = RadioSettings(fading_sigma_db=FADING_SIGMA_DB)
     return Beacons(

@@ -180,16 +180,25 @@ def _access_points(
     count: int, floor: SimulatedFloor, rng: np.random.Generator
 ) -> tuple[FloatArray, tuple[str, ...], tuple[str, ...], FloatArray, FloatArray]:
     """Position (a, 3), BSSID, SSID, frequency and power at one metre of each access point of a floor."""
-    near = floor.nodes[rng.choice(len(floor.nodes), count, replace=count > len(floor.nodes))]
-    low, high = floor.corners_m
-    xy = (near + rng.normal(0, 0.8, (count, 2))).clip(low + 0.3, high - 0.3)
-    position = np.column_stack((xy, rng.uniform(2.4, 3.0, count)))
-    octets = rng.integers(0, 256, (count, 5))
-    bssid = tuple("02:" + ":".join(f"{octet:02x}" for octet in row) for row in octets.tolist())
+    position = np.column_stack((near_ways(count, floor, rng), rng.uniform(2.4, 3.0, count)))
+    bssid = addresses("02", count, rng)
     ssid = tuple(str(rng.choice(SSIDS)) for _ in range(count))
     frequency = rng.choice(CHANNELS_MHZ, count)
     power = rng.normal(-38.0, 3.0, count) - np.where(frequency > 5000, 5.0, 0.0)
     return position, bssid, ssid, frequency, power
+
+
+def near_ways(count: int, floor: SimulatedFloor, rng: np.random.Generator) -> FloatArray:
+    """Places (k, 2) of so many things near the walkable ways of a floor."""
+    near = floor.nodes[rng.choice(len(floor.nodes), count, replace=count > len(floor.nodes))]
+    low, high = floor.corners_m
+    return np.asarray((near + rng.normal(0, 0.8, (count, 2))).clip(low + 0.3, high - 0.3))
+
+
+def addresses(first: str, count: int, rng: np.random.Generator) -> tuple[str, ...]:
+    """So many radio addresses that begin with this octet."""
+    octets = rng.integers(0, 256, (count, 5)).tolist()
+    return tuple(":".join((first, *(f"{octet:02x}" for octet in row))) for row in octets)
 
 
 def draw_plan(floor: SimulatedFloor, folder: Folder, name: str, pixels_per_m: float = 20.0) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,10 +75,20 @@ def simulate_imu(walk: TrueWalk, settings: ImuSettings, seed: int, rng: np.rando
         _padded(_rotation_vector(walk, field, rot, settings)),
         _padded(_game_rotation_vector(walk, game, settings, rng)),
     ]
-    time_ns = np.concatenate(times)
-    sensor = np.repeat(np.arange(len(INERTIAL_TYPES)), [len(part) for part in times])
-    order = np.argsort(time_ns, kind="stable")
-    return ImuLog(time_ns[order], sensor[order], np.concatenate(values)[order])
+    return _in_order([ImuLog(*log) for log in zip(times, map(_rows_of, INERTIAL_TYPES, times), values, strict=True)])
+
+
+def _rows_of(name: str, time_ns: IntArray) -> IntArray:
+    """The index (k,) of a sensor for each of its readings."""
+    return np.full(len(time_ns), SENSOR_TYPES.index(name))
+
+
+def _in_order(logs: Sequence[ImuLog]) -> ImuLog:
+    """Several logs as one."""
+    times = np.concatenate([log.time_ns for log in logs])
+    order = np.argsort(times, kind="stable")
+    sensors, values = [log.sensor for log in logs], [log.values for log in logs]
+    return ImuLog(times[order], np.concatenate(sensors)[order], np.concatenate(values)[order])
 
 
 def _sample_times_ns(walk: TrueWalk, settings: ImuSettings, rng: np.random.Generator) -> IntArray:
@@ -202,9 +213,5 @@ def with_pressure(imu: ImuLog, walk: TrueWalk, elevation_m: float, rng: np.rando
     ground = 1013.25 + SEA_LEVEL_SIGMA_HPA * rng.standard_normal()
     weather = np.cumsum(rng.standard_normal(len(time_ns))) * WEATHER_HPA_PER_SQRT_S / np.sqrt(RATE_HZ)
     pressure = ground * (1 - height / 44330.77) ** (1 / 0.190263) + weather
-    values = np.zeros((len(time_ns), VALUES))
-    values[:, 0] = pressure + NOISE_HPA * rng.standard_normal(len(time_ns))
-    times = np.concatenate((imu.time_ns, time_ns))
-    order = np.argsort(times, kind="stable")
-    sensor = np.concatenate((imu.sensor, np.full(len(time_ns), SENSOR_TYPES.index("PRESSURE"))))
-    return ImuLog(times[order], sensor[order], np.concatenate((imu.values, values))[order])
+    values = _padded((pressure + NOISE_HPA * rng.standard_normal(len(time_ns)))[:, None])
+    return _in_order((imu, ImuLog(time_ns, _rows_of("PRESSURE", time_ns), values)))

@@ -152,13 +152,10 @@ def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> pl.DataFrame:
     mhz = building.ap_frequency_mhz.astype(np.int64)[wifi.access_point]
     wide = mhz > 5000
     scan = np.unique(wifi.scan, return_inverse=True)[1]
-    time_ns = wifi.time_us * 1000
-    last = np.zeros(int(scan.max(initial=-1)) + 1, dtype=np.int64)
-    np.maximum.at(last, scan, time_ns)
     centre = pl.Series(5210 + 80 * ((mhz - 5170) // 80))
     return pl.DataFrame(
         {
-            "time_ns": time_ns,
+            "time_ns": wifi.time_us * 1000,
             "scan": scan,
             "bssid": chosen(building.ap_bssid, wifi.access_point),
             "ssid": chosen(building.ap_ssid, wifi.access_point).replace("", None),
@@ -167,7 +164,7 @@ def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> pl.DataFrame:
             "channel_width_mhz": np.where(wide, 80, 20),
             "center_0_mhz": centre.zip_with(pl.Series(wide), pl.Series([None], dtype=pl.Int64)),
             "center_1_mhz": None,
-            "received_ns": last[scan] + DELIVERY_NS,
+            "received_ns": wifi.scan_end_us * 1000 + DELIVERY_NS,
             "result": "fresh",
             "throttling": "off",
         }

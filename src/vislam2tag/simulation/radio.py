@@ -81,6 +81,14 @@ class WifiLog:
     access_point: IntArray
     rss_dbm: IntArray
 
+    @property
+    def scan_end_us(self) -> IntArray:
+        """(k,) time of the last reading of each row's scan."""
+        _, number = np.unique(self.scan, return_inverse=True)
+        last = np.zeros(int(number.max(initial=-1)) + 1, dtype=np.int64)
+        np.maximum.at(last, number, self.time_us)
+        return last[number]
+
     def rows(self, index: IntArray) -> WifiLog:
         """These rows (j,)."""
         return WifiLog(self.scan[index], self.time_us[index], self.access_point[index], self.rss_dbm[index])
@@ -236,10 +244,7 @@ def simulate_ranges(environment: RadioEnvironment, walk: TrueWalk, wifi: WifiLog
     scan, first = np.unique(wifi.scan[order], return_index=True)
     rank = np.arange(len(order)) - first[np.searchsorted(scan, wifi.scan[order])]
     chosen = order[rank < MOST_ASKED]
-    last_us = np.zeros(len(scan), dtype=np.int64)
-    number = np.searchsorted(scan, wifi.scan)
-    np.maximum.at(last_us, number, wifi.time_us)
-    time_ms = (last_us[number[chosen]] + ASKED_AFTER_US) // 1000
+    time_ms = (wifi.scan_end_us[chosen] + ASKED_AFTER_US) // 1000
     point = wifi.access_point[chosen]
     responder = point % EVERY_NTH_ANSWERS == 0
     sigma_m = np.where(responder, RANGE_SIGMA_M, ORDINARY_SIGMA_M)

@@ -41,8 +41,6 @@ PAPER_NAMES = PUBLISHED_NAMES | {
     "wifi": "WiFi.csv",
 }
 """File name of each role, as the paper's text has them."""
-NAMES = {False: PUBLISHED_NAMES, True: PAPER_NAMES}
-"""By whether they are the paper's."""
 DECIMALS = 6
 
 _Columns = dict[str, AnyArray | pl.Series | str]

@@ -306,13 +306,8 @@ def _site_floor(
         space=space,
         graph=corridor_graph(space),
         landmarks=here,
-        width_m=_column(here.ids, widths),
+        width_m=np.array([widths.get(name, np.nan) for name in here.ids]),
     )
-
-
-def _column(ids: Sequence[str], widths: Mapping[str, float]) -> FloatArray:
-    """Widths (m,) of some landmarks, metres, NaN where not given."""
-    return np.array([widths.get(name, np.nan) for name in ids], dtype=np.float64)
 
 
 def _widths(landmark_file: Path) -> dict[str, float]:

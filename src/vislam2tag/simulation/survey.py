@@ -31,7 +31,7 @@ from vislam2tag.simulation.radio import (
     simulate_ranges,
     simulate_wifi,
 )
-from vislam2tag.simulation.raw_files import NAMES, PUBLISHED_NAMES, session_text, site_text, station_table
+from vislam2tag.simulation.raw_files import PAPER_NAMES, PUBLISHED_NAMES, session_text, site_text, station_table
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.station import (
@@ -199,14 +199,6 @@ def _station_shots(floor: SimulatedFloor, seed: int) -> bytes:
 def _description(scenario: Scenario, options: WritingOptions) -> bytes:
     """What was simulated, for the reader of the folder; nothing reads it back."""
     building = scenario.settings and scenario.settings.model_dump(mode="json", exclude_defaults=True)
-    always = {
-        "version": __version__,
-        "seed": scenario.seed,
-        "severity": scenario.severity,
-        "locale": options.locale,
-        "names": "paper" if options.paper_names else "published",
-    }
-    layout = {} if options.layout is SessionLayout.PUBLISHED else {"layout": options.layout}
     chosen = {
         "columns": sorted(options.columns),
         "pressure": scenario.pressure,
@@ -217,8 +209,12 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         "building": building,
     }
     content = {
-        **always,
-        **layout,
+        "version": __version__,
+        "seed": scenario.seed,
+        "severity": scenario.severity,
+        "locale": options.locale,
+        "names": "paper" if options.paper_names else "published",
+        **({} if options.layout is SessionLayout.PUBLISHED else {"layout": options.layout}),
         "traps": sorted(options.traps),
         **{name: value for name, value in chosen.items() if value},
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
@@ -251,7 +247,10 @@ def _session_files(
         if options.scripts:
             files[SCRIPT_FILE] = phone_script(log, key, planned.boot_unix_ns)
     else:
-        name, names = session_name(key) if NO_COLONS else key.session, NAMES[options.paper_names]
+        name, names = (
+            session_name(key) if NO_COLONS else key.session,
+            PAPER_NAMES if options.paper_names else PUBLISHED_NAMES,
+        )
         roles = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
         files = {names[role]: text for role, text in roles.items()}
     folder = f"floor_{key.floor}/{key.device}/{name}"

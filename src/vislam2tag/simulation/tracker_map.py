@@ -10,7 +10,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -93,9 +93,7 @@ class Mapper:
             for landmark in passes[start]:
                 self._revisit(start, landmark)
             self._fill(log, start, stop)
-        return MapLog(
-            log.camera, log.turn, log.anchor, log.heading, log.height, tuple(self._events), tuple(self._carries)
-        )
+        return replace(log, events=tuple(self._events), carries=tuple(self._carries))
 
     def _fill(self, log: MapLog, start: int, stop: int) -> None:
         """Log the frames up to the next event; landmarks in view follow their sightings."""

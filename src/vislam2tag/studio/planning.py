@@ -63,11 +63,11 @@ class _Plan:
         self.settings = PlanSettings.model_validate(settings.plan.model_dump() | asked)
         given = constraints_of(site, self.floor)
         design, graph = designed(self.floor, PlanRequest(walkable=settings.walkable), self.settings, given)
-        self.changed = ChangedPlan(design, graph, self.settings)
+        self.changed = ChangedPlan(design, graph)
         self.taken = site.landmarks.ids
         self.fewest = len(design.place)
         ids = self.ids(self.fewest, [])
-        self.record = floor_summary(design, self.floor.number, self.floor.name, ids, self.settings)
+        self.record = floor_summary(design, self.floor.number, self.floor.name, ids)
 
     def ids(self, count: int, held: list[HeldLandmark]) -> list[str]:
         """Ids of ``count`` landmarks more than those that are held."""
@@ -102,7 +102,7 @@ class _Plan:
         """The plan with these landmarks as ``vislam2tag plan`` writes it."""
         design = self.changed.designed(_places(held))
         ids = [one.id for one in held]
-        record = floor_summary(design, self.floor.number, self.floor.name, ids, self.settings)
+        record = floor_summary(design, self.floor.number, self.floor.name, ids)
         return PlanSummary(version=__version__, settings=self.settings, floors=(record,), findings=())
 
 

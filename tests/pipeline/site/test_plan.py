@@ -116,13 +116,6 @@ def test_what_cannot_be_planned_is_told_and_leaves_nothing(site: Path, tmp_path:
         write_plans(site, out, SETTINGS, PlanRequest())
 
 
-def test_a_fixed_landmark_outside_is_told_by_name(tmp_path: Path) -> None:
-    root = write_ring_site(tmp_path / "site")
-    (root / "floor_1" / "marker_dict.csv").write_text("id,x,y\n4,15.0,8.0\n")
-    with pytest.raises(SurveyError, match=r"floor 1: landmark 4 at \(15.00, 8.00\) lies more than 1 m outside"):
-        write_plans(root, tmp_path / "plan", SETTINGS, PlanRequest())
-
-
 @pytest.mark.usefixtures("undrawn_figures")
 def test_a_site_without_floor_folders_gets_them_with_its_landmarks(tmp_path: Path) -> None:
     layout = write_ring_site(tmp_path / "layout")

@@ -101,9 +101,7 @@ def test_every_cover_is_a_cover_and_the_bound_holds(ways: Corridors, spacing: in
         demands.rows,
         ~everywhere,
         lambda chosen: broken_spacing(ways, stations, everywhere, chosen, float(spacing)),
-        allowed=everywhere,
-        gap=0.0,
-        nodes=1000,
+        everywhere,
         time_limit_s=30.0,
     )
     assert longest_walk_m(ways, found.chosen) <= spacing
@@ -173,9 +171,7 @@ def solved(rows: list[StationSet], fixed: BoolArray | None = None, later: list[S
         rows,
         held,
         lambda chosen: {row for row in later or [] if not chosen[sorted(row)].any()},
-        allowed=~nothing,
-        gap=0.0,
-        nodes=1000,
+        ~nothing,
         time_limit_s=20.0,
     )
 

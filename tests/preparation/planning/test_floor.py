@@ -59,13 +59,6 @@ def test_landmarks_lie_off_one_line_and_are_numbered_along_the_tour(design: Floo
         assert np.linalg.norm(here - design.stations.point[design.places.station[design.place[landmark]]]) < 0.01
 
 
-def test_the_same_floor_gives_the_same_plan(design: FloorDesign) -> None:
-    again = plan_floor(*ring(), SETTINGS, nothing_given())
-    assert np.array_equal(again.place, design.place)
-    assert np.array_equal(again.sigma.sigma_m, design.sigma.sigma_m, equal_nan=True)
-    assert again.further == design.further
-
-
 def test_every_step_is_told_once() -> None:
     told: list[tuple[str, int]] = []
     settings = SETTINGS.model_copy(update={"further": 0})
@@ -112,7 +105,7 @@ def test_a_spacing_that_cannot_be_met_is_told_with_its_place() -> None:
     assert gap.kind == "spacing"
     assert 23.0 < gap.length_m < 26.0
     assert gap.start[1] == gap.stop[1] == 1.0
-    summary = floor_summary(found, 3, "Third", new_ids(len(found.place), 1, ()), SETTINGS)
+    summary = floor_summary(found, 3, "Third", new_ids(len(found.place), 1, ()))
     assert summary.longest_m is None
     assert "one can walk 2" in summary.unmet[0].message
 
@@ -133,7 +126,7 @@ def test_one_landmark_more_gains_what_is_told(design: FloorDesign) -> None:
 def test_the_summary_says_what_the_plan_is(design: FloorDesign) -> None:
     ids = new_ids(6, 5, ("7", "x"))
     assert ids == ["5", "6", "8", "9", "10", "11"]
-    summary = floor_summary(design, 2, "Second", ids, SETTINGS)
+    summary = floor_summary(design, 2, "Second", ids)
     assert (summary.number, summary.bound, summary.above_bound) == (6, 6, 0.0)
     assert summary.unmet == ()
     assert [landmark.id for landmark in summary.landmarks] == ids
@@ -153,7 +146,7 @@ def test_the_summary_says_what_the_plan_is(design: FloorDesign) -> None:
 @pytest.fixture(scope="module")
 def changed() -> ChangedPlan:
     space, graph = ring()
-    return ChangedPlan(plan_floor(space, graph, SETTINGS, nothing_given()), graph, SETTINGS)
+    return ChangedPlan(plan_floor(space, graph, SETTINGS, nothing_given()), graph)
 
 
 def test_the_plan_as_it_is_is_expected_as_it_was(changed: ChangedPlan) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.preparation.registration.network import KnownPoint, Shot
+from vislam2tag.preparation.registration.network import Measurement
 
 SHOT_M, KNOWN_M = 0.003, 0.005
 
@@ -15,8 +15,12 @@ SHOT_M, KNOWN_M = 0.003, 0.005
 @dataclass(frozen=True)
 class Survey:
     truth: dict[str, complex]
-    shots: list[Shot]
-    known: list[KnownPoint]
+    shots: list[Measurement]
+    known: list[Measurement]
+
+    @property
+    def all(self) -> list[Measurement]:
+        return [*self.shots, *self.known]
 
 
 def survey(
@@ -32,9 +36,9 @@ def survey(
         for name in names:
             if rng.random() < seen or name in ("K0", "K1"):
                 place = complex(turn * truth[name] + shift) + noise * complex(*rng.normal(0, SHOT_M, 2))
-                shots.append(Shot(point=name, station=f"S{number}", place=place, sigma_m=SHOT_M))
+                shots.append(Measurement(point=name, station=f"S{number}", place=place, sigma_m=SHOT_M))
     given = [
-        KnownPoint(point=name, place=truth[name] + noise * complex(*rng.normal(0, KNOWN_M, 2)), sigma_m=KNOWN_M)
+        Measurement(point=name, place=truth[name] + noise * complex(*rng.normal(0, KNOWN_M, 2)), sigma_m=KNOWN_M)
         for name in names[:known]
     ]
     return Survey(truth, shots, given)

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.preparation.registration.network import Measurement
 from vislam2tag.preparation.registration.point_file import (
-    PointRow,
     TextTable,
     parse_columns,
     read_points,
@@ -16,15 +16,15 @@ from vislam2tag.preparation.registration.point_file import (
 )
 
 
-def rows_of(tmp_path: Path, text: str, columns: str | None = None) -> tuple[list[PointRow], list[str]]:
+def rows_of(tmp_path: Path, text: str, columns: str | None = None) -> tuple[list[Measurement], list[str]]:
     path = tmp_path / "S1.csv"
     path.write_text(text)
     rows, findings = read_points(path, None if columns is None else parse_columns(columns))
     return rows, [finding.kind for finding in findings]
 
 
-def coordinates(row: PointRow) -> tuple[str, float, float]:
-    return row.name, row.east_m, row.north_m
+def coordinates(row: Measurement) -> tuple[str, float, float]:
+    return row.point, row.place.real, row.place.imag
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_bad_lines_are_counted_by_number(tmp_path: Path) -> None:
     path = tmp_path / "S1.csv"
     path.write_text("Point,E,N\n7,1,2\n8,one,2\n,1,2\n9,1\n10,1e12,0\n11,3,4\n")
     rows, findings = read_points(path)
-    assert [row.name for row in rows] == ["7", "11"]
+    assert [row.point for row in rows] == ["7", "11"]
     assert {finding.kind: finding.lines for finding in findings} == {
         "malformed_lines": (3, 4, 5),
         "non_finite_values": (6,),

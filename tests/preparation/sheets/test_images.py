@@ -23,7 +23,6 @@ from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import (
     SIDE_PX,
     ImageQuality,
-    Lookalike,
     confused,
     dead_leaves_picture,
     generated_image,
@@ -127,10 +126,9 @@ def test_copies_are_confused_and_named_once() -> None:
     copy = generated_image(
         0, "9", lambda seed, landmark, attempt: np.ascontiguousarray(dead_leaves_picture(0, "2")[::-1, ::-1])
     )
-    found = tuple(lookalikes([*images, copy]))
-    assert confused(found) == ("2 and 9",)
-    assert confused(tuple(lookalikes(images))) == ()
-    assert confused((Lookalike("b", "a", 20), Lookalike("a", "b", 30), Lookalike("c", "a", 19))) == ("a and b",)
+    assert confused(("1", "2", "3", "9"), tuple(lookalikes([*images, copy]))) == ("2 and 9",)
+    assert confused(("1", "2", "3"), tuple(lookalikes(images))) == ()
+    assert confused(("b", "a", "c"), (("a", 20), ("b", 30), ("a", 19))) == ("a and b",)
 
 
 SIDE = 640

@@ -16,7 +16,7 @@ from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.model import SessionRef
 
 if TYPE_CHECKING:
-    from vislam2tag.preparation.sightings import Detector, PictureSighting, Search
+    from vislam2tag.preparation.detect_landmarks import Detector, PictureSighting, Search
 
 
 @dataclass(frozen=True)
@@ -41,14 +41,14 @@ def _detectors(
 
     Raises UsageError where none is asked for, or the family is not known or has no size.
     """
-    from vislam2tag.preparation.sheets.page import read_tags
-    from vislam2tag.preparation.sightings import (
+    from vislam2tag.preparation.detect_landmarks import (
         TAG_FAMILIES,
         qr_detector,
         sheet_detector,
         sheet_tag_detector,
         tag_detector,
     )
+    from vislam2tag.preparation.sheets.page import read_tags
 
     if images is None and family is None and qr_side_m is None:
         raise UsageError(
@@ -112,7 +112,7 @@ def _of_session(
     target = ref.folder / SIGHTINGS_FILE
     if target.exists() and not again:
         return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} is there; --again looks anew")
-    from vislam2tag.preparation.sightings import search
+    from vislam2tag.preparation.detect_landmarks import search
 
     try:
         with at_hand(ref, whole=True) as here:

@@ -116,7 +116,7 @@ def write_plans(
             design, _ = designed(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
-            summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids, settings)
+            summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids)
             hanging = shown.landmarks.select([]) if request.anew else shown.landmarks.on_floor(floor.number)
             planned.append(PlannedFloor(shown.floor(floor.number), design, summary, hanging))
         result = PlanSummary(

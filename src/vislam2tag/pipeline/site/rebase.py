@@ -22,7 +22,7 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.datasets.folder import dataset_folder, is_dataset, open_dataset_to_share, sha256_of
-from vislam2tag.datasets.labelled import LabelledSurvey, is_labelled, open_labelled
+from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, is_labelled, open_labelled
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.datasets.schema import FINGERPRINTS
 from vislam2tag.datasets.statistics_record import FieldWork
@@ -203,22 +203,14 @@ def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, n
         raise SurveyError(f"{new.root}: has no floor {number}, which the labels are on; add it")
     with whole_folder(out, _is_rebased) as folder:
         _write_run(labelled, folder, changes, new.site, new.root)
-        refs = [_write_session(labelled, slug, folder, changes.by_floor) for slug in _slugs(labelled)]
+        refs = [_write_session(labelled, session, folder, changes.by_floor) for session in labelled.sessions]
+        refs.sort(key=lambda ref: ref.key)
         _reduce(labelled, folder, dataclasses.replace(new, sessions=tuple(refs)))
 
 
 def _is_rebased(folder: Path) -> bool:
     """Whether a folder holds labels that were rebased."""
     return is_labelled(folder) and (folder / CHANGE_FILE).is_file()
-
-
-def _slugs(labelled: LabelledSurvey) -> Iterator[str]:
-    """Sessions in the order of the survey: by floor, device and name."""
-    keyed = []
-    for session in labelled.sessions:
-        result = session.result()
-        keyed.append((SessionKey(result.floor, result.device, result.session), session.slug))
-    return (slug for _, slug in sorted(keyed))
 
 
 def _refuse_missing_change(numbers: Iterable[int], changes: FrameChanges) -> None:
@@ -239,20 +231,19 @@ def _write_run(labelled: LabelledSurvey, folder: Folder, changes: FrameChanges, 
 
 
 def _write_session(
-    labelled: LabelledSurvey, slug: str, folder: Folder, changes: Mapping[int, FrameChange]
+    labelled: LabelledSurvey, session: LabelledSession, folder: Folder, changes: Mapping[int, FrameChange]
 ) -> SessionRef:
     """Write a session's tables and result, and say which session it is."""
     strategy = str(labelled.settings.get("strategy", ""))
     for name in SCHEMAS:
-        path = labelled.root / name / f"{slug}.parquet"
+        path = labelled.root / name / f"{session.slug}.parquet"
         if path.is_file():
             table = changed_table(scan_parquet(path), changes).collect()
             write_table(table, name, strategy, folder, f"{name}/{path.name}")
-    session = next(session for session in labelled.sessions if session.slug == slug)
     result = session.result().model_copy(update={"from_outside": session.is_from_outside()})
-    folder.write(f"{RESULTS}/{slug}.json", changed_result(result, changes).model_dump_json(indent=1) + "\n")
+    folder.write(f"{RESULTS}/{session.slug}.json", changed_result(result, changes).model_dump_json(indent=1) + "\n")
     key = SessionKey(result.floor, result.device, result.session)
-    return SessionRef(key, Path(), result.format, slug)
+    return SessionRef(key, Path(), result.format, session.slug)
 
 
 def _reduce(labelled: LabelledSurvey, folder: Folder, survey: Survey) -> None:
@@ -345,16 +336,8 @@ def _floors(
 
 
 def _floor(info: FloorInfo, floor: Floor, plan: str | None) -> FloorInfo:
-    return info.model_copy(
-        update={
-            "elevation_m": floor.elevation_m,
-            "width_m": floor.width_m,
-            "height_m": floor.height_m,
-            "lower_left_m": floor.lower_left_m,
-            "georeference": floor.georeference,
-            "plan": plan,
-        }
-    )
+    taken = ("elevation_m", "width_m", "height_m", "lower_left_m", "georeference")
+    return info.model_copy(update={"plan": plan, **{name: getattr(floor, name) for name in taken}})
 
 
 def _changed(dataset: Dataset, name: str, changes: Mapping[int, FrameChange], building: str | None) -> pl.LazyFrame:

@@ -85,13 +85,12 @@ def _measured(
     site: Site, floor: Floor, sources: FloorFiles, settings: RegistrationSettings
 ) -> tuple[FloorMeasurements, list[Finding]]:
     rules, stations = sources.rules, paths_of(sources.stations)
-    shots, heights, findings = read_stations(stations, sources.columns, sources.codes, rules, settings)
-    known, known_heights = known_points_of_site(site, floor.number, sources.known, rules, settings)
+    shots, findings = read_stations(stations, sources.columns, sources.codes, rules, settings)
+    known = known_points_of_site(site, floor.number, sources.known, rules, settings)
     if sources.control is not None:
-        more, more_heights, problems = read_known_points(Path(sources.control), rules, settings)
+        more, problems = read_known_points(Path(sources.control), rules, settings)
         named = {one.point for one in more}
         known = [*more, *(one for one in known if one.point not in named)]
-        known_heights = [*more_heights, *(one for one in known_heights if one.point not in named)]
         findings += problems
     distances, problems = ([], []) if sources.tape is None else read_distances(Path(sources.tape), settings)
     targets, more_problems = ({}, []) if sources.targets is None else read_targets(Path(sources.targets), settings)
@@ -102,7 +101,7 @@ def _measured(
     measured = FloorMeasurements(
         shots=shots,
         known=known,
-        heights=[*heights, *known_heights],
+        height_sigma_m=settings.height_sigma_m,
         distances=distances,
         targets=targets,
         clicks=clicks,

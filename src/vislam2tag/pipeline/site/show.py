@@ -18,6 +18,7 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity, count_of
 from vislam2tag.common.judgement import Judgement, counted
 from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.discover import read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.links import left_out_of, site_name
@@ -195,28 +196,22 @@ def _write_floor(found: WalkableFloor, folder: Folder, stem: str) -> None:
 
 def _geojson(graph: CorridorGraph) -> dict[str, object]:
     """Nodes as points, edges as lines, BCS metres to the centimetre."""
-    nodes = [
-        _feature(
-            "Point", place.round(2).tolist(), {"node": node, "kind": kind.value, "width_m": round(float(width), 2)}
-        )
+    shapes: list[tuple[str, FloatArray, dict[str, object]]] = [
+        ("Point", place, {"node": node, "kind": kind.value, "width_m": round(float(width), 2)})
         for node, (place, kind, width) in enumerate(zip(graph.nodes, graph.kinds, graph.width_m, strict=True))
     ]
     rows = zip(
         graph.edges.tolist(), graph.polylines, graph.length_m.round(2), graph.in_room, graph.shortcut, strict=True
     )
-    edges = [
-        _feature(
-            "LineString",
-            line.round(2).tolist(),
-            {"nodes": ends, "length_m": float(length), "in_room": bool(room), "shortcut": bool(short)},
-        )
+    shapes += [
+        ("LineString", line, {"nodes": ends, "length_m": float(length), "in_room": bool(room), "shortcut": bool(short)})
         for ends, line, length, room, short in rows
     ]
-    return {"type": "FeatureCollection", "features": nodes + edges}
-
-
-def _feature(kind: str, coordinates: object, properties: dict[str, object]) -> dict[str, object]:
-    return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": coordinates}}
+    features = [
+        {"type": "Feature", "properties": about, "geometry": {"type": kind, "coordinates": places.round(2).tolist()}}
+        for kind, places, about in shapes
+    ]
+    return {"type": "FeatureCollection", "features": features}
 
 
 def floor_record(found: WalkableFloor) -> dict[str, object]:

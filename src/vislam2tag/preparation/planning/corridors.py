@@ -7,6 +7,7 @@ corridor's first end to its second, ``2 e + 1`` back.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -49,11 +50,7 @@ class Corridors:
     @cached_property
     def leaving(self) -> tuple[tuple[int, ...], ...]:
         """(n) halves that lead away from each end."""
-        found: list[list[int]] = [[] for _ in self.ends]
-        for corridor, (first, second) in enumerate(self.joined.tolist()):
-            found[first].append(2 * corridor)
-            found[second].append(2 * corridor + 1)
-        return tuple(tuple(halves) for halves in found)
+        return tuple(tuple(halves) for halves in _leaving(self.joined, len(self.ends), range(len(self.joined))))
 
     def stop(self, half: int) -> int:
         """End that a half leads to."""
@@ -109,10 +106,19 @@ def corridors_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0,
     )
 
 
-def _line(graph: CorridorGraph, half: int) -> FloatArray:
-    """The polyline (k, 2) of an edge in the direction of a half."""
-    line = graph.polylines[half // 2]
-    return line[::-1] if half % 2 else line
+def line_of(lines: Sequence[FloatArray], half: int) -> FloatArray:
+    """The line (k, 2) of an edge in the direction of a half."""
+    return lines[half // 2][::-1] if half % 2 else lines[half // 2]
+
+
+def _leaving(joined: IntArray, count: int, edges: Iterable[int]) -> list[list[int]]:
+    """The halves of some edges, by both their ends (e, 2), that leave each of ``count`` nodes."""
+    found: list[list[int]] = [[] for _ in range(count)]
+    for edge in edges:
+        first, second = joined[edge].tolist()
+        found[first].append(2 * edge)
+        found[second].append(2 * edge + 1)
+    return found
 
 
 def _heading(line: FloatArray) -> float:
@@ -127,7 +133,7 @@ def _is_end(graph: CorridorGraph, out: list[int], turn_rad: float) -> bool:
     """Whether the corridors part, end or turn at a node that these halves leave."""
     if len(out) != 2:
         return True
-    first, second = (_heading(_line(graph, half)) for half in out)
+    first, second = (_heading(line_of(graph.polylines, half)) for half in out)
     return abs((first - second) % (2 * np.pi) - np.pi) > turn_rad
 
 
@@ -135,11 +141,7 @@ def _chains_of(graph: CorridorGraph, kept: list[int], opened: BoolArray, turn_ra
     """Follow the ``kept`` edges from end to end, over nodes that are not ``opened`` (n,); a ring without any end gets
     one.
     """
-    halves: list[list[int]] = [[] for _ in graph.nodes]
-    for edge in kept:
-        first, second = graph.edges[edge].tolist()
-        halves[first].append(2 * edge)
-        halves[second].append(2 * edge + 1)
+    halves = _leaving(graph.edges, len(graph.nodes), kept)
     is_end = [bool(out) and (bool(opened[n]) or _is_end(graph, out, turn_rad)) for n, out in enumerate(halves)]
     chains: list[Chain] = []
     seen: set[int] = set()
@@ -154,7 +156,7 @@ def _chains_of(graph: CorridorGraph, kept: list[int], opened: BoolArray, turn_ra
             while True:
                 seen.add(here // 2)
                 edges.append(here // 2)
-                parts.append(_line(graph, here)[1 if parts else 0 :])
+                parts.append(line_of(graph.polylines, here)[1 if parts else 0 :])
                 node = int(graph.edges[here // 2][1 - here % 2])
                 if is_end[node] or node == start:
                     break
@@ -177,66 +179,43 @@ ROOM_SHARE = 0.12
 """Probability of looking into a room when passing its door."""
 
 
-@dataclass(frozen=True)
-class DirectedEdge:
-    """Half an edge of the graph in walking direction."""
-
-    edge: int
-    stop: int
-    line: FloatArray
-
-
 def typical_walks(graph: CorridorGraph, seed: int = 0, fewest: int = FEWEST) -> list[FloatArray]:
     """Walks (each (k, 2), BCS metres, a sample every 10 cm or so) that cover a graph; the same for the same graph."""
     if not (~graph.shortcut).any():
         return []
     rng = np.random.default_rng(seed)
     used = np.zeros(len(graph.edges))
-    leaving = _leaving(graph)
+    leaving = _leaving(graph.edges, len(graph.nodes), np.flatnonzero(~graph.shortcut).tolist())
     count = max(fewest, round(TIMES * float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()) / WALK_M))
-    starts = [node for node, out in enumerate(leaving) if any(not graph.in_room[taken.edge] for taken in out)]
+    starts = [node for node, halves in enumerate(leaving) if any(not graph.in_room[half // 2] for half in halves)]
     return [_walk(graph, leaving, used, starts or list(range(len(leaving))), rng) for _ in range(count)]
 
 
-def _leaving(graph: CorridorGraph) -> list[list[DirectedEdge]]:
-    leaving: list[list[DirectedEdge]] = [[] for _ in graph.nodes]
-    for edge in np.flatnonzero(~graph.shortcut).tolist():
-        first, second = graph.edges[edge].tolist()
-        leaving[first].append(DirectedEdge(edge, second, graph.polylines[edge]))
-        leaving[second].append(DirectedEdge(edge, first, graph.polylines[edge][::-1]))
-    return leaving
-
-
 def _walk(
-    graph: CorridorGraph,
-    leaving: list[list[DirectedEdge]],
-    used: FloatArray,
-    starts: list[int],
-    rng: np.random.Generator,
+    graph: CorridorGraph, leaving: list[list[int]], used: FloatArray, starts: list[int], rng: np.random.Generator
 ) -> FloatArray:
     """One walk (k, 2); ``used`` (e,) counts how often edges were taken and is changed."""
-    fresh = np.array([min(used[taken.edge] for taken in leaving[node]) for node in starts])
+    fresh = np.array([min(used[half // 2] for half in leaving[node]) for node in starts])
     node = int(rng.choice(np.array(starts)[fresh == fresh.min()]))
     before, length, parts = -1, 0.0, [graph.nodes[node][None]]
     while length < WALK_M:
-        taken = _next(graph, leaving[node], before, used, rng)
-        used[taken.edge] += 1
-        length += float(graph.length_m[taken.edge])
-        parts.append(taken.line[1:])
-        node, before = taken.stop, taken.edge
+        half = _next(graph, leaving[node], before, used, rng)
+        before = half // 2
+        used[before] += 1
+        length += float(graph.length_m[before])
+        parts.append(line_of(graph.polylines, half)[1:])
+        node = int(graph.edges[before, 1 - half % 2])
     return smooth_line(np.vstack(parts))
 
 
-def _next(
-    graph: CorridorGraph, leaving: list[DirectedEdge], before: int, used: FloatArray, rng: np.random.Generator
-) -> DirectedEdge:
-    """Choose an edge to go on by, by how often each was ``used`` (e,): not back unless there is no other."""
-    options = [taken for taken in leaving if taken.edge != before] or leaving
+def _next(graph: CorridorGraph, leaving: list[int], before: int, used: FloatArray, rng: np.random.Generator) -> int:
+    """Choose a half to go on by, by how often each edge was ``used`` (e,): not back unless there is no other."""
+    options = [half for half in leaving if half // 2 != before] or leaving
     if before < 0 or not graph.in_room[before]:
-        rooms = [taken for taken in options if graph.in_room[taken.edge]]
-        others = [taken for taken in options if not graph.in_room[taken.edge]]
+        rooms = [half for half in options if graph.in_room[half // 2]]
+        others = [half for half in options if not graph.in_room[half // 2]]
         options = rooms if rooms and (rng.random() < ROOM_SHARE or not others) else others or options
-    weight = np.array([4.0 ** -min(used[taken.edge], 60.0) for taken in options])
+    weight = np.array([4.0 ** -min(used[half // 2], 60.0) for half in options])
     return options[int(rng.choice(len(options), p=weight / weight.sum()))]
 
 

@@ -27,13 +27,16 @@ from vislam2tag.preparation.planning.sheet_places import Stations
 BOUND_TOLERANCE = 1e-6
 
 
+BRANCHES = 2000
+"""The search ends after so many branches; unlike a time limit this ends it at the same place on every machine."""
+
+
 @dataclass(frozen=True)
 class Cover:
     """``chosen`` (s,) stations; ``bound``: no set of stations with fewer than this fulfils the demands."""
 
     chosen: BoolArray
     bound: int
-    seconds: float
     cut_short: bool
     """Whether the time limit ended the search: on another machine it may end elsewhere."""
 
@@ -47,33 +50,26 @@ def cover(
     rows: Sequence[StationSet],
     fixed: BoolArray,
     more_rows: Callable[[BoolArray], set[StationSet]],
-    *,
     allowed: BoolArray,
-    gap: float,
-    nodes: int,
     time_limit_s: float,
 ) -> Cover:
     """Choose the fewest stations, the ``fixed`` (s,) among them, so that each row has one.
 
     Only ``allowed`` (s,) stations count; each row holds some of them.
-
     ``more_rows`` gives the further rows that a choice (s,) breaks; they are added and the search goes on. Rows that
     were left out can only make the bound lower, so that it holds for all.
     """
-    used, unique = list(dict.fromkeys(rows)), set(rows)
-    bound, begun = int(fixed.sum()), time.monotonic()
-    chosen, cut_short = fixed.copy(), False
+    used = list(dict.fromkeys(rows))
+    bound, begun, cut_short = int(fixed.sum()), time.monotonic(), False
     while True:
         left_s = time_limit_s - (time.monotonic() - begun)
-        chosen, proven, timed_out = _fewest(used, fixed, allowed, gap, nodes, max(left_s, 1.0))
+        chosen, proven, timed_out = _fewest(used, fixed, allowed, max(left_s, 1.0))
         cut_short |= timed_out
         bound = max(bound, proven)
-        broken = sorted(more_rows(chosen) - unique, key=sorted)
+        broken = sorted(more_rows(chosen) - set(used), key=sorted)
         if not broken:
-            break
+            return Cover(chosen, bound, cut_short)
         used += broken
-        unique.update(broken)
-    return Cover(chosen, bound, time.monotonic() - begun, cut_short)
 
 
 def row_matrix(rows: Sequence[StationSet], count: int) -> csr_array:
@@ -85,7 +81,7 @@ def row_matrix(rows: Sequence[StationSet], count: int) -> csr_array:
 
 
 def _fewest(
-    rows: Sequence[StationSet], fixed: BoolArray, allowed: BoolArray, gap: float, nodes: int, time_s: float
+    rows: Sequence[StationSet], fixed: BoolArray, allowed: BoolArray, time_s: float
 ) -> tuple[BoolArray, int, bool]:
     """The fewest stations (s,) for some rows, the ``fixed`` (s,) among them, a bound, and whether time ran out."""
     if not rows:
@@ -98,7 +94,7 @@ def _fewest(
         integrality=np.ones(count, dtype=np.int64),
         bounds=Bounds(fixed.astype(np.float64), (allowed | fixed).astype(np.float64)),
         constraints=LinearConstraint(matrix, 1, np.inf),
-        options={"mip_rel_gap": gap, "node_limit": nodes, "time_limit": time_s},
+        options={"mip_rel_gap": 0.0, "node_limit": BRANCHES, "time_limit": time_s},
     )
     proven = getattr(result, "mip_dual_bound", None)
     bound = math.ceil(proven - BOUND_TOLERANCE) if proven is not None and math.isfinite(proven) else int(fixed.sum())
@@ -164,19 +160,15 @@ class CorridorWalks:
             self._on.append((rows.tolist(), at.tolist()))
             self._on.append((rows[::-1].tolist(), (length - at[::-1]).tolist()))
 
-    def starts(self) -> Iterator[tuple[int, float]]:
-        """Half and distance along it of every place at which a window may begin."""
-        for half, (_, at) in enumerate(self._on):
-            yield half, -1.0
-            for offset in at:
-                yield half, offset
+    def starts(self, chosen: BoolArray | None = None) -> Iterator[tuple[int, float]]:
+        """Half and distance along it of every place at which a window may begin: ends of corridors and stations.
 
-    def starts_after(self, chosen: BoolArray) -> Iterator[tuple[int, float]]:
-        """The starts at ends of corridors and at chosen stations (s,) only."""
+        With ``chosen`` (s,) only those stations.
+        """
         for half, (rows, at) in enumerate(self._on):
             yield half, -1.0
             for row, offset in zip(rows, at, strict=True):
-                if chosen[row]:
+                if chosen is None or chosen[row]:
                     yield half, offset
 
     def windows(
@@ -259,13 +251,9 @@ def _longest(gaps: Iterable[Gap]) -> list[Gap]:
     kept: list[Gap] = []
     for gap in sorted(gaps, key=lambda gap: (-gap.length_m, gap.start, gap.stop)):
         ends = {gap.start, gap.stop}
-        if all(min(_distance(a, b) for a in ends for b in (one.start, one.stop)) > 2.0 for one in kept):
+        if all(min(math.dist(a, b) for a in ends for b in (one.start, one.stop)) > 2.0 for one in kept):
             kept.append(gap)
     return kept
-
-
-def _distance(a: tuple[float, float], b: tuple[float, float]) -> float:
-    return float(np.hypot(a[0] - b[0], a[1] - b[1]))
 
 
 def turn_rows(
@@ -321,23 +309,19 @@ def walking_distances(corridors: Corridors, stations: Stations, from_ends: IntAr
         first.append(chain[:-1])
         second.append(chain[1:])
         length.append(np.maximum(np.diff(at), 1e-6))
-    size = ends + count
-    shape = (np.concatenate(length), (np.concatenate(first), np.concatenate(second)))
-    graph = csr_array(_shortest_edges(shape, size))
     start = ends + np.arange(count) if from_ends is None else from_ends
+    graph = _shortest_edges(np.concatenate(length), np.concatenate(first), np.concatenate(second), ends + count)
     return np.asarray(dijkstra(graph, directed=False, indices=start)[:, ends:])
 
 
-def _shortest_edges(entries: tuple[FloatArray, tuple[IntArray, IntArray]], size: int) -> csr_array:
+def _shortest_edges(length: FloatArray, first: IntArray, second: IntArray, size: int) -> csr_array:
     """Graph (size, size) with the shortest of parallel edges, by lengths (e,) and ends (e,), (e,): a sparse array would
     add them up.
     """
-    length, (first, second) = entries
     low, high = np.minimum(first, second), np.maximum(first, second)
-    order = np.lexsort((length, high, low))
-    low, high, length = low[order], high[order], length[order]
-    new = np.concatenate(([True], (np.diff(low) != 0) | (np.diff(high) != 0)))
-    return csr_array((length[new], (low[new], high[new])), shape=(size, size))
+    order = np.argsort(length, kind="stable")
+    kept = order[np.unique((low * size + high)[order], return_index=True)[1]]
+    return csr_array((length[kept], (low[kept], high[kept])), shape=(size, size))
 
 
 def without_supersets(rows: list[StationSet]) -> tuple[StationSet, ...]:
@@ -363,9 +347,5 @@ def broken_spacing(
     Empty for a set that fulfils the spacing wherever it can be fulfilled.
     """
     walks = CorridorWalks(corridors, stations, usable)
-    found: set[StationSet] = set()
-    for half, offset in walks.starts_after(chosen):
-        for passed, _ in walks.windows(half, offset, spacing_m, most, chosen):
-            if passed:
-                found.add(frozenset(passed))
-    return found
+    found = (walks.windows(half, offset, spacing_m, most, chosen) for half, offset in walks.starts(chosen))
+    return {frozenset(passed) for windows in found for passed, _ in windows if passed}

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from vislam2tag.preparation.planning.prediction import (
     expected_along,
     expected_on_walks,
     gap_costs,
-    passes_near,
+    passing,
 )
 from vislam2tag.preparation.planning.refine import (
     DistanceClass,
@@ -51,8 +52,6 @@ FIXED_REACH_M = 5.0
 OUTSIDE_M = 1.0
 """A fixed landmark farther off the walkable space than this hangs in another building."""
 FIXED_PASS_M = 0.6
-BRANCHES = 2000
-"""The search ends after so many branches; unlike a time limit this ends it at the same place on every machine."""
 TRIED = 60
 """Landmarks move to where they help most on so many walks; what to expect is estimated on others."""
 
@@ -69,8 +68,8 @@ class FloorConstraints:
 
 
 @dataclass(frozen=True)
-class FloorDesign:
-    """A plan of one floor. ``place`` (m,) are rows of ``places``: the new landmarks, in the order of the tour."""
+class FloorCandidates:
+    """Where a floor's landmarks can be."""
 
     space: WalkableSpace
     corridors: Corridors
@@ -78,17 +77,60 @@ class FloorDesign:
     places: SheetPlaces
     constraints: FloorConstraints
     fixed_station: IntArray
-    """(h,) station at which each fixed landmark is passed, -1 where nobody passes it."""
+    """(h,) station at which each fixed landmark is passed, -1 where no walk passes it."""
+    settings: PlanSettings
+
+    @cached_property
+    def usable(self) -> BoolArray:
+        """(s,) stations with places for new landmarks."""
+        return _marked(self.places.station, len(self.stations.corridor))
+
+    @cached_property
+    def fixed(self) -> BoolArray:
+        """(s,) stations with landmarks that stay."""
+        return _marked(self.fixed_station, len(self.stations.corridor))
+
+    @cached_property
+    def distance_m(self) -> FloatArray:
+        """(s, s) walking distances between all stations."""
+        return walking_distances(self.corridors, self.stations)
+
+    def broken(self, chosen: BoolArray) -> set[StationSet]:
+        """Rows of walks that are longer than the spacing without a ``chosen`` (s,) station."""
+        spacing_m = self.settings.spacing_m
+        return broken_spacing(self.corridors, self.stations, self.usable | self.fixed, chosen, spacing_m)
+
+    @property
+    def passed(self) -> IntArray:
+        """(p,) the fixed landmarks that are passed."""
+        return np.flatnonzero(self.fixed_station >= 0)
+
+    def station_of(self, place: IntArray) -> IntArray:
+        """Stations (m + p,) of landmarks at places (m,), followed by those of the fixed ones that are passed."""
+        return np.concatenate((self.places.station[place], self.fixed_station[self.passed]))
+
+    def landmarks_at(self, place: IntArray) -> PassedLandmarks:
+        """Landmarks for the prediction: the new ones at some ``place`` (m,), then those fixed ones that are passed."""
+        return PassedLandmarks(
+            np.vstack((self.places.position[place], self.constraints.fixed[self.passed])),
+            self.stations.point[self.station_of(place)],
+            np.concatenate((self.places.pass_m[place], np.full(len(self.passed), FIXED_PASS_M))),
+        )
+
+    def tour_past(self, place: IntArray) -> Tour:
+        """The tour past landmarks at places (m,) and the fixed ones."""
+        station = self.station_of(place)
+        return plan_tour(self.corridors, self.stations.corridor[station], self.stations.offset_m[station])
+
+
+@dataclass(frozen=True)
+class FloorDesign(FloorCandidates):
+    """A plan of one floor. ``place`` (m,) are rows of ``places``: the new landmarks, in the order of the tour."""
+
     demands: Demands
     cover: Cover
     place: IntArray
-    longest_m: float
-    """Longest walk without a landmark that there is, where demands can be met."""
-    line_deviations_m: FloatArray
-    """(l,) how far each landmark's neighbourhood lies off one line; those at stations, fixed ones last."""
     expected: tuple[ExpectedLabels, ...]
-    sigma: SigmaMap
-    classes: tuple[DistanceClass, ...]
     further: tuple[tuple[int, float], ...]
     """As :func:`further_landmarks` proposes them."""
     tour: Tour
@@ -96,7 +138,28 @@ class FloorDesign:
     @property
     def landmarks(self) -> PassedLandmarks:
         """New landmarks, then the fixed ones that are passed."""
-        return passed_landmarks(self.places, self.stations, self.place, self.constraints, self.fixed_station)
+        return self.landmarks_at(self.place)
+
+    @cached_property
+    def longest_m(self) -> float:
+        """Longest walk without a landmark that there is, where demands can be met."""
+        chosen = _marked(self.station_of(self.place), len(self.stations.corridor))
+        return longest_free_m(self.corridors, self.stations, chosen, self.settings.spacing_m)
+
+    @cached_property
+    def line_deviations_m(self) -> FloatArray:
+        """(l,) how far each landmark's neighbourhood lies off one line; those at stations, fixed ones last."""
+        return line_deviations_m(self.landmarks.position, self.station_of(self.place), self.distance_m)
+
+    @cached_property
+    def sigma(self) -> SigmaMap:
+        """The expected errors in cells."""
+        return sigma_map(self.space, self.expected)
+
+    @cached_property
+    def classes(self) -> tuple[DistanceClass, ...]:
+        """The expected errors by the distance to the nearest landmark."""
+        return tuple(distance_classes(self.space, self.landmarks.position, self.expected))
 
 
 def plan_floor(
@@ -112,19 +175,20 @@ def plan_floor(
     """
     _check_inside(space, constraints)
     progress(STEPS[0], len(STEPS))
-    candidates = _Candidates.of(space, graph, settings, constraints)
+    candidates = _candidates(space, graph, settings, constraints)
     progress(STEPS[1], len(STEPS))
     corridors, stations, places = candidates.corridors, candidates.stations, candidates.places
-    demands = demands_of(corridors, stations, candidates.all, settings.spacing_m, settings.short_m)
+    somewhere = candidates.usable | candidates.fixed
+    demands = demands_of(corridors, stations, somewhere, settings.spacing_m, settings.short_m)
     progress(STEPS[2], len(STEPS))
-    fewest = _fewest(candidates, demands, settings)
+    fewest = cover(demands.rows, candidates.fixed, candidates.broken, somewhere, settings.time_limit_s)
     progress(STEPS[3], len(STEPS))
-    distance_m = walking_distances(corridors, stations)
-    chosen = _improved(candidates, fewest, demands, distance_m, typical_walks(graph, seed=1, fewest=TRIED), settings)
-    place = candidates.walls(np.flatnonzero(chosen & ~candidates.fixed), distance_m)
+    chosen = _improved(candidates, fewest, demands, typical_walks(graph, seed=1, fewest=TRIED))
+    held, held_station = constraints.fixed[candidates.passed], candidates.fixed_station[candidates.passed]
+    place = choose_walls(np.flatnonzero(chosen & ~candidates.fixed), places, held, held_station, candidates.distance_m)
     progress(STEPS[4], len(STEPS))
-    place, tour = candidates.toured(place)
-    landmarks = passed_landmarks(places, stations, place, constraints, candidates.fixed_station)
+    place, tour = _toured(candidates, place)
+    landmarks = candidates.landmarks_at(place)
     progress(STEPS[5], len(STEPS))
     paths = typical_walks(graph)
     expected = tuple(expected_on_walks(paths, landmarks, settings.survey_sigma_m))
@@ -132,102 +196,39 @@ def plan_floor(
     free = candidates.usable[places.station] & ~chosen[places.station]
     further = further_landmarks(paths, landmarks, places, stations, free, settings.further, settings.survey_sigma_m)
     return FloorDesign(
-        space=space,
-        corridors=corridors,
-        stations=stations,
-        places=places,
-        constraints=constraints,
-        fixed_station=candidates.fixed_station,
+        **{field.name: getattr(candidates, field.name) for field in fields(candidates)},
         demands=demands,
         cover=fewest,
         place=place,
-        longest_m=longest_free_m(corridors, stations, chosen, settings.spacing_m),
-        line_deviations_m=line_deviations_m(
-            landmarks.position, candidates.with_fixed(places.station[place]), distance_m
-        ),
         expected=expected,
-        sigma=sigma_map(space, expected),
-        classes=tuple(distance_classes(space, landmarks.position, expected)),
         further=tuple(further),
         tour=tour,
     )
 
 
-@dataclass(frozen=True)
-class _Candidates:
-    """Where a floor's landmarks can be: ``usable`` (s,) stations with places for new ones, ``fixed`` (s,) stations with
-    landmarks that stay; ``fixed_station`` (h,) is that of each fixed landmark, -1 where nobody passes it.
-    """
-
-    corridors: Corridors
-    stations: Stations
-    places: SheetPlaces
-    constraints: FloorConstraints
-    fixed_station: IntArray
-    usable: BoolArray
-    fixed: BoolArray
-
-    @classmethod
-    def of(
-        cls, space: WalkableSpace, graph: CorridorGraph, settings: PlanSettings, constraints: FloorConstraints
-    ) -> _Candidates:
-        """Find them; raises SurveyError where there are none."""
-        corridors = corridors_of(graph, settings.turn_rad, niche_m=settings.niche_m, rooms=settings.rooms)
-        if not len(corridors.lines):
-            raise SurveyError("has no way to walk; check its plan and scale (vislam2tag site show)")
-        stations = stations_along(corridors, settings.step_m)
-        places = find_sheet_places(space, corridors, stations, settings, constraints.forbidden)
-        fixed_station = _stations_of(space, stations, constraints.fixed)
-        count = len(stations.corridor)
-        usable, fixed = marked(places.station, count), marked(fixed_station, count)
-        if not (usable | fixed).any():
-            raise SurveyError("has no wall for a sheet; allow larger sheets (--sheet A1) or fewer forbidden places")
-        return cls(corridors, stations, places, constraints, fixed_station, usable, fixed)
-
-    @property
-    def all(self) -> BoolArray:
-        """(s,) stations with a new landmark possible or a fixed one."""
-        return self.usable | self.fixed
-
-    def broken(self, chosen: BoolArray, spacing_m: float) -> set[StationSet]:
-        """Rows of walks that are longer than the spacing without a ``chosen`` (s,) station."""
-        return broken_spacing(self.corridors, self.stations, self.all, chosen, spacing_m)
-
-    @property
-    def passed(self) -> IntArray:
-        """(p,) the fixed landmarks that are passed."""
-        return np.flatnonzero(self.fixed_station >= 0)
-
-    def with_fixed(self, station: IntArray) -> IntArray:
-        """Stations (m,) of new landmarks, followed by those of the fixed ones: (m + p,)."""
-        return np.concatenate((station, self.fixed_station[self.passed]))
-
-    def walls(self, station: IntArray, distance_m: FloatArray) -> IntArray:
-        """A place (m,) for each station (m,)."""
-        held = self.constraints.fixed[self.passed]
-        return choose_walls(station, self.places, held, self.fixed_station[self.passed], distance_m)
-
-    def toured(self, place: IntArray) -> tuple[IntArray, Tour]:
-        """The new landmarks (m,) in the order in which the tour meets them first, and the tour."""
-        station = self.with_fixed(self.places.station[place])
-        tour = plan_tour(self.corridors, self.stations.corridor[station], self.stations.offset_m[station])
-        met = list(dict.fromkeys(tour.visit.tolist()))
-        order = [i for i in met if i < len(place)] + [i for i in range(len(place)) if i not in met]
-        fixed = np.arange(len(place), tour.visit.max(initial=-1) + 1)
-        renumber = np.concatenate((np.argsort(order), fixed)).astype(int)
-        return place[np.array(order, dtype=np.int64)], Tour(tour.line, renumber[tour.visit], tour.visit_m, tour.twice_m)
+def _candidates(
+    space: WalkableSpace, graph: CorridorGraph, settings: PlanSettings, constraints: FloorConstraints
+) -> FloorCandidates:
+    """Find where landmarks can be; raises SurveyError where they can be nowhere."""
+    corridors = corridors_of(graph, settings.turn_rad, niche_m=settings.niche_m, rooms=settings.rooms)
+    if not len(corridors.lines):
+        raise SurveyError("has no way to walk; check its plan and scale (vislam2tag site show)")
+    stations = stations_along(corridors, settings.step_m)
+    places = find_sheet_places(space, corridors, stations, settings, constraints.forbidden)
+    fixed_station = _stations_of(space, stations, constraints.fixed)
+    if not len(places.station) and not (fixed_station >= 0).any():
+        raise SurveyError("has no wall for a sheet; allow larger sheets (--sheet A1) or fewer forbidden places")
+    return FloorCandidates(space, corridors, stations, places, constraints, fixed_station, settings)
 
 
-def passed_landmarks(
-    places: SheetPlaces, stations: Stations, place: IntArray, constraints: FloorConstraints, fixed_station: IntArray
-) -> PassedLandmarks:
-    """Landmarks for the prediction: the new ones at some ``place`` (m,), then those fixed ones that are passed."""
-    held = np.flatnonzero(fixed_station >= 0)
-    return PassedLandmarks(
-        np.vstack((places.position[place], constraints.fixed[held])),
-        stations.point[np.concatenate((places.station[place], fixed_station[held]))],
-        np.concatenate((places.pass_m[place], np.full(len(held), FIXED_PASS_M))),
-    )
+def _toured(candidates: FloorCandidates, place: IntArray) -> tuple[IntArray, Tour]:
+    """The new landmarks (m,) in the order in which the tour meets them first, and the tour."""
+    tour = candidates.tour_past(place)
+    met = list(dict.fromkeys(tour.visit.tolist()))
+    order = [i for i in met if i < len(place)] + [i for i in range(len(place)) if i not in met]
+    fixed = np.arange(len(place), tour.visit.max(initial=-1) + 1)
+    renumber = np.concatenate((np.argsort(order), fixed)).astype(int)
+    return place[np.array(order, dtype=np.int64)], replace(tour, visit=renumber[tour.visit])
 
 
 def longest_free_m(corridors: Corridors, stations: Stations, chosen: BoolArray, spacing_m: float) -> float:
@@ -241,7 +242,7 @@ def longest_free_m(corridors: Corridors, stations: Stations, chosen: BoolArray, 
     return round(high, 1)
 
 
-def marked(index: IntArray, count: int) -> BoolArray:
+def _marked(index: IntArray, count: int) -> BoolArray:
     """Mask (count,) of the indices (k,), negative ones left out."""
     mask = np.zeros(count, dtype=np.bool_)
     mask[index[index >= 0]] = True
@@ -273,35 +274,15 @@ def _stations_of(space: WalkableSpace, stations: Stations, fixed: FloatArray) ->
     return found
 
 
-def _fewest(candidates: _Candidates, demands: Demands, settings: PlanSettings) -> Cover:
-    """The fewest stations that fulfil all demands."""
-    return cover(
-        demands.rows,
-        candidates.fixed,
-        lambda chosen: candidates.broken(chosen, settings.spacing_m),
-        allowed=candidates.all,
-        gap=0.0,
-        nodes=BRANCHES,
-        time_limit_s=settings.time_limit_s,
-    )
-
-
-def _improved(
-    candidates: _Candidates,
-    fewest: Cover,
-    demands: Demands,
-    distance_m: FloatArray,
-    walks: Sequence[FloatArray],
-    settings: PlanSettings,
-) -> BoolArray:
+def _improved(candidates: FloorCandidates, fewest: Cover, demands: Demands, walks: Sequence[FloatArray]) -> BoolArray:
     """Move the landmarks to stations (s,) where they help most; begin again with every row that this breaks."""
-    fixed, usable = candidates.fixed, candidates.usable & ~candidates.fixed
+    movable, usable = fewest.chosen & ~candidates.fixed, candidates.usable & ~candidates.fixed
     passes = StationPasses.of(walks, candidates.stations.point)
-    costs = gap_costs(settings.survey_sigma_m)
+    costs = gap_costs(candidates.settings.survey_sigma_m)
     rows = list(demands.rows)
     for _ in range(5):  # a limit: where each better choice breaks the spacing again, the fewest ones stay
-        better = improve_stations(fewest.chosen, fewest.chosen & ~fixed, usable, rows, distance_m, passes, costs)
-        broken = candidates.broken(better, settings.spacing_m)
+        better = improve_stations(fewest.chosen, movable, usable, rows, candidates.distance_m, passes, costs)
+        broken = candidates.broken(better)
         if not broken:
             return better
         rows += sorted(broken, key=sorted)
@@ -312,23 +293,14 @@ _KEPT = 5000
 """Walks whose labels are kept for landmarks that they pass."""
 
 
-@dataclass(frozen=True)
-class Expectation:
-    """What is to be expected with some landmarks: ``longest_m`` is the longest walk without one."""
-
-    expected: tuple[ExpectedLabels, ...]
-    sigma: SigmaMap
-    longest_m: float
-
-
 class ChangedPlan:
     """Other choices of a plan's places. Only walks that pass other landmarks than before are solved anew."""
 
-    def __init__(self, design: FloorDesign, graph: CorridorGraph, settings: PlanSettings) -> None:
-        """``graph`` and ``settings`` are those that the design was made with."""
-        self.design, self._settings = design, settings
+    def __init__(self, design: FloorDesign, graph: CorridorGraph) -> None:
+        """``graph`` is the one that the design was made with."""
+        self.design = design
         self._paths = typical_walks(graph)
-        self._passing: dict[tuple[int, bytes], bool] = {}
+        self._passing = passing(self._paths, design.stations.point)
         self._solved: dict[tuple[int, bytes], ExpectedLabels | None] = {}
 
     def nearest_place(self, point_m: FloatArray, others: IntArray) -> int:
@@ -338,63 +310,32 @@ class ChangedPlan:
         away[np.isin(places.station, places.station[others])] = np.inf
         return int(np.argmin(away))
 
-    def expectation(self, place: IntArray) -> Expectation:
-        """What is to be expected with landmarks at places (m,) besides the fixed ones."""
-        design = self.design
-        landmarks = replace(self.design, place=place).landmarks
-        found = (self._labels(number, path, landmarks) for number, path in enumerate(self._paths))
-        expected = tuple(one for one in found if one is not None)
-        stations = np.concatenate((design.places.station[place], design.fixed_station))
-        chosen = marked(stations, len(design.stations.corridor))
-        longest_m = longest_free_m(design.corridors, design.stations, chosen, self._settings.spacing_m)
-        return Expectation(expected, sigma_map(design.space, expected), longest_m)
+    def expectation(self, place: IntArray) -> FloorDesign:
+        """The plan with landmarks at places (m,) besides the fixed ones, but for tour and further landmarks."""
+        landmarks, station = self.design.landmarks_at(place), self.design.station_of(place)
+        found = [
+            self._labels(number, landmarks.take(np.flatnonzero(passing[station])))
+            for number, passing in enumerate(self._passing)
+        ]
+        return replace(self.design, place=place, expected=tuple(one for one in found if one is not None))
 
     def further(self, place: IntArray, count: int) -> list[int]:
         """Up to ``count`` further places where landmarks help most beside those at places (m,), the best first."""
-        places, stations = self.design.places, self.design.stations
+        places, stations, sigma_m = self.design.places, self.design.stations, self.design.settings.survey_sigma_m
         free = ~np.isin(places.station, places.station[place])
-        found = further_landmarks(
-            self._paths,
-            replace(self.design, place=place).landmarks,
-            places,
-            stations,
-            free,
-            count,
-            self._settings.survey_sigma_m,
-        )
+        landmarks = self.design.landmarks_at(place)
+        found = further_landmarks(self._paths, landmarks, places, stations, free, count, sigma_m)
         return [place for place, _ in found]
 
     def designed(self, place: IntArray) -> FloorDesign:
         """The whole plan with landmarks at places (m,)."""
-        design, found = self.design, self.expectation(place)
-        landmarks = replace(self.design, place=place).landmarks
-        station = np.concatenate((design.places.station[place], design.fixed_station[design.fixed_station >= 0]))
-        distance_m = walking_distances(design.corridors, design.stations)
-        return replace(
-            design,
-            place=place,
-            longest_m=found.longest_m,
-            line_deviations_m=line_deviations_m(landmarks.position, station, distance_m),
-            expected=found.expected,
-            sigma=found.sigma,
-            classes=tuple(distance_classes(design.space, landmarks.position, found.expected)),
-            further=(),
-            tour=plan_tour(design.corridors, design.stations.corridor[station], design.stations.offset_m[station]),
-        )
+        return replace(self.expectation(place), further=(), tour=self.design.tour_past(place))
 
-    def _labels(self, number: int, path: FloatArray, landmarks: PassedLandmarks) -> ExpectedLabels | None:
-        """What is expected along a walk (n, 2), which depends on the landmarks that it passes only."""
-        rows = [row for row, foot in enumerate(landmarks.foot) if self._passes(number, path, foot)]
-        passed = PassedLandmarks(landmarks.position[rows], landmarks.foot[rows], landmarks.pass_m[rows])
+    def _labels(self, number: int, passed: PassedLandmarks) -> ExpectedLabels | None:
+        """What is expected along a walk, which depends on the landmarks that it passes only."""
         key = number, passed.position.tobytes()
         if key not in self._solved:
             while len(self._solved) >= _KEPT:
                 del self._solved[next(iter(self._solved))]
-            self._solved[key] = expected_along(path, passed, self._settings.survey_sigma_m)
+            self._solved[key] = expected_along(self._paths[number], passed, self.design.settings.survey_sigma_m)
         return self._solved[key]
-
-    def _passes(self, number: int, path: FloatArray, foot: FloatArray) -> bool:
-        key = number, foot.tobytes()
-        if key not in self._passing:
-            self._passing[key] = passes_near(path, foot)
-        return self._passing[key]

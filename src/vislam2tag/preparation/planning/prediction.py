@@ -23,7 +23,7 @@ from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import USUAL, NoiseLevels
+from vislam2tag.estimation.noise import USUAL
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.reweighting import equivalent_variances
@@ -64,6 +64,10 @@ class PassedLandmarks:
             np.append(self.pass_m, pass_m),
         )
 
+    def take(self, rows: IntArray) -> PassedLandmarks:
+        """Some of the landmarks, by rows (k,)."""
+        return PassedLandmarks(self.position[rows], self.foot[rows], self.pass_m[rows])
+
 
 @dataclass(frozen=True)
 class ExpectedLabels:
@@ -78,31 +82,29 @@ class ExpectedLabels:
         return np.asarray(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
 
-def expected_along(
-    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
-) -> ExpectedLabels | None:
+def expected_along(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float) -> ExpectedLabels | None:
     """Covariances (n, 2, 2) of the labels of a walk (n, 2); None where it passes no two landmarks apart, so that
     nothing is mapped.
     """
-    smoothed = smoothed_walk(path, sheets, survey_sigma_m, noise)
+    smoothed = smoothed_walk(path, sheets, survey_sigma_m)
     return None if smoothed is None else ExpectedLabels(path, mapped_path(smoothed)[1])
 
 
-def smoothed_walk(
-    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
-) -> SolvedWalk | None:
+def smoothed_walk(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float) -> SolvedWalk | None:
     """A walk (n, 2) as the smoother would have it once solved; None where it passes no two landmarks."""
     at, landmark = _passes(path, sheets.foot)
     if len(np.unique(landmark)) < 2:
         return None
     passed, landmark = np.unique(landmark, return_inverse=True)
-    sheets = PassedLandmarks(sheets.position[passed], sheets.foot[passed], sheets.pass_m[passed])
+    sheets = sheets.take(passed)
     observations = _simulated_walk(path, sheets, at, landmark)
-    priors = _surveyed_landmarks(sheets, survey_sigma_m)
+    priors = LandmarkPriors.nothing(len(sheets.position))
+    priors.position[:] = as_complex(sheets.position)
+    priors.covariance[:] = np.eye(2) * survey_sigma_m**2
     plane = as_complex(path)
     model = Model(observations, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
-    noise = replace(noise, sighting_observations=float(len(at)))
+    noise = replace(USUAL, sighting_observations=float(len(at)))
     even = VarianceFactors.even(noise, len(at), len(sheets.position))
     return SolvedWalk.of(LinearWalk(model, priors, equivalent_variances(model, even)))
 
@@ -121,9 +123,9 @@ def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:
     return order[:, 0], order[:, 1]
 
 
-def passes_near(path: FloatArray, foot: FloatArray) -> bool:
-    """Whether a walk passes a landmark whose station is at ``foot`` (2,)."""
-    return bool((np.linalg.norm(path - foot, axis=1) < PASSED_M).any())
+def passing(paths: Sequence[FloatArray], points: FloatArray) -> BoolArray:
+    """Which walks (w) pass which stations: (w, s) for ``points`` (s, 2)."""
+    return np.array([KDTree(path).query(points)[0] < PASSED_M for path in paths]).reshape(len(paths), len(points))
 
 
 def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, landmark: IntArray) -> WalkObservations:
@@ -168,13 +170,6 @@ def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, lan
         count=np.ones(len(at), dtype=np.int64),
     )
     return WalkObservations(tuple(str(i) for i in range(len(sheets.position))), odometry, passes)
-
-
-def _surveyed_landmarks(sheets: PassedLandmarks, sigma_m: float) -> LandmarkPriors:
-    priors = LandmarkPriors.nothing(len(sheets.position))
-    priors.position[:] = as_complex(sheets.position)
-    priors.covariance[:] = np.eye(2) * sigma_m**2
-    return priors
 
 
 def expected_on_walks(

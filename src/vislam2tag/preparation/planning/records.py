@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterable, Sequence
+from itertools import count as numbers_from
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -124,10 +126,9 @@ class PlanSummary(Record):
         return tuple(landmark for floor in self.floors for landmark in floor.landmarks)
 
 
-def floor_summary(
-    design: FloorDesign, floor: int, name: str, ids: Sequence[str], settings: PlanSettings
-) -> FloorPlanRecord:
+def floor_summary(design: FloorDesign, floor: int, name: str, ids: Sequence[str]) -> FloorPlanRecord:
     """Describe one floor's plan; ``ids`` (m) are those of its new landmarks."""
+    settings = design.settings
     passed = [name for name, at in zip(design.constraints.names, design.fixed_station.tolist(), strict=True) if at >= 0]
     every = [*ids, *passed]
     number = len(every)
@@ -153,21 +154,12 @@ def floor_summary(
         unmet=tuple(_unmet(gap.kind, gap.start, gap.stop, gap.length_m, settings) for gap in design.demands.gaps),
         expected_error_m=None if math.isnan(error_m) else _metres(error_m, 4),
         expected=design.classes,
-        further=_further(design),
+        further=tuple(
+            FurtherLandmark(x_m=_metres(x_m), y_m=_metres(y_m), gain_m=_metres(gain_m, 4))
+            for (x_m, y_m), gain_m in ((design.places.position[place], gain_m) for place, gain_m in design.further)
+        ),
         tour=_tour(design, every, settings.speed_m_s),
         findings=design.space.findings,
-    )
-
-
-def _further(design: FloorDesign) -> tuple[FurtherLandmark, ...]:
-    """The landmarks that would help most beside those of the plan."""
-    return tuple(
-        FurtherLandmark(
-            x_m=_metres(design.places.position[place, 0]),
-            y_m=_metres(design.places.position[place, 1]),
-            gain_m=_metres(gain_m, 4),
-        )
-        for place, gain_m in design.further
     )
 
 
@@ -231,21 +223,13 @@ def _metres(value: float, digits: int = 3) -> float:
 
 def landmarks_text(landmarks: Iterable[PlannedLandmark]) -> str:
     """``landmarks.csv``."""
-    rows = (
-        (one.id, one.floor, one.x_m, one.y_m, one.z_m, one.heading_rad, one.sheet, one.width_m) for one in landmarks
-    )
-    return csv_rows((COLUMNS, *rows))
+    return csv_rows((COLUMNS, *(_row(one, COLUMNS) for one in landmarks)))
 
 
 def new_ids(count: int, first: int, taken: Iterable[str]) -> list[str]:
     """``count`` numbers from ``first`` on that are not taken."""
-    clash, number = set(taken), first
-    found: list[str] = []
-    while len(found) < count:
-        if str(number) not in clash:
-            found.append(str(number))
-        number += 1
-    return found
+    clash = set(taken)
+    return list(islice((str(number) for number in numbers_from(first) if str(number) not in clash), count))
 
 
 FORBIDDEN_HEADER = ("floor", "x0", "y0", "x1", "y1")
@@ -289,7 +273,7 @@ def marker_text(text: str, landmarks: Sequence[PlannedLandmark]) -> str:
     lines = [",".join((first, *missing))]
     if rest.strip("\r\n"):
         lines.append(rest.rstrip("\r\n"))
-    rows = (_marker_row(landmark, (*names, *missing)) for landmark in landmarks)
+    rows = (_row(landmark, (*names, *missing)) for landmark in landmarks)
     return newline.join((*lines, csv_rows(rows, newline)))
 
 
@@ -298,7 +282,8 @@ def planned_states(landmarks: Sequence[PlannedLandmark]) -> list[StateRow]:
     return [StateRow(one.id, LandmarkState.PLANNED, "plan", one.x_m, one.y_m) for one in landmarks]
 
 
-def _marker_row(landmark: PlannedLandmark, names: Sequence[str]) -> list[str]:
+def _row(landmark: PlannedLandmark, names: Sequence[str]) -> list[str]:
+    """A landmark's id and cells of further columns; empty where they are others."""
     values = {
         "x": landmark.x_m,
         "y": landmark.y_m,

@@ -28,7 +28,7 @@ from vislam2tag.preparation.planning.prediction import (
     StationPasses,
     WalkCosts,
     expected_along,
-    passes_near,
+    passing,
     smoothed_walk,
 )
 from vislam2tag.preparation.planning.sheet_places import SheetPlaces, Stations
@@ -195,8 +195,8 @@ def further_landmarks(
         best = int(np.argmax(value))
         sheets = sheets.with_one(places.position[best], feet[best], float(places.pass_m[best]))
         after = [
-            _errors_m(path, sheets, survey_sigma_m) if passes_near(path, feet[best]) else error
-            for path, error in zip(paths, errors, strict=True)
+            _errors_m(path, sheets, survey_sigma_m) if passes else error
+            for path, error, (passes,) in zip(paths, errors, passing(paths, feet[[best]]).tolist(), strict=True)
         ]
         found.append((best, _mean(errors) - _mean(after)))
         errors = after

@@ -7,7 +7,7 @@ in view over enough of the corridor, and where some sheet fills its share of the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -65,15 +65,8 @@ class SheetPlaces:
 
     def take(self, rows: IntArray) -> SheetPlaces:
         """Some of the places, by rows (k,), in this order."""
-        return SheetPlaces(
-            self.station[rows],
-            self.position[rows],
-            self.normal[rows],
-            self.line_m[rows],
-            self.visible_m[rows],
-            self.pass_m[rows],
-            tuple(self.sheet[row] for row in rows.tolist()),
-        )
+        columns = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "sheet"}
+        return SheetPlaces(**columns, sheet=tuple(self.sheet[row] for row in rows.tolist()))
 
 
 def stations_along(corridors: Corridors, step_m: float) -> Stations:

@@ -8,6 +8,7 @@ left (Fleury).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,7 +18,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.preparation.planning.corridors import Corridors
+from vislam2tag.preparation.planning.corridors import Corridors, line_of
 
 LOOK_S = 2.0
 """Passing a landmark costs so much time: to turn the phone to the sheet and back."""
@@ -53,8 +54,7 @@ class Tour:
 
     def first_m(self) -> FloatArray:
         """How far along each landmark (l,) that is passed at all is met first, sorted, metres."""
-        _, first = np.unique(self.visit, return_index=True)
-        return np.sort(self.visit_m[first])
+        return _first_m(self.visit, self.visit_m)
 
 
 def plan_tour(corridors: Corridors, corridor: IntArray, offset_m: FloatArray) -> Tour:
@@ -70,7 +70,7 @@ def plan_tour(corridors: Corridors, corridor: IntArray, offset_m: FloatArray) ->
             best = cost, route
     assert best is not None
     visits, at = _visits(corridors, marks, best[1])
-    lines = [_line(corridors, half) for half in best[1]]
+    lines = [line_of(corridors.lines, half) for half in best[1]]
     line = np.vstack([lines[0][:1], *(part[1:] for part in lines)])
     return Tour(line, visits, at, float(corridors.length_m[doubled].sum()))
 
@@ -101,12 +101,6 @@ def _doubled(corridors: Corridors) -> list[int]:
     return sorted(corridor for corridor in set(found) if found.count(corridor) % 2)
 
 
-def _line(corridors: Corridors, half: int) -> FloatArray:
-    """The line (k, 2) of a corridor in the direction of a half."""
-    line = corridors.lines[half // 2]
-    return line[::-1] if half % 2 else line
-
-
 Marks = list[list[tuple[float, int]]]
 """For each half the landmarks on it: how far along, and which."""
 
@@ -129,37 +123,22 @@ def _starts(corridors: Corridors) -> list[int]:
 
 def _route(corridors: Corridors, copies: Sequence[int], marks: Marks, start: int) -> list[int]:
     """Halves (r,) of a round trip over all the copies of corridors."""
-    left: list[dict[int, int]] = [{} for _ in corridors.ends]
-    for corridor in copies:
-        for half, end in (
-            (2 * corridor, corridors.joined[corridor, 0]),
-            (2 * corridor + 1, corridors.joined[corridor, 1]),
-        ):
-            left[int(end)][half] = left[int(end)].get(half, 0) + 1
+    left = Counter(half for corridor in copies for half in (2 * corridor, 2 * corridor + 1))
     seen: set[int] = set()
     route: list[int] = []
     here = start
     for _ in range(len(copies)):
         half = _choice(corridors, left, marks, seen, here, route[-1] if route else -2)
         route.append(half)
-        _take(left, here, half)
+        left.subtract((half, half ^ 1))
         here = corridors.stop(half)
-        _take(left, here, half ^ 1)
         seen.update(landmark for _, landmark in marks[half])
     return route
 
 
-def _take(left: list[dict[int, int]], end: int, half: int) -> None:
-    left[end][half] -= 1
-    if not left[end][half]:
-        del left[end][half]
-
-
-def _choice(
-    corridors: Corridors, left: list[dict[int, int]], marks: Marks, seen: set[int], here: int, before: int
-) -> int:
+def _choice(corridors: Corridors, left: Counter[int], marks: Marks, seen: set[int], here: int, before: int) -> int:
     """The half to go on by: none that cuts off the rest if that can be, not back, with the nearest new landmark."""
-    options = sorted(left[here])
+    options = [half for half in corridors.leaving[here] if left[half]]
     if len(options) == 1:
         return options[0]
 
@@ -170,22 +149,18 @@ def _choice(
     return min(options, key=rank)
 
 
-def _cuts_off(corridors: Corridors, left: list[dict[int, int]], here: int, half: int) -> bool:
+def _cuts_off(corridors: Corridors, left: Counter[int], here: int, half: int) -> bool:
     """Whether what is left at ``here`` could not be reached any more after going by a half."""
-    if left[here][half] > 1:
+    if left[half] > 1:
         return False
     todo, reached = [corridors.stop(half)], {corridors.stop(half)}
     while todo:
         end = todo.pop()
         if end == here:
             return False
-        for other in left[end]:
-            if other in (half, half ^ 1):
-                continue
-            stop = corridors.stop(other)
-            if stop not in reached:
-                reached.add(stop)
-                todo.append(stop)
+        onward = {corridors.stop(other) for other in corridors.leaving[end] if left[other] and other // 2 != half // 2}
+        todo += onward - reached
+        reached |= onward
     return True
 
 
@@ -206,9 +181,10 @@ def _visits(corridors: Corridors, marks: Marks, route: Sequence[int]) -> tuple[I
 
 def _lateness(corridors: Corridors, marks: Marks, route: Sequence[int]) -> float:
     """Mean distance to the first visit of each landmark; the second one met counts most: then the walk is mapped."""
-    visits, at = _visits(corridors, marks, route)
-    _, first = np.unique(visits, return_index=True)
-    met = np.sort(at[first])
-    if not len(met):
-        return 0.0
-    return float(met.mean() + met[min(1, len(met) - 1)])
+    met = _first_m(*_visits(corridors, marks, route))
+    return float(met.mean() + met[:2][-1]) if len(met) else 0.0
+
+
+def _first_m(visit: IntArray, visit_m: FloatArray) -> FloatArray:
+    """How far along each landmark (l,) of some visits (v,) is met first, sorted, metres."""
+    return np.sort(visit_m[np.unique(visit, return_index=True)[1]])

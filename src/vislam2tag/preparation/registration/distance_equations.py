@@ -159,12 +159,14 @@ def _clipped_square(start: StartingPlaces) -> float:
 
 def _meetings(one: Equation, other: Equation, name: str, places: PlaceByPoint) -> list[complex]:
     """Where two distances meet, or come nearest to each other."""
+    first, second = one.distance.distance_m, other.distance.distance_m
     if one.wall and other.wall:
-        return _lines_meet(one, other)
-    if one.wall or other.wall:
-        wall, circle = (one, other) if one.wall else (other, one)
-        return _line_and_circle_meet(wall, circle, _centre(circle, name, places))
-    return _circles_meet(one, other, _centre(one, name, places), _centre(other, name, places))
+        return _lines_meet(one.wall, first, other.wall, second)
+    if one.wall:
+        return _line_and_circle_meet(one.wall, first, _centre(other, name, places), second)
+    if other.wall:
+        return _line_and_circle_meet(other.wall, second, _centre(one, name, places), first)
+    return _circles_meet(_centre(one, name, places), first, _centre(other, name, places), second)
 
 
 def _centre(one: Equation, name: str, places: PlaceByPoint) -> complex:
@@ -173,38 +175,29 @@ def _centre(one: Equation, name: str, places: PlaceByPoint) -> complex:
     return places[one.distance.landmark if one.other == name else one.other]
 
 
-def _lines_meet(one: Equation, other: Equation) -> list[complex]:
-    found: list[complex] = []
-    first, second = one.wall, other.wall
-    if first is None or second is None:
-        return found
-    normals = np.array([(n.real, n.imag) for n in (_normal(first), _normal(second))])
+def _lines_meet(wall: Target, away_m: float, other: Target, other_m: float) -> list[complex]:
+    normals = np.array([(n.real, n.imag) for n in (_normal(wall), _normal(other))])
     if abs(np.linalg.det(normals)) < 0.05:  # nearly parallel walls do not meet anywhere definite
-        return found
-    at = np.array([(wall.start * _normal(wall).conjugate()).real for wall in (first, second)])
-    for signs in itertools.product((1, -1), repeat=2):
-        away = np.array([signs[0] * one.distance.distance_m, signs[1] * other.distance.distance_m])
-        found.append(complex(*np.linalg.solve(normals, at + away)))
-    return found
-
-
-def _line_and_circle_meet(line: Equation, circle: Equation, centre: complex) -> list[complex]:
-    wall, radius = line.wall, circle.distance.distance_m
-    if wall is None:
         return []
+    at = np.array([(each.start * _normal(each).conjugate()).real for each in (wall, other)])
+    signs = itertools.product((1, -1), repeat=2)
+    return [complex(*np.linalg.solve(normals, at + np.array([a * away_m, b * other_m]))) for a, b in signs]
+
+
+def _line_and_circle_meet(wall: Target, away_m: float, centre: complex, radius_m: float) -> list[complex]:
     normal, found = _normal(wall), []
     for sign in (1, -1):
-        across = sign * line.distance.distance_m - _offset(wall, centre)
-        half = max(radius**2 - across**2, 0.0) ** 0.5
+        across = sign * away_m - _offset(wall, centre)
+        half = max(radius_m**2 - across**2, 0.0) ** 0.5
         found += [centre + across * normal + end * half * normal * 1j for end in (1, -1)]
     return found
 
 
-def _circles_meet(one: Equation, other: Equation, first: complex, second: complex) -> list[complex]:
+def _circles_meet(first: complex, a: float, second: complex, b: float) -> list[complex]:
+    """Where circles about two points with radii ``a`` and ``b``, metres, meet."""
     apart = abs(second - first)
     if not apart > 0:
         return []
-    a, b = one.distance.distance_m, other.distance.distance_m
     along = (apart**2 + a**2 - b**2) / (2 * apart)
     across = max(a**2 - along**2, 0.0) ** 0.5
     unit = cmath.rect(1, cmath.phase(second - first))

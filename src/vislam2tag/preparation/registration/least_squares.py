@@ -48,6 +48,12 @@ class Adjusted:
     """(n, u) Q of the whitened design."""
     cofactor: FloatArray
     """(u, u) covariance of the unknowns where the standard deviations are as stated."""
+    each: int = 1
+    """How many rows one measurement has."""
+
+    def rows(self, measurement: int) -> IntArray:
+        """Rows (each,) of a measurement."""
+        return np.arange(self.each * measurement, self.each * (measurement + 1))
 
     @property
     def redundancy(self) -> int:
@@ -71,8 +77,8 @@ class Adjusted:
 
     @property
     def variance_factor(self) -> float:
-        """What covariances are multiplied by: sigma0 squared, drawn to 1 the more the fewer redundant measurements."""
-        return variance_factor(self.square, self.redundancy)
+        """What covariances are multiplied by: sigma0 squared, drawn to the stated 1, worth :data:`PRIOR_FREEDOM`."""
+        return (PRIOR_FREEDOM + self.square) / (PRIOR_FREEDOM + max(self.redundancy, 0))
 
     @property
     def noise_level(self) -> NoiseLevel:
@@ -104,12 +110,7 @@ class NoiseLevel:
     freedom: float
 
 
-def variance_factor(square: float, redundancy: int) -> float:
-    """Mean of the stated variance (1, worth :data:`PRIOR_FREEDOM` measurements) and that of the residuals."""
-    return (PRIOR_FREEDOM + square) / (PRIOR_FREEDOM + max(redundancy, 0))
-
-
-def adjust(design: FloatArray, residual: FloatArray) -> tuple[FloatArray, Adjusted]:
+def adjust(design: FloatArray, residual: FloatArray, each: int = 1) -> tuple[FloatArray, Adjusted]:
     """Solve ``design @ step = residual`` (n, u), (n,), whitened, for the step (u,) that leaves least squares.
 
     Raises SingularError where the measurements do not determine all unknowns.
@@ -125,23 +126,21 @@ def adjust(design: FloatArray, residual: FloatArray) -> tuple[FloatArray, Adjust
     step = solve_triangular(triangular, projected) / scale
     root = solve_triangular(triangular, np.eye(len(scale))) / scale[:, None]
     left = residual - orthogonal @ projected
-    return step, Adjusted(left, orthogonal, np.asarray(root @ root.T))
+    return step, Adjusted(left, orthogonal, np.asarray(root @ root.T), each)
 
 
-def suspicious(adjusted: Adjusted, groups: Sequence[IntArray], noise: NoiseLevel) -> list[tuple[int, float]]:
-    """Groups of rows, (k,) each (one measurement), that the others contradict, the worst first: index and reduction.
+def suspicious(adjusted: Adjusted, noise: NoiseLevel) -> list[int]:
+    """Measurements that the others contradict, the worst first.
 
-    An F test by ``noise``, at a level that all groups together exceed with probability :data:`FALSE_ALARM`.
+    An F test by ``noise``, at a level that all together exceed with probability :data:`FALSE_ALARM`.
     """
-    found: list[tuple[int, float]] = []
-    for index, rows in enumerate(groups):
-        reduction, checks = adjusted.reduction_without(rows)
-        if not checks:
-            continue
-        limit = float(f.ppf(1 - FALSE_ALARM / len(groups), checks, noise.freedom))
-        if reduction / checks / noise.factor > limit:
-            found.append((index, reduction))
-    return sorted(found, key=lambda one: -one[1])
+    count = len(adjusted.residual) // adjusted.each
+    found: list[tuple[float, int]] = []
+    for index in range(count):
+        reduction, checks = adjusted.reduction_without(adjusted.rows(index))
+        if checks and reduction / checks / noise.factor > f.ppf(1 - FALSE_ALARM / count, checks, noise.freedom):
+            found.append((reduction, index))
+    return [index for _, index in sorted(found, key=lambda one: -one[0])]
 
 
 RANGE_M = 10.0
@@ -158,9 +157,8 @@ class ValueChange:
 
     text: str
     measurements: tuple[int, ...]
-    rows: IntArray
     by: FloatArray
-    """(k,) whitened change of the misclosures at ``rows``."""
+    """(k,) whitened change of the misclosures at their rows."""
     choices: int
     """How many such changes there are: one of so many fits by chance."""
 
@@ -177,25 +175,20 @@ class Explanation:
 
 def explanations(
     adjusted: Adjusted,
-    groups: Sequence[IntArray],
     sigma_m: FloatArray,
     noise: NoiseLevel,
     suspects: Sequence[int],
-    changes: Sequence[ValueChange],
+    changes: Sequence[ValueChange] = (),
 ) -> list[Explanation]:
     """The best explanation of why the suspects do not fit, then those that are as good, best first.
 
     ``sigma_m`` (measurements,) says how exact each is. Of several for the same measurements the best is kept.
     """
-    found = [_left_out(adjusted, groups[i], float(sigma_m[i]), i, noise) for i in suspects]
-    found += [
-        Explanation(
-            change.measurements,
-            change.text,
-            adjusted.changed_square(change.rows, change.by) / noise.factor + 2 * math.log(change.choices),
-        )
-        for change in changes
-    ]
+    found = [_left_out(adjusted, float(sigma_m[i]), i, noise) for i in suspects]
+    for change in changes:
+        rows = np.concatenate([adjusted.rows(i) for i in change.measurements])
+        score = adjusted.changed_square(rows, change.by) / noise.factor + 2 * math.log(change.choices)
+        found.append(Explanation(change.measurements, change.text, score))
     found.sort(key=lambda one: one.score)
     close: dict[tuple[int, ...], Explanation] = {}
     for one in found:
@@ -204,9 +197,9 @@ def explanations(
     return list(close.values())
 
 
-def _left_out(adjusted: Adjusted, rows: IntArray, sigma_m: float, measurement: int, noise: NoiseLevel) -> Explanation:
-    """The hypothesis that a measurement, ``rows`` (k,), is off by anything."""
-    reduction, checks = adjusted.reduction_without(rows)
+def _left_out(adjusted: Adjusted, sigma_m: float, measurement: int, noise: NoiseLevel) -> Explanation:
+    """The hypothesis that a measurement is off by anything."""
+    reduction, checks = adjusted.reduction_without(adjusted.rows(measurement))
     usual_m = sigma_m * math.sqrt(2 * math.pi * noise.factor)
     cost = 2 * checks * math.log(max(RANGE_M / usual_m, math.e))
     return Explanation((measurement,), "", (adjusted.square - reduction) / noise.factor + cost)

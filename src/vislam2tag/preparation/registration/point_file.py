@@ -5,18 +5,22 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.preparation.registration.network import Measurement
 from vislam2tag.site.model import landmark_id
-from vislam2tag.site.site_table import NOT_UTF8, XLSX, LineCounts, decoded, sheet_lines
+from vislam2tag.site.site_table import NOT_UTF8, XLSX, Line, LineCounts, decoded, sheet_lines
 
+Row = TypeVar("Row")
 SEPARATORS = (";", "\t", ",", " ")
 """In the order in which ties are decided."""
 COMMENTS = ("#", "//", "%")
@@ -63,9 +67,8 @@ def read_text_table(path: Path) -> TextTable:
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
     text, other_line = decoded(raw)
-    findings = []
-    if other_line is not None:
-        findings = [Finding.at_lines("encoding", path.name, [other_line], NOT_UTF8, Severity.INFO)]
+    odd = [] if other_line is None else [other_line]
+    findings = [Finding.at_lines("encoding", path.name, [line], NOT_UTF8, Severity.INFO) for line in odd]
     lines = [
         (number, line.strip("\r\n"))
         for number, line in enumerate(text.split("\n"), start=1)
@@ -76,6 +79,19 @@ def read_text_table(path: Path) -> TextTable:
     separator = _separator([line for _, line in lines[:_LOOKED_AT]])
     rows = tuple((number, _fields(line, separator)) for number, line in lines)
     return TextTable(path.name, rows, separator, _decimal(rows, separator), tuple(findings))
+
+
+def parsed(
+    rows: Iterable[Line], counts: LineCounts, parse: Callable[[int, tuple[str, ...]], Row]
+) -> Iterator[tuple[int, Row]]:
+    """Yield line and value of each row; one for which ``parse`` raises ValueError or IndexError is counted."""
+    for line, fields in rows:
+        try:
+            row = parse(line, fields)
+        except (ValueError, IndexError):
+            counts.add("malformed_lines", line)
+        else:
+            yield line, row
 
 
 def _sheet(path: Path) -> TextTable:
@@ -139,6 +155,7 @@ SKIP = "-"
 """In a list of columns: one that is not used."""
 CUSTOMARY = (PointColumn.POINT, PointColumn.EAST, PointColumn.NORTH, PointColumn.HEIGHT, PointColumn.CODE)
 """Of a file without a header."""
+_NEEDED = CUSTOMARY[:3]
 _NAMES = {
     PointColumn.POINT: "point pointid pointname pointnumber pt ptid ptno ptnr pnt name id no nr number target punkt "
     "punktnr punktnummer punktname pkt pktnr pktnummer pnr nummer zielpunkt ziel landmark marke",
@@ -176,9 +193,7 @@ def parse_columns(text: str) -> tuple[PointColumn | None, ...]:
     named = [column for column in columns if column is not None]
     if len(set(named)) < len(named):
         raise UsageError(f"--columns {text}: a column is named twice")
-    if missing := [
-        column for column in (PointColumn.POINT, PointColumn.EAST, PointColumn.NORTH) if column not in named
-    ]:
+    if missing := [column for column in _NEEDED if column not in named]:
         raise UsageError(f"--columns {text}: {' and '.join(missing)} must be there")
     return tuple(columns)
 
@@ -200,10 +215,7 @@ def point_columns(
         finding = Finding.at_lines("assumed_columns", table.file, [table.rows[0][0]], message, Severity.INFO)
         return _indexed(CUSTOMARY), 0, [finding]
     found, findings = _from_header(table, first)
-    missing = [
-        column.value for column in (PointColumn.POINT, PointColumn.EAST, PointColumn.NORTH) if column not in found
-    ]
-    if missing:
+    if missing := [column for column in _NEEDED if column not in found]:
         raise SurveyError(
             f"{table.place(table.rows[row or 0][0])}: the header has no column for {' and '.join(missing)} "
             f"({', '.join(first)}); name the columns by --columns, such as point,E,N,H,code"
@@ -255,40 +267,20 @@ _MESSAGES: dict[FindingKind, str] = {
 }
 
 
-@dataclass(frozen=True)
-class PointRow:
-    """One row of a point file; metres, NaN where a value is absent."""
-
-    name: str
-    east_m: float
-    north_m: float
-    height_m: float
-    sigma_m: float
-    code: str
-    station: str
-    source: str
-    """File and 1-based line."""
-    decimals: int
-    """Digits after the decimal mark, as written: what a typing error can have changed."""
-
-
-def read_points(path: Path, given: Sequence[PointColumn | None] | None = None) -> tuple[list[PointRow], list[Finding]]:
+def read_points(
+    path: Path, given: Sequence[PointColumn | None] | None = None
+) -> tuple[list[Measurement], list[Finding]]:
     """Read a file of points; rows that cannot be used are findings.
 
     ``given`` names the columns in order where the file's own header does not. A row's ``station`` is empty where there
-    is no such column. Raises SurveyError where the file is no table of points, or has no usable row.
+    is no such column, its sigma NaN. Raises SurveyError where the file is no table of points, or has no usable row.
     """
     table = read_text_table(path)
     columns, header_rows, findings = point_columns(table, given)
     counts = LineCounts(table.file)
-    rows: list[PointRow] = []
-    for line, fields in table.rows[header_rows:]:
-        try:
-            row = _point(table, columns, line, fields)
-        except ValueError:
-            counts.add("malformed_lines", line)
-            continue
-        if max(abs(row.east_m), abs(row.north_m)) > GREATEST_M:
+    rows: list[Measurement] = []
+    for line, row in parsed(table.rows[header_rows:], counts, partial(_point, table, columns)):
+        if max(abs(row.place.real), abs(row.place.imag)) > GREATEST_M:
             counts.add("non_finite_values", line)
         else:
             rows.append(row)
@@ -301,26 +293,24 @@ def read_points(path: Path, given: Sequence[PointColumn | None] | None = None) -
     return rows, [*table.findings, *findings, *counts.findings(_MESSAGES)]
 
 
-def _point(table: TextTable, columns: dict[PointColumn, int], line: int, fields: tuple[str, ...]) -> PointRow:
-    def cell(column: PointColumn) -> str:
-        index = columns.get(column, len(fields))
-        return fields[index] if index < len(fields) else ""
-
-    name = landmark_id(cell(PointColumn.POINT))
-    east, north, height = (
-        table.number(cell(column)) for column in (PointColumn.EAST, PointColumn.NORTH, PointColumn.HEIGHT)
+def _point(table: TextTable, columns: dict[PointColumn, int], line: int, fields: tuple[str, ...]) -> Measurement:
+    cells = {column: fields[index] for column, index in columns.items() if index < len(fields)}
+    east, north, height, sigma = (
+        table.number(cells.get(column, ""))
+        for column in (PointColumn.EAST, PointColumn.NORTH, PointColumn.HEIGHT, PointColumn.SIGMA)
     )
-    sigma = table.number(cell(PointColumn.SIGMA))
+    name = landmark_id(cells.get(PointColumn.POINT, ""))
     if not name or math.isnan(east) or math.isnan(north) or sigma <= 0:
         raise ValueError(f"line {line} is no point")
-    return PointRow(
-        name=name,
-        east_m=east,
-        north_m=north,
-        height_m=height,
+    return Measurement(
+        point=name,
+        station=cells.get(PointColumn.STATION, ""),
+        place=complex(east, north),
         sigma_m=sigma,
-        code=cell(PointColumn.CODE),
-        station=cell(PointColumn.STATION),
+        height_m=height,
+        code=cells.get(PointColumn.CODE, ""),
         source=table.place(line),
-        decimals=max(len(cell(column).partition(table.decimal)[2]) for column in (PointColumn.EAST, PointColumn.NORTH)),
+        decimals=max(
+            len(cells[column].partition(table.decimal)[2]) for column in (PointColumn.EAST, PointColumn.NORTH)
+        ),
     )

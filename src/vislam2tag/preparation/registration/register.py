@@ -6,7 +6,7 @@ import itertools
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,9 +24,9 @@ from vislam2tag.preparation.registration.names import (
     id_findings,
     role_of,
 )
-from vislam2tag.preparation.registration.network import KNOWN_HEIGHT, KnownPoint, MeasuredHeight, Shot, adjust_heights
-from vislam2tag.preparation.registration.network_search import SearchedNetwork, search_network
-from vislam2tag.preparation.registration.point_file import PointColumn, PointRow, read_points
+from vislam2tag.preparation.registration.network import KNOWN, Measurement, adjust_heights
+from vislam2tag.preparation.registration.network_search import GrossError, search_network
+from vislam2tag.preparation.registration.point_file import PointColumn, read_points
 from vislam2tag.preparation.registration.record import (
     INTERCHANGED,
     RegisteredPoint,
@@ -41,8 +41,6 @@ from vislam2tag.preparation.registration.results import (
     scale_test,
     station_points,
     station_rows,
-    tape_residuals,
-    taped_point,
 )
 from vislam2tag.preparation.registration.tape_and_clicks import Click, TapeDistance, Target
 from vislam2tag.preparation.registration.trilateration import PlanBounds, TapeResult, trilaterate
@@ -58,7 +56,7 @@ def read_stations(
     codes: Sequence[str],
     rules: NameRules,
     settings: RegistrationSettings,
-) -> tuple[list[Shot], list[MeasuredHeight], list[Finding]]:
+) -> tuple[list[Measurement], list[Finding]]:
     """Read total-station exports: a file is a station, unless a column names stations.
 
     Only shots with one of these point ``codes`` count, where any is given; the others are a finding. Raises
@@ -67,8 +65,7 @@ def read_stations(
     stems = [path.stem for path in paths]
     if double := [path for i, path in enumerate(paths) if path.stem in stems[:i]]:
         raise SurveyError(f"{double[0]}: another file has the same name, which is its station's; rename one")
-    shots: list[Shot] = []
-    heights: list[MeasuredHeight] = []
+    shots: list[Measurement] = []
     findings: list[Finding] = []
     for path in paths:
         rows, problems = read_points(path, columns)
@@ -77,91 +74,66 @@ def read_stations(
             lines = [int(row.source.rpartition(":")[2]) for row in other]
             message = f"these rows have another point code than {', '.join(codes)} and are left out"
             findings.append(Finding.at_lines("other_code", path.name, lines, message, Severity.INFO))
-        for row in rows:
-            if codes and row.code not in codes:
-                continue
-            station, point = row.station or path.stem, rules.key(row.name)
-            shots.append(
-                Shot(
-                    point=point,
-                    station=station,
-                    place=complex(row.east_m, row.north_m),
-                    sigma_m=settings.shot_sigma_m if math.isnan(row.sigma_m) else row.sigma_m,
-                    source=row.source,
-                    decimals=row.decimals,
-                )
-            )
-            if math.isfinite(row.height_m):
-                heights.append(MeasuredHeight(point, station, row.height_m, settings.height_sigma_m, row.source))
-    return shots, heights, findings
+        shots += [
+            _named(row, rules, settings.shot_sigma_m, row.station or path.stem)
+            for row in rows
+            if not codes or row.code in codes
+        ]
+    return shots, findings
+
+
+def _named(row: Measurement, rules: NameRules, sigma_m: float, station: str = KNOWN) -> Measurement:
+    """A row of a file by its point's key, with the usual sigma where it has none."""
+    sigma_m = sigma_m if math.isnan(row.sigma_m) else row.sigma_m
+    return replace(row, point=rules.key(row.point), station=station, sigma_m=sigma_m)
 
 
 def read_known_points(
     path: Path, rules: NameRules, settings: RegistrationSettings
-) -> tuple[list[KnownPoint], list[MeasuredHeight], list[Finding]]:
+) -> tuple[list[Measurement], list[Finding]]:
     """Read known points (BCS metres; H above the floor); raises SurveyError where a name comes twice."""
     rows, findings = read_points(path)
-    first: dict[str, PointRow] = {}
+    found: dict[str, Measurement] = {}
     for row in rows:
-        key = rules.key(row.name)
-        if key in first:
-            raise SurveyError(
-                f"{row.source}: known point {row.name} is there twice (first: {first[key].source}); keep one"
-            )
-        first[key] = row
-    known = [
-        KnownPoint(
-            point=key,
-            place=complex(row.east_m, row.north_m),
-            sigma_m=settings.control_sigma_m if math.isnan(row.sigma_m) else row.sigma_m,
-            source=row.source,
-            decimals=row.decimals,
-        )
-        for key, row in first.items()
-    ]
-    heights = [
-        MeasuredHeight(key, KNOWN_HEIGHT, row.height_m, settings.height_sigma_m, row.source)
-        for key, row in first.items()
-        if math.isfinite(row.height_m)
-    ]
-    return known, heights, findings
+        one = _named(row, rules, settings.control_sigma_m)
+        first = found.setdefault(one.point, one)
+        if first is not one:
+            raise SurveyError(f"{row.source}: known point {row.point} is there twice (first: {first.source}); keep one")
+    return list(found.values()), findings
 
 
 def known_points_of_site(
     site: Site, floor: int, wanted: Sequence[str], rules: NameRules, settings: RegistrationSettings
-) -> tuple[list[KnownPoint], list[MeasuredHeight]]:
+) -> list[Measurement]:
     """Landmarks and control points of a floor as they stand in the site's files, those ``wanted`` or :data:`ALL`.
 
     Landmarks that were only planned are not known. Raises UsageError where one is wanted that has no measured position.
     """
-    found: dict[str, KnownPoint] = {}
-    heights: list[MeasuredHeight] = []
+    found: dict[str, Measurement] = {}
     whole = site.landmarks.on_floor(floor)
     here = whole.without_planned_positions()
     for i in np.flatnonzero(here.surveyed).tolist():
-        sigma_m = math.sqrt(float(np.trace(here.covariance_bcs[i])) / 2)
-        source = here.source[i] if here.source else ""
-        found[here.ids[i]] = KnownPoint(
-            point=here.ids[i], place=complex(as_complex(here.position_bcs[i])), sigma_m=sigma_m, source=source
+        found[here.ids[i]] = Measurement(
+            point=here.ids[i],
+            place=complex(as_complex(here.position_bcs[i])),
+            sigma_m=math.sqrt(float(np.trace(here.covariance_bcs[i])) / 2),
+            height_m=float(here.z_m[i]),
+            source=here.source[i] if here.source else "",
         )
-        if math.isfinite(here.z_m[i]):
-            heights.append(
-                MeasuredHeight(here.ids[i], KNOWN_HEIGHT, float(here.z_m[i]), settings.height_sigma_m, source)
-            )
     points = site.floor(floor).control_points
     for i, (name, place) in enumerate(zip(points.ids, points.position_bcs, strict=True)):
         key, source = control_key(name), points.source[i] if points.source else ""
-        found[key] = KnownPoint(
+        found[key] = Measurement(
             point=key, place=complex(as_complex(place)), sigma_m=settings.control_sigma_m, source=source
         )
     keys = set(found) if ALL in wanted else {rules.key(name) for name in wanted}
     if missing := sorted(keys - found.keys()):
         planned = ", only a planned one, which is not known" if missing[0] in whole.planned_ids else ""
         raise UsageError(f"--known {missing[0]}: floor {floor} has no measured position of it{planned}")
-    return [one for key, one in found.items() if key in keys], [one for one in heights if one.point in keys]
+    return [one for key, one in found.items() if key in keys]
 
 
-def repeats(shots: Sequence[Shot]) -> tuple[Repeat, ...]:
+def repeats(shots: Sequence[Measurement]) -> tuple[Repeat, ...]:
     """Points shot more than once from one station, with the spread of their shots."""
     places: dict[tuple[str, str], list[complex]] = defaultdict(list)
     for shot in shots:
@@ -211,10 +183,10 @@ def expected_findings(
 class FloorMeasurements:
     """All measurements of one floor."""
 
-    shots: Sequence[Shot] = ()
-    known: Sequence[KnownPoint] = ()
-    heights: Sequence[MeasuredHeight] = ()
-    """Of shots and known points."""
+    shots: Sequence[Measurement] = ()
+    known: Sequence[Measurement] = ()
+    height_sigma_m: float = RegistrationSettings().height_sigma_m
+    """Of each height among them."""
     distances: Sequence[TapeDistance] = ()
     targets: Mapping[str, Target] = field(default_factory=dict)
     clicks: Mapping[str, Click] = field(default_factory=dict)
@@ -242,10 +214,9 @@ def register_floor(
     if measured.shots:
         start, points = _by_stations(start, measured, free_scale)
     taped = _by_tape(measured, points)
-    landmarks = {key: one for key, one in points.items() if role_of(key)[0] is Role.LANDMARK}
+    landmarks = {key: one for key, one in points.items() if role_of(key)[0] is Role.LANDMARK} | taped.placed
     control = [one for key, one in points.items() if role_of(key)[0] is Role.CONTROL]
-    landmarks |= {name: taped_point(name, one) for name, one in taped.placed.items()}
-    known = {one.point for one in measured.known}
+    known = _known(measured)
     for name, click in measured.clicks.items():
         if name not in landmarks and name not in known:
             landmarks[name] = clicked_point(click)
@@ -255,7 +226,7 @@ def register_floor(
         update={
             "landmarks": tuple(sorted(landmarks.values(), key=_natural)),
             "control_points": tuple(sorted(control, key=_natural)),
-            "tape_residuals": tape_residuals(taped),
+            "tape_residuals": tuple(taped.residuals),
             "errors": (*start.errors, *taped.errors),
             "unplaced": dict(sorted(unplaced.items())),
             "findings": (
@@ -280,12 +251,12 @@ def _by_stations(
     start: Registration, measured: FloorMeasurements, free_scale: bool
 ) -> tuple[Registration, dict[str, RegisteredPoint]]:
     """Adjust the shots; the points found, by key."""
-    searched = search_network(measured.shots, measured.known, free_scale=free_scale)
-    heights = adjust_heights(measured.heights)
-    fit, scale = searched.fit, scale_test(searched.fit)
-    points = station_points(fit, measured.known, heights)
+    every = [*measured.shots, *measured.known]
+    fit, errors = search_network(every, free_scale=free_scale)
+    heights, scale, known = adjust_heights(every, measured.height_sigma_m), scale_test(fit), _known(measured)
+    points = station_points(fit, known, heights)
     sigma0 = fit.adjusted.sigma0
-    further = network_findings(fit, heights, scale, measured.shots, measured.known)
+    used = {shot.point for shot in measured.shots} & known
     found = {
         "stations": station_rows(fit),
         "sigma0": None if sigma0 is None else round(sigma0, 3),
@@ -294,22 +265,26 @@ def _by_stations(
         "scale": scale,
         "residuals": plane_residuals(fit),
         "repeats": repeats(measured.shots),
-        "errors": (*(error.text for error in searched.errors), *heights.errors),
-        "unplaced": _shot_without_position(searched, points, measured),
-        "findings": (*start.findings, *further),
+        "errors": (*(error.text for error in errors), *heights.errors),
+        "unplaced": _shot_without_position(errors, points, measured),
+        "findings": (*start.findings, *network_findings(fit, heights, scale, len(used))),
     }
     return start.model_copy(update=found), points
 
 
+def _known(measured: FloorMeasurements) -> set[str]:
+    return {one.point for one in measured.known}
+
+
 def _shot_without_position(
-    searched: SearchedNetwork, points: Mapping[str, RegisteredPoint], measured: FloorMeasurements
+    errors: Sequence[GrossError], points: Mapping[str, RegisteredPoint], measured: FloorMeasurements
 ) -> dict[str, str]:
     """Landmarks that were shot and have no position."""
-    known, found = {one.point for one in measured.known}, {}
+    placed, found = points.keys() | _known(measured), {}
     for shot in measured.shots:
         role, name = role_of(shot.point)
-        if role in (Role.LANDMARK, Role.LEFT, Role.RIGHT) and name not in points and name not in known:
-            wrong = any(shot.point in error.points for error in searched.errors)
+        if role in (Role.LANDMARK, Role.LEFT, Role.RIGHT) and name not in placed:
+            wrong = any(shot.point in error.points for error in errors)
             found[name] = "its shots contradict others" if wrong else "only one edge of its sheet was shot"
     return found
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +15,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.registration.least_squares import SingularError
 from vislam2tag.preparation.registration.names import Role, role_of
-from vislam2tag.preparation.registration.network import (
-    HeightFit,
-    KnownPoint,
-    PlaneFit,
-    Shot,
-    adjust_plane,
-)
+from vislam2tag.preparation.registration.network import KNOWN, HeightFit, PlaneFit, adjust_plane
 from vislam2tag.preparation.registration.record import (
     PositionSource,
     RegisteredPoint,
@@ -31,11 +24,17 @@ from vislam2tag.preparation.registration.record import (
     StationRow,
 )
 from vislam2tag.preparation.registration.tape_and_clicks import Click
-from vislam2tag.preparation.registration.trilateration import TapedLandmark, TapeResult
 from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
 from vislam2tag.site.landmark_states import LandmarkState, StateRow, read_states
 from vislam2tag.site.model import landmark_id
-from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, SiteTable, finite_or_none, read_site_table
+from vislam2tag.site.site_table import (
+    CONTROL_POINTS,
+    LANDMARKS,
+    SiteTable,
+    TableColumns,
+    finite_or_none,
+    readable_table,
+)
 
 LEAST_SIGMA_M = 0.002
 """No landmark is stated better than this: a sheet is paper, and its centre a matter of millimetres."""
@@ -43,96 +42,79 @@ LEAST_WIDTH_M = 0.05
 """Edges nearer than this give no direction."""
 
 
-@dataclass(frozen=True)
-class SheetPose:
-    """Where a landmark's sheet hangs: centre, its covariance (2, 2), m^2, and direction of its X axis where known."""
-
-    place: complex
-    covariance: FloatArray
-    heading_rad: float | None = None
-    heading_sigma_rad: float | None = None
-
-
-def sheet_pose(fit: PlaneFit, landmark: str) -> SheetPose | None:
-    """Take a landmark from the shots of its centre, or of its two edges; None where neither is there.
-
-    The X axis points to the right for who looks at the sheet, from the left edge (shot as ``ID_L``) to the right one.
-    """
-    left, right = f"{landmark}_L", f"{landmark}_R"
-    both = left in fit.places and right in fit.places
-    heading, sigma = _heading(fit, left, right) if both else (None, None)
-    if landmark in fit.places:
-        return SheetPose(fit.places[landmark], fit.covariance(landmark), heading, sigma)
-    if not both:
-        return None
-    half = np.hstack((np.eye(2), np.eye(2))) / 2
-    covariance = half @ fit.covariance(left, right) @ half.T
-    return SheetPose((fit.places[left] + fit.places[right]) / 2, covariance, heading, sigma)
-
-
-def _heading(fit: PlaneFit, left: str, right: str) -> tuple[float | None, float | None]:
-    across = fit.places[right] - fit.places[left]
-    if abs(across) < LEAST_WIDTH_M:
-        return None, None
-    square = np.array((-across.imag, across.real)) / abs(across) ** 2
-    change = np.concatenate((-square, square))
-    sigma = math.sqrt(float(change @ fit.covariance(left, right) @ change))
-    return math.atan2(across.imag, across.real), sigma
-
-
 CERTAIN_SIGMAS = 3.29
 """A scale this far from 1 is off (one in a thousand)."""
 
 
-def station_points(fit: PlaneFit, known: Sequence[KnownPoint], heights: HeightFit) -> dict[str, RegisteredPoint]:
+def sheet_pose(fit: PlaneFit, landmark: str) -> tuple[complex, FloatArray] | None:
+    """Centre of a landmark's sheet and its covariance (2, 2), m^2, from the shots of its centre, or of its two edges.
+
+    None where neither is there.
+    """
+    if landmark in fit.places:
+        return fit.places[landmark], fit.covariance(landmark)
+    left, right = f"{landmark}_L", f"{landmark}_R"
+    if left not in fit.places or right not in fit.places:
+        return None
+    half = np.hstack((np.eye(2), np.eye(2))) / 2
+    return (fit.places[left] + fit.places[right]) / 2, half @ fit.covariance(left, right) @ half.T
+
+
+def _heading(fit: PlaneFit, landmark: str) -> dict[str, float]:
+    """Direction of a sheet's X axis and its sigma, where both its edges were shot.
+
+    It points to the right for who looks at the sheet, from the left edge (shot as ``ID_L``) to the right one.
+    """
+    left, right = f"{landmark}_L", f"{landmark}_R"
+    across = fit.places.get(right, 0j) - fit.places.get(left, 0j)
+    if left not in fit.places or right not in fit.places or abs(across) < LEAST_WIDTH_M:
+        return {}
+    square = np.array((-across.imag, across.real)) / abs(across) ** 2
+    change = np.concatenate((-square, square))
+    sigma = math.sqrt(float(change @ fit.covariance(left, right) @ change))
+    return {"heading_rad": round(math.atan2(across.imag, across.real), 6), "heading_sigma_rad": round(sigma, 6)}
+
+
+def station_points(fit: PlaneFit, known: Collection[str], heights: HeightFit) -> dict[str, RegisteredPoint]:
     """Landmarks and control points that were shot and are not known, by key."""
-    given = {one.point for one in known}
     found: dict[str, RegisteredPoint] = {}
     for key in fit.places:
         role, identity = role_of(key)
         name = identity if role in (Role.LEFT, Role.RIGHT) else key
-        if role is Role.TIE or name in given or name in found:
+        if role is Role.TIE or name in known or name in found:
             continue
         sheet = sheet_pose(fit, name)
         if sheet is None:
             continue
-        parts = [i for i, shot in enumerate(fit.shots) if shot.point in (name, f"{name}_L", f"{name}_R")]
+        edges = (name, f"{name}_L", f"{name}_R")
+        parts = [i for i, shot in enumerate(fit.measurements) if shot.station and shot.point in edges]
         checked = float(np.mean([fit.reliability(i) for i in parts]))
-        point = _point(identity, sheet, (PositionSource.STATION, len(parts), checked))
+        further = _heading(fit, name)
         if name in heights.heights:
             z_m, z_sigma_m = heights.heights[name]
-            z = {"z_m": round(z_m, 4), "z_sigma_m": round(max(z_sigma_m, LEAST_SIGMA_M), 5)}
-            point = point.model_copy(update=z)
-        found[name] = point
+            further |= {"z_m": round(z_m, 4), "z_sigma_m": round(max(z_sigma_m, LEAST_SIGMA_M), 5)}
+        point = placed_point(identity, *sheet, (PositionSource.STATION, len(parts), checked))
+        found[name] = point.model_copy(update=further)
     return found
-
-
-def taped_point(name: str, taped: TapedLandmark) -> RegisteredPoint:
-    """A landmark placed by tape."""
-    checked = taped.redundancy / taped.distances
-    point = _point(name, SheetPose(taped.place, taped.covariance), (PositionSource.TAPE, taped.distances, checked))
-    return point.model_copy(update={"note": taped.note})
 
 
 def clicked_point(click: Click) -> RegisteredPoint:
     """A landmark clicked on the plan."""
-    sheet = SheetPose(click.place, np.eye(2) * click.sigma_m**2)
-    return _point(click.landmark, sheet, (PositionSource.CLICK, 1, 0.0))
+    return placed_point(click.landmark, click.place, np.eye(2) * click.sigma_m**2, (PositionSource.CLICK, 1, 0.0))
 
 
-def _point(name: str, sheet: SheetPose, origin: tuple[PositionSource, int, float]) -> RegisteredPoint:
-    """A point from its sheet; ``origin``: source, how many measurements, how much they are checked."""
-    covariance = _floored(sheet.covariance, LEAST_SIGMA_M)
-    (xx, xy), (_, yy) = covariance.tolist()
+def placed_point(
+    name: str, place: complex, covariance: FloatArray, origin: tuple[PositionSource, int, float]
+) -> RegisteredPoint:
+    """A point with its covariance (2, 2), m^2; ``origin``: source, how many measurements, how much they are checked."""
+    (xx, xy), (_, yy) = _floored(covariance, LEAST_SIGMA_M).tolist()
     source, measurements, checked = origin
     return RegisteredPoint(
         point=name,
-        x_m=round(sheet.place.real, 4),
-        y_m=round(sheet.place.imag, 4),
+        x_m=round(place.real, 4),
+        y_m=round(place.imag, 4),
         sigma_m=round(math.sqrt((xx + yy) / 2), 5),
         covariance_m2=((_short(xx), _short(xy)), (_short(xy), _short(yy))),
-        heading_rad=_rounded(sheet.heading_rad, 6),
-        heading_sigma_rad=_rounded(sheet.heading_sigma_rad, 6),
         source=source,
         measurements=measurements,
         checked=round(checked, 3),
@@ -149,16 +131,12 @@ def _short(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def _rounded(value: float | None, digits: int) -> float | None:
-    return None if value is None else round(value, digits)
-
-
 def scale_test(fit: PlaneFit) -> ScaleTest | None:
     """Tell whether distances differ between stations and building; None where nothing tells (too few points)."""
     scale = fit.scale
     if scale is None:
         try:
-            scale = adjust_plane(fit.shots, fit.known, fit.maps, free_scale=True).scale
+            scale = adjust_plane(fit.measurements, fit.maps, free_scale=True).scale
         except SingularError:
             return None
     if scale is None:
@@ -175,9 +153,10 @@ def station_rows(fit: PlaneFit) -> tuple[StationRow, ...]:
             x_m=round(bcs_T_station.b.real, 4),
             y_m=round(bcs_T_station.b.imag, 4),
             turn_rad=round(bcs_T_station.rotation_rad, 7),
-            shots=sum(shot.station == name for shot in fit.shots),
+            shots=sum(shot.station == name for shot in fit.measurements),
         )
         for name, bcs_T_station in fit.maps.items()
+        if name != KNOWN
     )
 
 
@@ -185,7 +164,7 @@ def plane_residuals(fit: PlaneFit) -> tuple[Residual, ...]:
     """Residuals of all that others check at all."""
     found = []
     for i, one in enumerate(fit.measurements):
-        reduction, checks = fit.adjusted.reduction_without(fit.groups[i])
+        reduction, checks = fit.adjusted.reduction_without(fit.adjusted.rows(i))
         if checks:
             off = fit.residual_m(i)
             sigmas = math.sqrt(reduction / checks / fit.adjusted.variance_factor)
@@ -201,18 +180,8 @@ def plane_residuals(fit: PlaneFit) -> tuple[Residual, ...]:
     return tuple(found)
 
 
-def tape_residuals(taped: TapeResult) -> tuple[Residual, ...]:
-    """Residuals of all distances used."""
-    return tuple(
-        Residual(measurement=label, off_m=round(off_m, 4), sigmas=round(sigmas, 2), checked=round(checked, 3))
-        for label, off_m, sigmas, checked in taped.residuals
-    )
-
-
-def network_findings(
-    fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None, shots: Sequence[Shot], known: Sequence[KnownPoint]
-) -> list[Finding]:
-    """What is odd about the adjustment as a whole."""
+def network_findings(fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None, known_shot: int) -> list[Finding]:
+    """What is odd about the adjustment as a whole; ``known_shot`` is how many known points were shot."""
     messages: list[tuple[FindingKind, int, str]] = []
     if scale is not None and scale.off:
         text = (
@@ -226,10 +195,9 @@ def network_findings(
             "look for the reason"
         )
         messages.append(("large_sigma0", 1, text))
-    used = {shot.point for shot in shots} & {one.point for one in known}
-    if len(used) < 3:
+    if known_shot < 3:
         text = (
-            f"only {len(used)} known points were shot: one that is wrong, or east and north exchanged, would not be "
+            f"only {known_shot} known points were shot: one that is wrong, or east and north exchanged, would not be "
             "noticed; shoot three or more"
         )
         messages.append(("few_known_points", 1, text))
@@ -250,7 +218,7 @@ def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[Regi
     A position that was only planned is replaced in any case. Raises OutputError where a landmark has another position
     there and ``replace`` is not given, SurveyError where the file there is no landmark file.
     """
-    table = _table(root, table_path(folder / LANDMARK_FILE))
+    table = _table(root, table_path(folder / LANDMARK_FILE), LANDMARKS)
     header = list(table.header) if table.rows or table.header else ["id", "x", "y"]
     if table.header and (problem := table.missing_columns(LANDMARKS)) is not None:
         raise SurveyError(f"{folder / LANDMARK_FILE}: {problem}")
@@ -288,14 +256,8 @@ def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoin
     Raises OutputError where one has another position there and ``replace`` is not given, or the numbers leave a gap.
     """
     path = table_path(folder / CONTROL_POINT_FILE)
-    try:
-        rows = [
-            list(fields) for _, fields in read_site_table(root, path, has_header=False, columns=CONTROL_POINTS).rows
-        ]
-    except FileNotFoundError:
-        rows = []
-    except OSError as error:
-        raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
+    table = _table(root, path, CONTROL_POINTS, has_header=False)
+    rows = [list(fields) for _, fields in table.rows]
     for one in sorted(points, key=lambda one: int(one.point)):
         number, cells = int(one.point), [f"{one.x_m:.4f}", f"{one.y_m:.4f}"]
         if number > len(rows):
@@ -312,13 +274,11 @@ def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoin
     return csv_rows(rows)
 
 
-def _table(root: Path, path: Path) -> SiteTable:
-    try:
-        return read_site_table(root, path, columns=LANDMARKS)
-    except FileNotFoundError:
+def _table(root: Path, path: Path, columns: TableColumns, *, has_header: bool = True) -> SiteTable:
+    """A file of the site; without rows where there is none yet."""
+    if not path.exists():
         return SiteTable(path.relative_to(root).as_posix(), (), ())
-    except OSError as error:
-        raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
+    return readable_table(root, path, has_header=has_header, columns=columns)
 
 
 def _differs(table: SiteTable, fields: tuple[str, ...], one: RegisteredPoint) -> bool:

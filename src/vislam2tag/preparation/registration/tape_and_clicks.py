@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
-from vislam2tag.preparation.registration.point_file import TextTable, read_text_table
+from vislam2tag.preparation.registration.point_file import TextTable, parsed, read_text_table
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.site.landmark_file import GREATEST_M
 from vislam2tag.site.model import landmark_id
@@ -53,13 +54,9 @@ def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Tap
     Raises SurveyError where the file cannot be read or has no usable row.
     """
     table = read_text_table(path)
-    found: list[TapeDistance] = []
     counts = LineCounts(table.file)
-    for line, fields in _rows(table, number_at=2):
-        try:
-            found.append(_distance(table, line, fields, settings))
-        except (ValueError, IndexError):
-            counts.add("malformed_lines", line)
+    rows = parsed(_rows(table, number_at=2), counts, partial(_distance, table, settings))
+    found = [distance for _, distance in rows]
     if not found:
         raise SurveyError(f"{path}: has no distance; expected rows landmark,to,distance_m[,sigma_m]")
     message = (
@@ -77,12 +74,7 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
     table = read_text_table(path)
     found: dict[str, Target] = {}
     counts = LineCounts(table.file)
-    for line, fields in _rows(table, number_at=1):
-        try:
-            target = _target(table, fields, settings)
-        except (ValueError, IndexError):
-            counts.add("malformed_lines", line)
-            continue
+    for line, target in parsed(_rows(table, number_at=1), counts, partial(_target, table, settings)):
         if target.name in found:
             counts.add("duplicate_targets", line)
         else:
@@ -111,7 +103,7 @@ def _rows(table: TextTable, number_at: int) -> tuple[tuple[int, tuple[str, ...]]
     return table.rows
 
 
-def _distance(table: TextTable, line: int, fields: tuple[str, ...], settings: RegistrationSettings) -> TapeDistance:
+def _distance(table: TextTable, settings: RegistrationSettings, line: int, fields: tuple[str, ...]) -> TapeDistance:
     distance, sigma = table.number(fields[2]), table.number(fields[3]) if len(fields) > 3 else math.nan
     name, to = landmark_id(fields[0]), landmark_id(fields[1])
     if not name or not to or name == to or not 0 <= distance <= LONGEST_M or sigma <= 0:
@@ -126,14 +118,14 @@ def _distance(table: TextTable, line: int, fields: tuple[str, ...], settings: Re
     )
 
 
-def _target(table: TextTable, fields: tuple[str, ...], settings: RegistrationSettings) -> Target:
+def _target(table: TextTable, settings: RegistrationSettings, line: int, fields: tuple[str, ...]) -> Target:
     x, y, x2, y2, sigma = (table.number(fields[i]) if i < len(fields) else math.nan for i in range(1, 6))
     if len(fields) == 4:
         x2, sigma = math.nan, x2
     name = landmark_id(fields[0])
     wall = not math.isnan(x2)
     if not name or math.isnan(x) or math.isnan(y) or sigma <= 0 or math.isnan(x2) != math.isnan(y2):
-        raise ValueError(f"'{name}' is no target")
+        raise ValueError(f"line {line} is no target")
     if wall and (x, y) == (x2, y2):
         raise ValueError(f"wall '{name}' has no length")
     stop = complex(x2, y2) if wall else None
@@ -167,22 +159,23 @@ def read_clicks(path: Path, floor: int, settings: RegistrationSettings) -> tuple
         raise SurveyError(f"{table.place(table.rows[0][0])}: expected the header {','.join(HEADER)}")
     found: dict[str, Click] = {}
     counts = LineCounts(table.file)
-    for line, fields in table.rows[1:]:
-        try:
-            name, number = landmark_id(fields[0]), int(fields[1])
-            x, y, screen_m, plan_m = (table.number(field) for field in fields[2:6])
-            if not name or not max(abs(x), abs(y)) <= GREATEST_M or not (screen_m > 0 and plan_m > 0):
-                raise ValueError(f"line {line} is no click")
-        except (ValueError, IndexError):
-            counts.add("malformed_lines", line)
-            continue
+    for line, (number, click) in parsed(table.rows[1:], counts, partial(_click, table, settings)):
         if number != floor:
             counts.add("other_floor", line)
             continue
-        if name in found:
+        if click.landmark in found:
             counts.add("duplicate_landmarks", line)
-        found[name] = Click(name, complex(x, y), click_sigma_m(screen_m, plan_m, settings), table.place(line))
+        found[click.landmark] = click
     return found, [*table.findings, *counts.findings(_MESSAGES)]
+
+
+def _click(table: TextTable, settings: RegistrationSettings, line: int, fields: tuple[str, ...]) -> tuple[int, Click]:
+    """A row's floor and click."""
+    name, number = landmark_id(fields[0]), int(fields[1])
+    x, y, screen_m, plan_m = (table.number(field) for field in fields[2:6])
+    if not name or not max(abs(x), abs(y)) <= GREATEST_M or not (screen_m > 0 and plan_m > 0):
+        raise ValueError(f"line {line} is no click")
+    return number, Click(name, complex(x, y), click_sigma_m(screen_m, plan_m, settings), table.place(line))
 
 
 def click_sigma_m(screen_pixel_m: float, plan_pixel_m: float, settings: RegistrationSettings) -> float:

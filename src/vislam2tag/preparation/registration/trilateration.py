@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 import networkx as nx
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.registration.distance_equations import (
     Equation,
     StartingPlaces,
@@ -30,6 +29,8 @@ from vislam2tag.preparation.registration.least_squares import (
     mistyped,
     suspicious,
 )
+from vislam2tag.preparation.registration.record import PositionSource, RegisteredPoint, Residual
+from vislam2tag.preparation.registration.results import placed_point
 from vislam2tag.preparation.registration.tape_and_clicks import TapeDistance, Target
 
 AGREES_SIGMAS = 4.0
@@ -48,37 +49,18 @@ PlanBounds = tuple[float, float, float, float]
 """Left, right, lower and upper edge of a plan, BCS metres."""
 
 
-@dataclass(frozen=True)
-class TapedLandmark:
-    """A landmark's place and its covariance (2, 2), m^2; by how many distances."""
-
-    place: complex
-    covariance: FloatArray
-    distances: int
-    redundancy: int
-    note: str = ""
-
-
 @dataclass
 class TapeResult:
     """Landmarks placed, those that are not with the reason, and what was left out."""
 
-    placed: dict[str, TapedLandmark] = field(default_factory=dict)
+    placed: dict[str, RegisteredPoint] = field(default_factory=dict)
     unplaced: dict[str, str] = field(default_factory=dict)
     errors: list[str] = field(default_factory=list)
-    residuals: list[tuple[str, float, float, float]] = field(default_factory=list)
-    """Of each distance used: label, taped minus adjusted (metres), in standard deviations, how much it is checked."""
+    residuals: list[Residual] = field(default_factory=list)
+    """Of each distance used."""
 
 
 _Solution = tuple[StartingPlaces, dict[str, complex], Adjusted]
-
-
-@dataclass(frozen=True)
-class _Hints:
-    """What decides between solutions, besides the distances: the plan's extent, expected places."""
-
-    extent_m: PlanBounds | None
-    expected: Mapping[str, complex]
 
 
 def trilaterate(
@@ -93,7 +75,7 @@ def trilaterate(
     What has a name in ``targets`` is fixed. ``extent_m`` (left, right, lower, upper) and ``expected`` places (planned,
     or clicked) only decide between places that the distances cannot tell apart.
     """
-    result, hints = TapeResult(), _Hints(extent_m, expected or {})
+    result = TapeResult()
     free = [one for one in distances if one.landmark not in targets]
     led_to = Counter(one.to for one in free if one.to not in targets)
     landmarks = {one.landmark for one in free} | {name for name, count in led_to.items() if count > 1}
@@ -110,7 +92,9 @@ def trilaterate(
     for component in nx.connected_components(graph):
         mine = [one for one in equations if one.distance.landmark in component]
         names = [name for name in graph if name in component]
-        _place(mine, names, hints, result)
+        solutions, order = _solutions(mine, names, extent_m, result)
+        if solutions:
+            _keep_sure(solutions, order, expected or {}, result)
     return result
 
 
@@ -133,8 +117,10 @@ def _placing_order(equations: Sequence[Equation], names: Sequence[str]) -> list[
         order.append(best)
 
 
-def _place(equations: Sequence[Equation], names: Sequence[str], hints: _Hints, result: TapeResult) -> None:
-    """Place the landmarks of one connected group."""
+def _solutions(
+    equations: Sequence[Equation], names: Sequence[str], extent_m: PlanBounds | None, result: TapeResult
+) -> tuple[list[_Solution], list[str]]:
+    """The best places of one connected group of landmarks, and others as good; the landmarks in order of placing."""
     good = list(equations)
     while True:
         order = _placing_order(good, names)
@@ -144,14 +130,12 @@ def _place(equations: Sequence[Equation], names: Sequence[str], hints: _Hints, r
         if not wrong:
             break
         good = [one for one in good if one.distance not in wrong]
-    for name in names:
-        if name not in order:
-            result.unplaced[name] = "fewer than two distances that can be used: measure more"
-    solutions = _solutions(begun, order, hints)
-    if solutions:
-        _keep_sure(solutions, order, hints.expected, result)
-    else:
+    few = "fewer than two distances that can be used: measure more"
+    result.unplaced |= {name: few for name in names if name not in order}
+    solutions = _as_good(begun, order, extent_m)
+    if not solutions:
         result.unplaced |= dict.fromkeys(order, UNDETERMINED)
+    return solutions, order
 
 
 def _contradicting_distances(
@@ -163,15 +147,14 @@ def _contradicting_distances(
         adjusted = adjusted_at(start.equations, names, places)
     except SingularError:
         return ()
-    groups = [np.array((i,)) for i in range(len(start.equations))]
-    suspects = [i for i, _ in suspicious(adjusted, groups, noise)]
+    suspects = suspicious(adjusted, noise)
     if not suspects:
         return ()
     sigma_m = np.array([one.sigma_m for one in start.equations])
-    found = explanations(adjusted, groups, sigma_m, noise, suspects, _typing_errors(start.equations, suspects))
+    found = explanations(adjusted, sigma_m, noise, suspects, _typing_errors(start.equations, suspects))
     wrong = sorted({i for one in found for i in one.measurements})
     if len(found) == 1:
-        off = adjusted.residual[wrong[0]] / adjusted.kernel(groups[wrong[0]])[0, 0] * sigma_m[wrong[0]]
+        off = adjusted.residual[wrong[0]] / adjusted.kernel(adjusted.rows(wrong[0]))[0, 0] * sigma_m[wrong[0]]
         label = start.equations[wrong[0]].distance.label
         result.errors.append(found[0].text or f"{label} is off by {-off:+.2f} m")
     else:
@@ -199,7 +182,7 @@ def _typing_errors(equations: Sequence[Equation], suspects: Sequence[int]) -> li
         for value, what in variants:
             text = f"{one.label} looks mistyped ({what}): {value:.{one.decimals}f} would fit"
             by = np.array([(one.distance_m - value) / equations[i].sigma_m])
-            found.append(ValueChange(text, (i,), np.array((i,)), by, len(variants) * len(equations)))
+            found.append(ValueChange(text, (i,), by, len(variants) * len(equations)))
     return found
 
 
@@ -209,10 +192,12 @@ def _keep_sure(
     """Choose among the least-squares solutions for each landmark, and keep what is sure."""
     start, _, adjusted = solutions[0]
     for i, one in enumerate(start.equations):
-        checked = float(adjusted.kernel(np.array((i,)))[0, 0])
-        sigmas = adjusted.residual[i] / np.sqrt(max(checked, 1e-6) * adjusted.variance_factor)
-        off_m = -float(adjusted.residual[i]) * one.sigma_m
-        result.residuals.append((one.distance.label, off_m, -float(sigmas), checked))
+        checked = float(adjusted.kernel(adjusted.rows(i))[0, 0])
+        sigmas = -float(adjusted.residual[i] / np.sqrt(max(checked, 1e-6) * adjusted.variance_factor))
+        off_m = round(-float(adjusted.residual[i]) * one.sigma_m, 4)
+        label = one.distance.label
+        residual = Residual(measurement=label, off_m=off_m, sigmas=round(sigmas, 2), checked=round(checked, 3))
+        result.residuals.append(residual)
     for index, name in enumerate(names):
         chosen, note = _decide_between([places[name] for _, places, _ in solutions], expected.get(name))
         if chosen is None:
@@ -225,31 +210,28 @@ def _keep_sure(
             result.unplaced[name] = "its distances hardly determine it: measure to something in another direction"
         else:
             count = sum(name in (one.distance.landmark, one.other) for one in start.equations)
-            result.placed[name] = TapedLandmark(places[name], block, count, adjusted.redundancy, note)
+            origin = (PositionSource.TAPE, count, adjusted.redundancy / count)
+            result.placed[name] = placed_point(name, places[name], block, origin).model_copy(update={"note": note})
 
 
-def _solutions(begun: Sequence[StartingPlaces], names: Sequence[str], hints: _Hints) -> list[_Solution]:
+def _as_good(begun: Sequence[StartingPlaces], names: Sequence[str], extent_m: PlanBounds | None) -> list[_Solution]:
     """Different solutions as good as the best, which comes first; none beyond a wall's end or outside the plan."""
     found: list[_Solution] = []
     for start in begun:
-        if _same_as_any(start.places, [places for _, places, _ in found]):
+        if _same_as_any(start.places, found):
             continue
         places = least_squares_places(start, names)
-        if any(one.beyond(places) for one in start.equations) or not _inside(places, hints.extent_m):
+        beyond = any(one.beyond(places) for one in start.equations) or not _inside(places, extent_m)
+        if beyond or _same_as_any(places, found):
             continue
-        if _same_as_any(places, [other for _, other, _ in found]):
-            continue
-        try:
-            adjusted = adjusted_at(start.equations, names, places)
-        except SingularError:
-            continue
-        found.append((start, places, adjusted))
+        with suppress(SingularError):
+            found.append((start, places, adjusted_at(start.equations, names, places)))
     found.sort(key=lambda one: one[2].square)
     return [one for one in found if one[2].square < found[0][2].square + AS_GOOD * found[0][2].variance_factor]
 
 
-def _same_as_any(places: Mapping[str, complex], found: Sequence[Mapping[str, complex]]) -> bool:
-    return any(all(abs(place - other[name]) < SAME_PLACE_M for name, place in places.items()) for other in found)
+def _same_as_any(places: Mapping[str, complex], found: Sequence[_Solution]) -> bool:
+    return any(all(abs(place - other[name]) < SAME_PLACE_M for name, place in places.items()) for _, other, _ in found)
 
 
 def _inside(places: Mapping[str, complex], extent_m: PlanBounds | None) -> bool:

@@ -231,14 +231,12 @@ class Recogniser:
 
     def _most_voted(self, seen: Features, but: int | None) -> list[int]:
         """Indices of the images that own the nearest of the whole set to most features, most votes first."""
-        cut = (0, 0) if but is None else (int(self._first[but]), int(self._first[but + 1]))
-        distance = np.full(len(seen), np.inf)
-        nearest = np.full(len(seen), -1)
-        for start, stop in ((0, cut[0]), (cut[1], len(self._all))):
-            for match in self._matcher.match(seen.descriptors, self._all[start:stop]) if stop > start else ():
-                if match.distance < distance[match.queryIdx]:
-                    distance[match.queryIdx], nearest[match.queryIdx] = match.distance, start + match.trainIdx
-        votes = np.bincount(self._owner[nearest[nearest >= 0]], minlength=len(self._references))
+        mask = None
+        if but is not None:
+            mask = np.ones((len(seen), len(self._all)), np.uint8)
+            mask[:, self._first[but] : self._first[but + 1]] = 0
+        nearest = [match.trainIdx for match in self._matcher.match(seen.descriptors, self._all, mask)]
+        votes = np.bincount(self._owner[np.array(nearest, np.int64)], minlength=len(self._references))
         order = np.argsort(-votes, kind="stable")[:_CANDIDATES]
         return [int(index) for index in order if votes[index]]
 

@@ -118,14 +118,9 @@ class LandmarkImage:
     """Pictures of this id that were generated before and were not fit."""
 
 
-@dataclass(frozen=True)
-class Lookalike:
-    """The other image of a set that one could most easily be taken for."""
-
-    landmark: str
-    other: str
-    inliers: int
-    """Features that agree, by chance; from 20 on the two would be confused."""
+Likeness = tuple[str, int]
+"""The other image of a set that one could most easily be taken for (empty: none), and how many features agree by
+chance; from 20 on the two would be confused."""
 
 
 def generated_image(
@@ -191,18 +186,19 @@ def read_grey(path: Path) -> GreyImage:
     return np.array(on_paper(image, _GREATEST_SIDE_PX).convert("L"), np.uint8)
 
 
-def lookalikes(images: Sequence[LandmarkImage], progress: Progress[str] = silent) -> Iterable[Lookalike]:
+def lookalikes(images: Sequence[LandmarkImage], progress: Progress[str] = silent) -> Iterable[Likeness]:
     """Yield for each image of a set the other that it could most easily be taken for."""
     recogniser = Recogniser([image.features for image in images], VOTERS)
     for index, image in enumerate(images):
         nearest = recogniser.most_like(index)
         progress(image.landmark, len(images))
-        yield Lookalike(image.landmark, images[nearest.index].landmark if nearest.index >= 0 else "", nearest.inliers)
+        yield images[nearest.index].landmark if nearest.index >= 0 else "", nearest.inliers
 
 
-def confused(likeness: Sequence[Lookalike]) -> tuple[str, ...]:
+def confused(landmarks: Sequence[str], likeness: Sequence[Likeness]) -> tuple[str, ...]:
     """Name the pairs that would be taken for each other, ``3 and 9``, each once."""
-    pairs = {tuple(sorted((one.landmark, one.other))) for one in likeness if one.inliers >= ENOUGH_INLIERS}
+    found = zip(landmarks, likeness, strict=True)
+    pairs = {tuple(sorted((one, other))) for one, (other, inliers) in found if inliers >= ENOUGH_INLIERS}
     return tuple(f"{first} and {second}" for first, second in sorted(pairs))
 
 

@@ -27,7 +27,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.preparation.sheets.images import (
     ImageQuality,
     LandmarkImage,
-    Lookalike,
+    Likeness,
     confused,
     generated_image,
     lookalikes,
@@ -144,10 +144,10 @@ def lay_out_sheets(
 
 def checked_lookalikes(
     images: Sequence[LandmarkImage], seed: int | None, progress: Progress[str]
-) -> tuple[Lookalike, ...]:
+) -> tuple[Likeness, ...]:
     """Measure how like the images of a set are; raises UsageError or SurveyError where two would be confused."""
     found = tuple(lookalikes(images, progress))
-    pairs = confused(found)
+    pairs = confused([image.landmark for image in images], found)
     if pairs:
         more = ", ..." if len(pairs) > _PAIRS_NAMED else ""
         message = f"these would be taken for each other: {', '.join(pairs[:_PAIRS_NAMED])}{more}"
@@ -162,7 +162,7 @@ def checked_lookalikes(
 def sheets_record(
     sheets: Sequence[SheetPage],
     images: Sequence[LandmarkImage],
-    likeness: Sequence[Lookalike],
+    likeness: Sequence[Likeness],
     seed: int | None,
     findings: Sequence[Finding] = (),
 ) -> SheetsRecord:
@@ -180,10 +180,10 @@ def sheets_record(
                 height_m=round(boxes[image.landmark].height_m, 6),
                 attempt=image.attempt,
                 quality=image.quality,
-                most_like=like.other,
-                most_like_inliers=like.inliers,
+                most_like=other,
+                most_like_inliers=inliers,
             )
-            for image, file, like in zip(images, files, likeness, strict=True)
+            for image, file, (other, inliers) in zip(images, files, likeness, strict=True)
         ),
         pages=tuple(_page(number, sheet) for number, sheet in enumerate(sheets, start=1)),
         findings=(*findings, *_notes(sheets, images)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -170,9 +170,8 @@ def _request(table: SiteTable, line: int, fields: tuple[str, ...]) -> SheetReque
     except ValueError as error:
         raise SurveyError(f"{place}: floor, x, y and z must be numbers or empty ({error})") from error
     sheet, width = _size(table, line, fields)
-    return replace(
-        SheetRequest(name, floor=floor, position_m=_pair(x, y), height_m=z, source=place), sheet=sheet, width_m=width
-    )
+    position_m = _pair(x, y)
+    return SheetRequest(name, floor=floor, position_m=position_m, height_m=z, sheet=sheet, width_m=width, source=place)
 
 
 def _size(table: SiteTable, line: int, fields: tuple[str, ...]) -> tuple[SheetSize | None, float | None]:

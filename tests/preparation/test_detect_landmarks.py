@@ -14,9 +14,9 @@ import pytest
 
 from tests.cli.command import vislam2tag
 from tests.preparation.rendered_walk import HEIGHT_M, Walk, posters_round_the_room, write_stray_scanner
+from vislam2tag.preparation.detect_landmarks import Seen, search
 from vislam2tag.preparation.sheets.features import GreyImage
 from vislam2tag.preparation.sheets.images import read_grey
-from vislam2tag.preparation.sightings import Seen, search
 from vislam2tag.sessions.apps import Pictures
 
 TAG_SIDE_M, PAPER_M = 0.2, 0.25

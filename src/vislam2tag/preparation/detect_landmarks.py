@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
 import cv2
 import numpy as np
+import shapely
 
 from vislam2tag.common.errors import SessionError, UsageError
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.preparation.sheets.features import (
     ENOUGH_INLIERS,
     FRAME_FEATURES,
@@ -105,7 +105,7 @@ def sheet_tag_detector(tags: Mapping[str, SheetTag]) -> Detector:
             if found.landmark in by_number:
                 landmark, tag = by_number[found.landmark]
                 size, centre = (tag.side_m, tag.side_m), (tag.right_m, tag.up_m)
-                seen.append(Seen(landmark, found.corners_px, found.sigma_px, size, centre))
+                seen.append(replace(found, landmark=landmark, size_m=size, centre_m=centre))
         return seen
 
     return find
@@ -157,7 +157,8 @@ def sheet_detector(folder: Path) -> Detector:
         while (best := recogniser.best(left)).index >= 0 and best.inliers >= ENOUGH_INLIERS:
             found.append(Seen(ids[best.index], best.corners * scale, SHEET_CORNER_PX * scale, sizes[best.index]))
             middle = best.corners.mean(axis=0)
-            outside = ~_inside(left.points, middle + OWN_REACH * (best.corners - middle))
+            own = shapely.Polygon(middle + OWN_REACH * (best.corners - middle))
+            outside = ~shapely.contains_xy(own, left.points)
             if outside.all():
                 break
             left = left.only(outside)
@@ -166,38 +167,28 @@ def sheet_detector(folder: Path) -> Detector:
     return find
 
 
-def _inside(points: AnyArray, corners: FloatArray) -> BoolArray:
-    """Which points (n, 2) lie within a polygon (4, 2), by how often a ray to the right of each crosses its edges."""
-    x, y = points.T
-    inside = np.zeros(len(points), dtype=bool)
-    for (x1, y1), (x2, y2) in zip(corners, np.roll(corners, 1, axis=0), strict=True):
-        between = (y1 > y) != (y2 > y)
-        inside ^= between & (x < x1 + (x2 - x1) * (y - y1) / (y2 - y1 if y1 != y2 else 1.0))
-    return inside
+Picture: TypeAlias = GreyImage | Path | None
+"""A picture's grey levels (height, width) or its file; None where it is damaged."""
 
 
-Picture: TypeAlias = Callable[[], GreyImage | None]
-"""Makes a picture's grey levels (height, width); None where it is damaged."""
-
-
-def in_order(pictures: Pictures) -> Iterator[tuple[int, Picture]]:
-    """Yield the number of each picture and the picture; of a video that is cut off those before.
+def in_order(pictures: Pictures) -> Iterator[Picture]:
+    """Yield each picture; of a video that is cut off those before.
 
     Raises SessionError where the video cannot be opened.
     """
     if pictures.video is not None and pictures.frame is not None:
-        yield from _of_video(pictures.video, pictures.frame)
-    else:
-        for number, path in enumerate(pictures.files):
-            yield number, partial(_of_file, path)
+        return _of_video(pictures.video, pictures.frame)
+    return iter(pictures.files)
 
 
-def _of_file(path: Path) -> GreyImage | None:
-    grey = cv2.imdecode(np.frombuffer(read_bytes(path), np.uint8), cv2.IMREAD_GRAYSCALE)
+def _grey(picture: Picture) -> GreyImage | None:
+    if not isinstance(picture, Path):
+        return picture
+    grey = cv2.imdecode(np.frombuffer(read_bytes(picture), np.uint8), cv2.IMREAD_GRAYSCALE)
     return None if grey is None else np.asarray(grey, np.uint8)
 
 
-def _of_video(path: Path, frame: IntArray) -> Iterator[tuple[int, Picture]]:
+def _of_video(path: Path, frame: IntArray) -> Iterator[Picture]:
     """As :func:`in_order`; picture number i is the video's frame number ``frame[i]``."""
     try:
         plain(path)
@@ -210,20 +201,15 @@ def _of_video(path: Path, frame: IntArray) -> Iterator[tuple[int, Picture]]:
         if not video.isOpened():
             raise SessionError(f"{path}: it is no video, or was cut off before its end: it cannot be opened")
         at = -1
-        for number, wanted in enumerate(frame.tolist()):
+        for wanted in frame.tolist():
             while at < wanted:
                 at += 1
                 if not video.grab():
                     return
             sound, picture = video.retrieve()
-            grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8) if sound else None
-            yield number, partial(_kept, grey)
+            yield np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8) if sound else None
     finally:
         video.release()
-
-
-def _kept(grey: GreyImage | None) -> GreyImage | None:
-    return grey
 
 
 QUICK_S = 0.4
@@ -267,12 +253,12 @@ def search(pictures: Pictures, detectors: Sequence[Detector], progress: Progress
     recent = deque[tuple[int, Picture]]()
     close_ns = round(CLOSE_S * 1e9)
     close_until_ns = -np.inf
-    for number, picture in in_order(pictures):
+    for number, picture in enumerate(in_order(pictures)):
         now_ns = int(pictures.time_ns[number])
         recent.append((number, picture))
         while now_ns - pictures.time_ns[recent[0][0]] > close_ns:
             recent.popleft()
-        if number in quick and (grey := picture()) is not None:
+        if number in quick and (grey := _grey(picture)) is not None:
             looked += 1
             if any(detect(grey) for detect in detectors):
                 close_until_ns = now_ns + close_ns
@@ -288,7 +274,7 @@ def _closely(
     pictures: Pictures, number: int, picture: Picture, detectors: Sequence[Detector]
 ) -> tuple[list[PictureSighting], int]:
     """The sure sightings in one picture, and how many are doubtful."""
-    grey = picture()
+    grey = _grey(picture)
     if grey is None:
         return [], 0
     sure, unsure = surest([detect(grey) for detect in detectors], pictures.lens_px[number])
