@@ -41,9 +41,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 import numpy as np  # noqa: E402
-from fuzzing.bases import HANG_S, READERS_ATTACKED, Run, Target, make_bases  # noqa: E402
-from fuzzing.commands import commands  # noqa: E402
-from fuzzing.mutations import damage, remove  # noqa: E402
+from fuzz_bases import HANG_S, READERS_ATTACKED, Run, Target, make_bases  # noqa: E402
+from fuzz_commands import commands  # noqa: E402
+from fuzz_mutations import damage, remove  # noqa: E402
 
 import vislam2tag  # noqa: E402
 from vislam2tag.common.errors import Vislam2tagError  # noqa: E402

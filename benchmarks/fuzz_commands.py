@@ -19,8 +19,8 @@ from unittest import mock
 
 import numpy as np
 import typer
-from fuzzing.bases import HANG_S, LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
-from fuzzing.mutations import ODD_VALUES, Rng
+from fuzz_bases import HANG_S, LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
+from fuzz_mutations import ODD_VALUES, Rng
 from tests.mutations import mutate
 from tests.studio.receiving.zips import session_files, session_zip, signed
 
