@@ -16,8 +16,7 @@ from enum import Enum
 
 import polars as pl
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 
 import polars as pl
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
