@@ -250,7 +250,7 @@ def test_a_walk_whose_reweighting_does_not_converge_is_told(tmp_path: Path, monk
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=60)
     process(survey, tmp_path / "sure")
     monkeypatch.setattr(smoother, "MOST_ROUNDS", 1)
-    monkeypatch.setattr(smoother, "SETTLED_SIGMAS", 1e-9)
+    monkeypatch.setattr(smoother, "CONVERGED_SIGMAS", 1e-9)
     process(survey, tmp_path / "unsure")
     kinds = [
         {finding.kind for finding in SessionResult.model_validate_json(path.read_bytes()).findings}

@@ -5,7 +5,8 @@ Landmarks are left out in turn and predicted from the others; of a session witho
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -103,11 +104,11 @@ def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[Le
 
 @dataclass(frozen=True)
 class CheckedSession:
-    """What the worker tells the main process; ``gains`` and ``places`` are None where it could not be mapped."""
+    """What the worker tells the main process; without ``gains`` and ``places`` if it could not be mapped."""
 
     record: SessionCheck
-    gains: GainMap | None = None
-    places: WalkPlaces | None = None
+    gains: GainMap = field(default_factory=GainMap)
+    places: Sequence[WalkPlaces] = ()
 
 
 def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
@@ -131,7 +132,7 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
         gains(smoothed, positions, floor[positions.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
     record = _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m))
-    return CheckedSession(record, found, _places(prepared, odometry, path, floor))
+    return CheckedSession(record, found, [_places(prepared, odometry, path, floor)])
 
 
 def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, floor: IntArray) -> WalkPlaces:
