@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.progress import Progress, silent
-from vislam2tag.core.similarity import Similarity2
+from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.datasets.fingerprints import access_points_of, tables_of
 from vislam2tag.datasets.folder import write_dataset
@@ -32,7 +32,6 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection, session_task
 from vislam2tag.quality.evaluation.paper import (
     PaperWalk,
-    StationWalks,
     map_all,
     press_walk,
     station_settings,
@@ -87,16 +86,11 @@ def _survey_folders(folder: Path, depth: int) -> list[Path]:
     try:
         floor_folders(folder)
     except SurveyError:
-        inside = _subfolders(folder) if depth else []
+        inside: list[Path] = []
+        with suppress(OSError):
+            inside = subfolders(folder) if depth else []
         return [found for below in inside for found in _survey_folders(below, depth - 1)]
     return [folder]
-
-
-def _subfolders(folder: Path) -> list[Path]:
-    try:
-        return subfolders(folder)
-    except OSError:
-        return []
 
 
 def read_mappable(survey: Survey, ref: SessionRef, settings: ProcessSettings) -> tuple[Session, Landmarks]:
@@ -133,12 +127,7 @@ def paper_collection(
     own = settings.model_copy(update={"strategy": STRATEGY})
     chosen = [(survey, devices) for survey in data.surveys if (devices := _devices(survey))]
     total = sum(ref.key.device in devices for survey, devices in chosen for ref in survey.sessions)
-    done = 0
-
-    def advance(_outcome: object, _total: int) -> None:
-        nonlocal done
-        progress(done := done + 1, total)
-
+    advance = counted(progress, total)
     with scratch_folder() as scratch:
         labelled = []
         for number, (survey, devices) in enumerate(chosen):
@@ -189,27 +178,15 @@ Phone = tuple[int, str]
 Refs = Sequence[tuple[Survey, SessionRef]]
 
 
-@dataclass(frozen=True)
-class StationPhone:
-    """What one phone's walks on one floor before the total station show."""
-
-    bcs_t_station: Similarity2
-    found: StationWalks
-
-
 @dataclass
 class PaperWalks:
     """The walks of the paper's Tables I and II, sorted by key."""
 
     pressed: list[PaperWalk] = field(default_factory=list)
-    phones: dict[Phone, StationPhone] = field(default_factory=dict)
+    tracked: list[PaperWalk] = field(default_factory=list)
+    """The walks before the total station."""
     failed: list[str] = field(default_factory=list)
     """One sentence for each session or phone that could not be evaluated."""
-
-    @property
-    def tracked(self) -> list[PaperWalk]:
-        """The walks before the total station."""
-        return [walk for phone in self.phones.values() for walk in phone.found.walks]
 
 
 def paper_walks(data: PaperData, settings: ProcessSettings, progress: Progress[int] = silent) -> PaperWalks:
@@ -223,7 +200,7 @@ def paper_walks(data: PaperData, settings: ProcessSettings, progress: Progress[i
         progress(done := done + 1, total)
     for phone, refs in phones.items():
         try:
-            walks.phones[phone] = _station_phone(refs, settings)
+            walks.tracked += _station_phone(refs, settings)
         except Vislam2tagError as error:
             walks.failed.append(f"floor {phone[0]} / {phone[1]}: {error}")
         progress(done := done + len(refs), total)
@@ -253,7 +230,7 @@ def _add_pressed(walks: PaperWalks, survey: Survey, ref: SessionRef, settings: P
         walks.pressed.append(press_walk(session, survey.site.floor(ref.key.floor), mapped, settings.labels.max_sigma_m))
 
 
-def _station_phone(refs: Refs, settings: ProcessSettings) -> StationPhone:
+def _station_phone(refs: Refs, settings: ProcessSettings) -> tuple[PaperWalk, ...]:
     """Evaluate the walks of one phone; raises SurveyError or SessionError where something of it cannot be used."""
     strict = station_settings(settings.mapping)
     survey, first = refs[0]
@@ -263,8 +240,7 @@ def _station_phone(refs: Refs, settings: ProcessSettings) -> StationPhone:
     for at, ref in refs:
         session, landmarks = read_mappable(at, ref, settings)
         sessions.append((session, map_all(session, landmarks, strict), read_station_track(ref.folder / TRACK_FILE)))
-    found = station_walks(sessions, frame.bcs_t_station, settings.labels.max_sigma_m)
-    return StationPhone(frame.bcs_t_station, found)
+    return station_walks(sessions, frame.bcs_t_station, settings.labels.max_sigma_m).walks
 
 
 def walk_of(walks: Sequence[PaperWalk], key: SessionKey) -> PaperWalk | None:
