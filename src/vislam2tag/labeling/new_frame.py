@@ -73,8 +73,9 @@ def turned_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> 
 
 def floors_of_result(result: SessionResult) -> set[int]:
     """Floors that a result tells of."""
-    marks = (*result.visits, *result.events, *result.contradictions)
-    return {result.floor, *result.elsewhere, *(mark.floor for mark in marks if mark.floor is not None)}
+    at_times = [*(mark.floor for mark in result.visits), *(mark.floor for mark in result.events)]
+    marked = [floor for floor in at_times if floor is not None]
+    return {result.floor, *result.elsewhere, *marked, *(mark.floor for mark in result.contradictions)}
 
 
 def _fingerprint(old: str, changes: Mapping[int, FrameChange]) -> str:

@@ -71,14 +71,8 @@ def station_jobs(jobs: Sequence[EvaluationJob]) -> list[tuple[EvaluationJob, ...
 
 def with_station(record: SessionEvaluation, found: TruthComparisons) -> SessionEvaluation:
     """Add to a session's record what the station shows."""
-    return record.model_copy(
-        update={
-            "missing": [*record.missing, *found.missing],
-            "findings": [*record.findings, *found.findings],
-            "estimates": record.estimates | found.estimates,
-            "measured": [*record.measured, *found.measured],
-        }
-    )
+    lists = {name: [*getattr(record, name), *getattr(found, name)] for name in ("missing", "findings", "measured")}
+    return record.model_copy(update=lists | {"estimates": record.estimates | found.estimates})
 
 
 def evaluate_station(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:

@@ -65,7 +65,7 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
             found[_NAMES[sensor]] = partial(_by_motion, times.time_ns[times.usable], norm[times.usable], sensor)
     heard = _heard(rows, times) if wanted != MOTION else {}
     if heard:
-        found["access points that both heard"] = lambda session: align_by_levels(heard, _wifi_of(session))
+        found["access points that both heard"] = partial(_by_levels, heard)
     if wanted is not None and not found:
         needed = (
             "columns such as gyro_x, gyro_y, gyro_z or acc_x, acc_y, acc_z"
@@ -110,8 +110,8 @@ def level_notes(rows: pl.DataFrame) -> list[str]:
     return [f"{each.kind} {each.count} (lines {', '.join(map(str, each.lines))}): {each.message}" for each in odd]
 
 
-def _wifi_of(session: LabelledSession) -> Heard:
-    return heard_in(session.table("wifi", ("bssid", "time_ns", "rssi_dbm")))
+def _by_levels(heard: Heard, session: LabelledSession) -> ClockAlignment:
+    return align_by_levels(heard, heard_in(session.table("wifi", ("bssid", "time_ns", "rssi_dbm"))))
 
 
 ADDED = ("x_m", "y_m", "z_m", "floor", "sigma", "status")
@@ -188,7 +188,7 @@ def label(
     spans_ns += 0 if ahead_ns > _YEARS_NS else ahead_ns
     times = _times(rows, spans_ns, align is not None, **read)
     if offset_s is not None:
-        walks, why = [replace(walk, clock=ClockAlignment(ahead_ns)) for walk in walks], []
+        walks, why = [replace(walk, clock=ClockAlignment(ahead_ns)) for walk in walks], list[str]()
     else:
         walks, why = _with_clocks(walks, times, rows, align, path_or_none(survey))
     why += level_notes(rows)

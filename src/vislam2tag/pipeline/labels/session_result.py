@@ -134,11 +134,7 @@ def recording_record(session: Session) -> RecordingRecord | None:
     if recording is None:
         return None
     return RecordingRecord(
-        ended=recording.ended,
-        scans_refused=recording.scans_refused,
-        exposure_known=session.camera.exposure_known,
-        note=recording.note,
-        events=recording.events,
+        **vars(recording), scans_refused=recording.scans_refused, exposure_known=session.camera.exposure_known
     )
 
 
@@ -288,12 +284,9 @@ def session_result(
 
 def result_of(task: SessionTask, strategy: str, **details: Any) -> SessionResult:
     """Fill in who the session is and what processed it."""
-    key = task.ref.key
     return SessionResult(
         slug=task.ref.slug,
-        floor=key.floor,
-        device=key.device,
-        session=key.session,
+        **vars(task.ref.key),
         format=task.ref.format,
         strategy=strategy,
         version=__version__,
