@@ -1,7 +1,6 @@
 from __future__ import annotations
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.common.findings import Finding, FindingKind, Severity, pooled
 
 
 def finding(kind: FindingKind, count: int, message: str = "m") -> Finding:

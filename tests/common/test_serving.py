@@ -166,18 +166,6 @@ def test_an_answer_that_is_not_taken_off_ends_its_connection() -> None:
     with_server(Limits(PLENTY, PLENTY, LONG_S), visit, state)
 
 
-def test_half_sent_headers_of_one_sender_do_not_shut_out_another_behind_its_address() -> None:
-    async def visit(connect: Connect) -> None:
-        first = await connect("127.0.0.2")
-        half_open = [await connect("127.0.0.2") for _ in range(5)]
-        assert await is_closed(first), "the oldest went"
-        assert await asked(await connect("127.0.0.2")) == b"hello"
-        assert await asked(await connect("127.0.0.3")) == b"hello"
-        assert await asked(half_open[-1]) == b"hello"
-
-    with_server(Limits(waiting=5, admitted=PLENTY, idle_s=LONG_S), visit)
-
-
 def test_one_too_many_ends_the_oldest_of_the_network_that_has_most() -> None:
     async def visit(connect: Connect) -> None:
         quiet = await connect("127.0.0.9")

@@ -97,14 +97,6 @@ def test_sessions_from_outside_are_processed_and_left_out_of_data_sets(survey: P
     assert pl.read_parquet(tmp_path / "whole" / "sessions.parquet").height == 2
 
 
-def test_labels_say_when_a_session_moves_outside(survey: Path, tmp_path: Path) -> None:
-    process(survey, tmp_path / "labels")
-    assert from_outside(tmp_path / "labels") == [False, False]
-    move_out(sessions_of(survey)[0], tmp_path / "elsewhere")
-    process(survey, tmp_path / "labels")
-    assert from_outside(tmp_path / "labels") == [True, False]
-
-
 def test_a_data_set_looks_at_the_survey_that_is_given(survey: Path, tmp_path: Path) -> None:
     process(survey, tmp_path / "labels")
     move_out(sessions_of(survey)[0] / "wifi.csv", tmp_path / "wifi.csv")

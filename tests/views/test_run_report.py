@@ -86,7 +86,7 @@ def test_equal_input_gives_equal_bytes(tmp_path: Path) -> None:
 
 
 def evil_results(survey: Survey) -> list[SessionResult]:
-    finding = Finding(kind=EVIL, file=EVIL, count=1, message=EVIL)  # type: ignore[arg-type]
+    finding = Finding(kind=EVIL, file=EVIL, count=1, message=EVIL)
     good = make_result(survey.sessions[0]).model_copy(
         update={"findings": [finding], "corrections": [EVIL], "landmarks_logged": [EVIL], "format": EVIL}
     )
@@ -107,7 +107,7 @@ def test_text_of_the_users_stays_text(tmp_path: Path) -> None:
     landmarks = replace(survey.site.landmarks, ids=tuple(EVIL + landmark for landmark in survey.site.landmarks.ids))
     floors = tuple(replace(floor, name=EVIL) for floor in survey.site.floors)
     site = replace(survey.site, landmarks=landmarks, floors=floors)
-    finding = Finding(kind=EVIL, file=EVIL, count=1, message=EVIL)  # type: ignore[arg-type]
+    finding = Finding(kind=EVIL, file=EVIL, count=1, message=EVIL)
     survey = replace(survey, sessions=refs, site=site, findings=(finding,))
     page = own_part(written(tmp_path / "out", survey, evil_results(survey)))
     assert "<script>alert" not in page

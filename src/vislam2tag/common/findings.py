@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import StrEnum
-from typing import TYPE_CHECKING, Self
+from typing import Self, TypeAlias
 
 from vislam2tag.common.records import Record
 
-if TYPE_CHECKING:
-    from vislam2tag.common.finding_kinds import FindingKind
-else:
-    FindingKind = str  # files of other versions may hold kinds that this one does not know
+FindingKind: TypeAlias = str
+"""A kind of ``finding_kinds.toml``; files of other versions may contain kinds that this one does not know."""
 
 ROWS_NAMED = 5
 """How many line numbers a finding names; the rest is only counted."""

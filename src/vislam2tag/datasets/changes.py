@@ -19,8 +19,7 @@ import numpy as np
 import polars as pl
 from scipy.stats import false_discovery_control, norm
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.datasets.model import Dataset

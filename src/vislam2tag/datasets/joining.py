@@ -8,8 +8,7 @@ from dataclasses import replace
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.description import Related
 from vislam2tag.datasets.model import (

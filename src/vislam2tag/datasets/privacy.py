@@ -15,8 +15,7 @@ import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, OF_ACCESS_POINTS
 from vislam2tag.intake.readings import normal_address

@@ -18,8 +18,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset, Fold, Split, SplitInfo

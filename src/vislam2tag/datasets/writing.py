@@ -18,8 +18,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.datasets.format_registry import ExportContext

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import polars as pl
@@ -15,7 +14,6 @@ from vislam2tag.core.transforms import Similarity2
 from vislam2tag.labeling.results import ContradictionMark, Drawing, Polyline, SessionResult, Stretch
 from vislam2tag.site.frame_change import FrameChange
 
-Pair = tuple[float, float]
 _DECIMALS = 2
 """Of drawn points, as where they are first made."""
 
@@ -48,16 +46,16 @@ def changed_result(result: SessionResult, changes: Mapping[int, FrameChange]) ->
 def turned_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> SessionResult:
     """A result with every place that it tells of in the new frame of its floor."""
     own = changes[result.floor]
+
+    def moved(mark: VisitMark | EventMark) -> VisitMark | EventMark:
+        change = own if mark.floor is None else changes[mark.floor]
+        place = None if mark.position is None else _points([mark.position], change.new_T_old)[0]
+        return mark.model_copy(update={"position": place})
+
     return result.model_copy(
         update={
-            "visits": [
-                mark.model_copy(update={"position": _moved(mark.position, _on(mark.floor, own, changes))})
-                for mark in result.visits
-            ],
-            "events": [
-                mark.model_copy(update={"position": _moved(mark.position, _on(mark.floor, own, changes))})
-                for mark in result.events
-            ],
+            "visits": list(map(moved, result.visits)),
+            "events": list(map(moved, result.events)),
             "contradictions": [_contradiction(mark, changes[mark.floor]) for mark in result.contradictions],
             "drawing": _drawing(result.drawing, own),
             "elsewhere": {floor: _drawing(drawing, changes[floor]) for floor, drawing in result.elsewhere.items()},
@@ -67,24 +65,15 @@ def turned_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> 
 
 def floors_of_result(result: SessionResult) -> set[int]:
     """Floors that a result tells of."""
-    marked = [mark.floor for mark in result.visits]
-    marked += [mark.floor for mark in result.events]
-    marked += [mark.floor for mark in result.contradictions]
-    return {result.floor, *result.elsewhere, *(floor for floor in marked if floor is not None)}
+    at_times = [*(mark.floor for mark in result.visits), *(mark.floor for mark in result.events)]
+    marked = [floor for floor in at_times if floor is not None]
+    return {result.floor, *result.elsewhere, *marked, *(mark.floor for mark in result.contradictions)}
 
 
 def _fingerprint(old: str, changes: Mapping[int, FrameChange]) -> str:
     """No longer what the old site's session would have: ``process`` must not take it for done."""
     said = "\n".join(changes[floor].model_dump_json() for floor in sorted(changes))
     return hashlib.sha256(f"{old}\n{said}".encode()).hexdigest()
-
-
-def _on(floor: int | None, own: FrameChange, changes: Mapping[int, FrameChange]) -> Similarity2:
-    return (own if floor is None else changes[floor]).new_T_old
-
-
-def _moved(point: Pair | None, change: Similarity2) -> Pair | None:
-    return None if point is None else _points([point], change)[0]
 
 
 def _points(points: Polyline, change: Similarity2) -> Polyline:
@@ -145,50 +134,6 @@ _COVARIANCE = ("cov_xx", "cov_xy", "cov_yy")
 _QUATERNION = ("qx", "qy", "qz", "qw")
 
 
-@dataclass(frozen=True)
-class _Values:
-    """What a change's parts are in each row: expressions by the row's floor.
-
-    Rows of another building than ``building`` keep what they have.
-    """
-
-    changes: Mapping[int, FrameChange]
-    building: str | None
-
-    def _of(self, part: Callable[[FrameChange], float], unchanged: float) -> pl.Expr:
-        chosen: pl.Expr = pl.lit(None, pl.Float64)
-        for number, change in self.changes.items():
-            chosen = pl.when(pl.col("floor") == number).then(pl.lit(part(change))).otherwise(chosen)
-        if self.building is None:
-            return chosen
-        here = pl.col("building").fill_null("") == self.building
-        return pl.when(here).then(chosen).otherwise(pl.lit(unchanged))
-
-    def real(self) -> pl.Expr:
-        """Real part of scale times rotation."""
-        return self._of(lambda change: change.new_T_old.a.real, 1.0)
-
-    def imaginary(self) -> pl.Expr:
-        """Imaginary part of scale times rotation."""
-        return self._of(lambda change: change.new_T_old.a.imag, 0.0)
-
-    def shift(self) -> tuple[pl.Expr, pl.Expr]:
-        """Translation, metres."""
-        return self._of(lambda change: change.x_m, 0.0), self._of(lambda change: change.y_m, 0.0)
-
-    def scale(self) -> pl.Expr:
-        """Factor of lengths."""
-        return self._of(lambda change: change.scale, 1.0)
-
-    def angle(self) -> pl.Expr:
-        """Rotation, radians."""
-        return self._of(lambda change: change.new_T_old.rotation_rad, 0.0)
-
-    def rise(self) -> pl.Expr:
-        """What heights gain, metres."""
-        return self._of(lambda change: change.rise_m, 0.0)
-
-
 def changed_table(table: pl.LazyFrame, changes: Mapping[int, FrameChange], building: str | None = None) -> pl.LazyFrame:
     """A table with column ``floor`` in the new frame; ``building``: only its rows of that building change.
 
@@ -196,37 +141,41 @@ def changed_table(table: pl.LazyFrame, changes: Mapping[int, FrameChange], build
     floors without a change must have none of them.
     """
     columns = table.collect_schema().names()
-    values = _Values(changes, building)
+
+    def part(of: Callable[[FrameChange], float], unchanged: float = 0.0) -> pl.Expr:
+        """A part of each row's change, by the row's floor; rows of other buildings keep what they have."""
+        chosen: pl.Expr = pl.lit(None, pl.Float64)
+        for number, change in changes.items():
+            chosen = pl.when(pl.col("floor") == number).then(pl.lit(of(change))).otherwise(chosen)
+        if building is None:
+            return chosen
+        return pl.when(pl.col("building").fill_null("") == building).then(chosen).otherwise(pl.lit(unchanged))
+
+    a, b = part(lambda change: change.new_T_old.a.real, 1.0), part(lambda change: change.new_T_old.a.imag)
+    shift = part(lambda change: change.x_m), part(lambda change: change.y_m)
+    scale, angle = part(lambda change: change.scale, 1.0), part(lambda change: change.new_T_old.rotation_rad)
     changed: list[pl.Expr] = []
     for pair in _POINTS:
         if set(pair) <= set(columns):
-            changed += _turned_points(pair, values)
-    changed += [(pl.col(name) * values.scale()).alias(name) for name in _LENGTHS if name in columns]
+            x, y = map(pl.col, pair)
+            changed += [(a * x - b * y + shift[0]).alias(pair[0]), (b * x + a * y + shift[1]).alias(pair[1])]
+    changed += [(pl.col(name) * scale).alias(name) for name in _LENGTHS if name in columns]
     if "z" in columns:
-        changed.append(pl.col("z") + values.rise())
+        changed.append(pl.col("z") + part(lambda change: change.rise_m))
     if set(_COVARIANCE) <= set(columns):
-        changed += _covariance(values)
+        changed += _covariance(a, b)
     if set(_QUATERNION) <= set(columns):
-        changed += _orientation(values)
-    if "heading_deg" in columns:
-        changed.append((pl.col("heading_deg") + values.angle() * (180 / math.pi)) % 360.0)
-    if "heading_rad" in columns:
-        turned = pl.col("heading_rad") + values.angle() + math.pi
-        changed.append((turned % math.tau - math.pi).alias("heading_rad"))
-    return table.with_columns(changed)
+        changed += _orientation(angle)
+    headings = {
+        "heading_deg": (pl.col("heading_deg") + angle * (180 / math.pi)) % 360.0,
+        "heading_rad": (pl.col("heading_rad") + angle + math.pi) % math.tau - math.pi,
+    }
+    return table.with_columns(*changed, *(turned for name, turned in headings.items() if name in columns))
 
 
-def _turned_points(pair: tuple[str, str], values: _Values) -> list[pl.Expr]:
-    x, y = (pl.col(name) for name in pair)
-    a, b = values.real(), values.imaginary()
-    x_m, y_m = values.shift()
-    return [(a * x - b * y + x_m).alias(pair[0]), (b * x + a * y + y_m).alias(pair[1])]
-
-
-def _covariance(values: _Values) -> list[pl.Expr]:
-    """``R C R^T`` by its elements, times the square of the scale."""
+def _covariance(a: pl.Expr, b: pl.Expr) -> list[pl.Expr]:
+    """``R C R^T`` by its elements, times the square of the scale: a + ib is scale times rotation."""
     xx, xy, yy = (pl.col(name) for name in _COVARIANCE)
-    a, b = values.real(), values.imaginary()
     return [
         (a * a * xx - 2 * a * b * xy + b * b * yy).alias("cov_xx"),
         (a * b * (xx - yy) + (a * a - b * b) * xy).alias("cov_xy"),
@@ -234,10 +183,10 @@ def _covariance(values: _Values) -> list[pl.Expr]:
     ]
 
 
-def _orientation(values: _Values) -> list[pl.Expr]:
+def _orientation(angle: pl.Expr) -> list[pl.Expr]:
     """The turn about the vertical after the camera's own orientation, as a product of quaternions."""
     qx, qy, qz, qw = (pl.col(name) for name in _QUATERNION)
-    sine, cosine = (values.angle() / 2).sin(), (values.angle() / 2).cos()
+    sine, cosine = (angle / 2).sin(), (angle / 2).cos()
     return [
         (cosine * qx - sine * qy).alias("qx"),
         (cosine * qy + sine * qx).alias("qy"),

@@ -212,9 +212,8 @@ def write_table(table: pl.DataFrame, name: str, strategy: str, folder: Folder, f
 
 def _keyed(key: SessionKey, name: str, frame: pl.DataFrame) -> pl.DataFrame:
     """Put floor (the session's own where rows have none), device and session in front, and the columns into order."""
-    values = {"floor": key.floor, "device": key.device, "session": key.session}
     firsts = [
-        (pl.col(column) if column in frame.columns else pl.lit(values[column])).cast(kind).alias(column)
+        (pl.col(column) if column in frame.columns else pl.lit(getattr(key, column))).cast(kind).alias(column)
         for column, kind in KEY.items()
     ]
     others = [column for column in SCHEMAS.get(name, frame.schema) if column not in KEY]

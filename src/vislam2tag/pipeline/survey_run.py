@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Protocol, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
 from pydantic import ValidationError
 
@@ -22,14 +22,15 @@ from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
 from vislam2tag.pipeline.labels.check import CHECK_FILE, check
 from vislam2tag.pipeline.labels.check import PAGE_FILE as CHECK_PAGE
-from vislam2tag.pipeline.labels.diagnose import diagnose
+from vislam2tag.pipeline.labels.diagnose import DiagnosedSession, diagnose
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.quality.diagnosis.record import Diagnosis
-from vislam2tag.quality.self_check_record import SurveyCheck
+from vislam2tag.quality.self_check_record import SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.links import left_out_of, shared_survey
@@ -152,14 +153,7 @@ def run_survey(
         )
 
 
-class _Outcome(Protocol):
-    """What a step tells of a session."""
-
-    @property
-    def error(self) -> str | None: ...
-
-
-def _named(step: str, progress: _StepProgress) -> Callable[[_Outcome, int], None]:
+def _named(step: str, progress: _StepProgress) -> Progress[SessionCheck | Outcome | DiagnosedSession]:
     """Progress of one step, which is named to whoever follows all."""
     return lambda outcome, total: progress((step, outcome.error), total)
 

@@ -25,8 +25,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.readings import (

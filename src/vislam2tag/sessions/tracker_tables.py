@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity, at_lines_if
+from vislam2tag.common.findings import Finding, FindingKind, Severity, at_lines_if
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_RECORDING_S, of_one_recording
 from vislam2tag.core.status import Status

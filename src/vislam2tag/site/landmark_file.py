@@ -13,8 +13,7 @@ import polars as pl
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.table_files import parquet_bytes, read_parquet
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, at_lines_if
+from vislam2tag.common.findings import Finding, FindingKind, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns, of_landmarks
 from vislam2tag.core.limits import MAX_CONTROL_POINTS, MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import Landmarks

@@ -13,8 +13,7 @@ from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.toml_file import read_toml, toml_value
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.records import Record
 from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.core.transforms import Similarity2

@@ -16,8 +16,7 @@ from typing import TypeAlias
 from vislam2tag.common.errors import SurveyError, first_line
 from vislam2tag.common.extras import MissingExtraError, import_extra
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.site.corrections.file import UNITS_M
 
 _UNITS_M = {"m": 1.0, "metre": 1.0, "meter": 1.0, **UNITS_M, "feet": UNITS_M["ft"]}

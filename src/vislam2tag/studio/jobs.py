@@ -23,7 +23,8 @@ from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnose import diagnose
-from vislam2tag.pipeline.labels.label_run import jobs_of, label_run
+from vislam2tag.pipeline.labels.label_run import label_run
+from vislam2tag.pipeline.labels.session import jobs_of
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import OpenedSurvey
 from vislam2tag.pipeline.run.workers import done_in, run_job, worker_pool

@@ -14,8 +14,7 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.pipeline.labels.label_run import jobs_of
-from vislam2tag.pipeline.labels.session import SessionJob, still_holds
+from vislam2tag.pipeline.labels.session import SessionJob, jobs_of, still_holds
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.quality.diagnosis.record import Diagnosis

@@ -11,8 +11,7 @@ import pytest
 from tests.datasets.test_labelled import RUN, write_out
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.datasets.model import FloorInfo
 from vislam2tag.pipeline.datasets.sources import (
     LabelledSource,

@@ -13,10 +13,7 @@ from tests.pipeline.fleet.trees import tree_of
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.pipeline.fleet.catalogue import Fleet
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
-
-REQUESTS_A_SESSION = 25
 
 
 def test_labels_are_those_of_each_survey_alone(fleet: SmallFleet, tmp_path: Path) -> None:
@@ -24,14 +21,6 @@ def test_labels_are_those_of_each_survey_alone(fleet: SmallFleet, tmp_path: Path
         process(survey, tmp_path / name, Settings(strategy="local-corrected"))
         there = bytes_of(fleet.s3.download(f"{fleet.name}/labels/{name}", tmp_path / f"{name}-there"))
         assert there == bytes_of(tmp_path / name)
-
-
-def test_requests_are_bounded_for_each_session(fleet: SmallFleet) -> None:
-    for name, survey in fleet.surveys.items():
-        for ref in open_survey(survey).sessions:
-            folder = ref.folder.relative_to(survey).as_posix()
-            own = [each for each in fleet.processed if f"/{name}/" in each and (ref.slug in each or folder in each)]
-            assert 10 < len(own) <= REQUESTS_A_SESSION, own
 
 
 def test_what_is_done_is_not_done_again(fleet: SmallFleet, tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ from tests.cli.command import vislam2tag
 from tests.stores import Bucket
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError
-from vislam2tag.pipeline.labels.label_run import jobs_of, opened_run
+from vislam2tag.pipeline.labels.label_run import opened_run
 from vislam2tag.pipeline.labels.process import dry_run, process
-from vislam2tag.pipeline.labels.session import Reason
+from vislam2tag.pipeline.labels.session import Reason, jobs_of
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey
 from vislam2tag.settings import Settings
@@ -48,7 +48,7 @@ def test_each_session_that_would_run_is_told_with_why(
     assert planned() == [(Reason.INPUTS,), ()]
     assert planned(OTHER) == [(Reason.SETTINGS, Reason.INPUTS), (Reason.SETTINGS,)]
     raw.write_bytes(content)
-    monkeypatch.setattr("vislam2tag.pipeline.labels.label_run.code_of", lambda *_: "another")
+    monkeypatch.setattr("vislam2tag.pipeline.labels.session.code_of", lambda *_: "another")
     assert planned() == [(Reason.CODE,), (Reason.CODE,)]
     monkeypatch.undo()
     (survey / "floor_0" / "marker_dict.csv").write_text("spoilt\n")

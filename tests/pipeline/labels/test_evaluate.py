@@ -311,18 +311,6 @@ def test_a_station_tells_of_all_walks_of_a_phone(station_survey: Path, tmp_path:
     assert bytes_of(station_survey) == before
 
 
-def test_a_station_without_common_points_or_track_says_what_is_missing(station_survey: Path, tmp_path: Path) -> None:
-    bare = tmp_path / "survey"
-    shutil.copytree(station_survey, bare)
-    shutil.rmtree(bare / "floor_4" / "tachymeter")
-    sorted(bare.rglob("tachy.csv"))[0].write_text("time;X\n")
-    found = evaluate(bare, tmp_path / "out", strategies=("smoother",))
-    assert [len(session.missing) for session in found.sessions] == [1, 1]
-    assert "expected columns" in found.sessions[0].missing[0]
-    assert "two common points" in found.sessions[1].missing[0]
-    assert found.rows == []
-
-
 def test_a_control_point_that_is_measured_elsewhere_is_named(survey: Path, out: Path, tmp_path: Path) -> None:
     assert found_in(out).odd_points == []
     pressed_often = [one.point for session in found_in(out).sessions for one in session.presses]

@@ -57,7 +57,7 @@ def shown(root: Path) -> list[TruthComparisons]:
         for ref in opened.sessions
     ]
     (device,) = station_jobs(jobs)
-    found = evaluate_station(device).found
+    found = evaluate_station(device)
     return [found[ref.slug] for ref in opened.sessions]
 
 

@@ -11,7 +11,6 @@ import pytest
 
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
-from vislam2tag.estimation.strategy import strategies_for_poses
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
@@ -145,19 +144,9 @@ def test_adding_a_session_does_not_change_the_others(survey: Path, tmp_path: Pat
     assert len(both) == len(alone) + 4
 
 
-def test_selection_by_floor_and_device(clean_survey: Path, tmp_path: Path) -> None:
-    summary = process(clean_survey, tmp_path / "out", selection=Selection(floors=(1,), devices=("LG",)))
-    assert summary.sessions == 1
-    assert [path.name.split(".")[:2] for path in (tmp_path / "out/wifi").iterdir()] == [["floor_1", "LG"]]
+def test_a_selection_of_nothing_is_refused(clean_survey: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"--floor 7: .* there are: 0, 1"):
         process(clean_survey, tmp_path / "out", selection=Selection(floors=(7,)))
-
-
-@pytest.mark.parametrize("strategy", strategies_for_poses())
-def test_every_strategy_that_needs_poses_labels(clean_survey: Path, tmp_path: Path, strategy: str) -> None:
-    summary = process(clean_survey, tmp_path / "out", Settings(strategy=strategy), selection=Selection(floors=(0,)))
-    assert summary.failed == 0
-    assert summary.frames["ok"] > 0
 
 
 def test_a_session_without_poses_fails_alone(survey: Path, tmp_path: Path) -> None:
@@ -181,14 +170,6 @@ def test_empty_files_still_give_tables_with_zero_rows(survey: Path, tmp_path: Pa
     assert summary.findings["empty_file"] == 2
     assert 0 in [len(pl.read_parquet(path)) for path in (tmp_path / "out/wifi").glob("*.parquet")]
     assert len(pl.read_parquet(tmp_path / "out/wifi/*.parquet")) > 0
-
-
-def test_a_session_that_cannot_be_opened_is_a_result_with_an_error(survey: Path, tmp_path: Path) -> None:
-    poses = session_folders(survey)[0] / "poses.csv"
-    poses.unlink()
-    poses.mkdir()
-    summary = process(survey, tmp_path / "out")
-    assert (summary.sessions, summary.failed) == (2, 1)
 
 
 def test_corrections_are_used_and_reported(survey: Path, tmp_path: Path) -> None:

@@ -9,39 +9,11 @@ import numpy as np
 import polars as pl
 import pytest
 
+from vislam2tag.labeling import schemas
 from vislam2tag.labeling.results import SessionResult
 
-KEY = {"floor": pl.Int32(), "device": pl.String(), "session": pl.String()}
-LABEL = {name: pl.Float64() for name in ("x", "y", "z", "sigma")} | {"status": pl.String()}
-SCHEMAS: dict[str, dict[str, pl.DataType]] = {
-    "trajectory": {
-        **KEY,
-        "time_ns": pl.Int64(),
-        **{name: pl.Float64() for name in ("x", "y", "z", "qx", "qy", "qz", "qw", "sigma")},
-        **{name: pl.Float64() for name in ("cov_xx", "cov_xy", "cov_yy")},
-        "status": pl.String(),
-    },
-    "wifi": {
-        **KEY,
-        "row": pl.Int64(),
-        "scan": pl.Int32(),
-        "time_ns": pl.Int64(),
-        "bssid": pl.String(),
-        "ssid": pl.String(),
-        "rssi_dbm": pl.Float32(),
-        "frequency_mhz": pl.Float32(),
-        **LABEL,
-    },
-    "sensors": {
-        **KEY,
-        "row": pl.Int64(),
-        "time_ns": pl.Int64(),
-        "sensor": pl.String(),
-        **{f"v{i}": pl.Float64() for i in range(1, 7)},
-        **LABEL,
-    },
-}
 RAW = {"trajectory": "poses", "wifi": "wifi", "sensors": "sensors"}
+SCHEMAS = {name: schemas.SCHEMAS[name] for name in RAW}
 
 
 def results(out: Path) -> list[SessionResult]:

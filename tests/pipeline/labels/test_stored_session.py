@@ -19,9 +19,8 @@ from vislam2tag.common.errors import OutputError, StoreError, SurveyError
 from vislam2tag.common.files import store_connection
 from vislam2tag.common.files.store import PROBE, Store
 from vislam2tag.labeling.results import RUN_FILE
-from vislam2tag.pipeline.labels.label_run import jobs_of
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.labels.session import Outcome, jobs_of
 from vislam2tag.pipeline.run.output import LOGS, OutputFolder
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.inspection import inspect_survey

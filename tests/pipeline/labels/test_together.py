@@ -20,7 +20,7 @@ from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.labels.session import Outcome, jobs_of
 from vislam2tag.pipeline.labels.together import HeardWalk, JoiningJob, _told, heard_walk, told_tasks
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.selection import session_task
@@ -142,8 +142,9 @@ def test_walks_without_poses_help_each_other_on_their_floor_alone(tmp_path: Path
 def test_a_session_that_workers_die_of_tells_others_nothing(survey: Path) -> None:
     opened = open_survey(survey)
     task = session_task(opened.sessions[0], opened, Corrections(), TOGETHER)
+    (of_session,) = jobs_of([task], TOGETHER)
     for reduce, nothing in ((reduce_session, ReducedSession), (heard_walk, HeardWalk)):
-        job = JoiningJob(task, TOGETHER, "", reduce, nothing)
+        job = JoiningJob(of_session, "", reduce, nothing)
         assert job.given_up("3 workers died of it") == nothing(task.ref.key, error="3 workers died of it")
 
 

@@ -107,7 +107,7 @@ class Folder:
     @contextmanager
     def writing(self, name: str) -> Iterator[BinaryIO]:
         """Yield a new file, which takes its place when the block ends without an exception."""
-        with self._place(name) as (at, last), _unfinished_file(at) as (unfinished, handle):
+        with self._place(name) as (at, last), _unfinished(at) as (unfinished, handle):
             with os.fdopen(handle, "w+b") as file:
                 yield file
             at.rename(unfinished, at, last)
@@ -118,7 +118,7 @@ class Folder:
 
         It is in a private folder, where it has its last name already.
         """
-        with self._place(name) as (at, last), _unfinished_folder(at) as private:
+        with self._place(name) as (at, last), _unfinished(at, folder=True) as (private, _):
             yield at.path / private / last
             at.rename(f"{private}/{last}", at, last)
 
@@ -173,17 +173,17 @@ class Folder:
 
     def remove(self, name: str) -> None:
         """Remove a file; none there is no fault."""
-        *before, last = _parts(name)
-        with suppress(FileNotFoundError), self._opened(before) as at:
-            at.refuse_link(last)
-            os.unlink(at.spelled(last), dir_fd=at.handle)
+        self._discard(name, folder=False)
 
     def remove_tree(self, name: str) -> None:
         """Remove a folder with all that is in it: links themselves, not what they lead to; none there is no fault."""
+        self._discard(name, folder=True)
+
+    def _discard(self, name: str, *, folder: bool) -> None:
         *before, last = _parts(name)
         with suppress(FileNotFoundError), self._opened(before) as at:
             at.refuse_link(last)
-            at.remove_tree(last)
+            at.discard(last, folder=folder)
 
     def remove_if_empty(self) -> None:
         """Remove the folder itself if nothing is in it."""
@@ -285,8 +285,12 @@ class _Directory:
     def rename(self, name: str, to: _Directory, new_name: str) -> None:
         os.replace(self.spelled(name), to.spelled(new_name), src_dir_fd=self.handle, dst_dir_fd=to.handle)
 
-    def remove_tree(self, name: str) -> None:
-        shutil.rmtree(self.spelled(name), dir_fd=self.handle)
+    def discard(self, name: str, *, folder: bool) -> None:
+        """Remove a file, or a folder with all that is in it."""
+        if folder:
+            shutil.rmtree(self.spelled(name), dir_fd=self.handle)
+        else:
+            os.unlink(self.spelled(name), dir_fd=self.handle)
 
     def sweep(self) -> None:
         """Remove what killed programs left unfinished, once for each directory."""
@@ -303,10 +307,7 @@ class _Directory:
             return
         for name in filter(UNFINISHED.fullmatch, names):
             with suppress(OSError, _SweptError), _locked(self, name, wait=False) as handle:
-                if stat.S_ISDIR(os.fstat(handle).st_mode):
-                    self.remove_tree(name)
-                else:
-                    os.unlink(name, dir_fd=self.handle)
+                self.discard(name, folder=stat.S_ISDIR(os.fstat(handle).st_mode))
 
 
 @contextmanager
@@ -318,7 +319,7 @@ def scratch_folder(within: Folder | None = None) -> Iterator[Folder]:
     if within is not None:
         with within._opened((), make=True) as at:
             at.sweep()
-            with _unfinished_folder(at) as name:
+            with _unfinished(at, folder=True) as (name, _):
                 yield within.folder(name)
         return
     with tempfile.TemporaryDirectory(prefix="vislam2tag-", ignore_cleanup_errors=True) as scratch:
@@ -334,40 +335,28 @@ def _parts(name: str) -> tuple[str, ...]:
 
 
 @contextmanager
-def _unfinished_file(at: _Directory) -> Iterator[tuple[str, int]]:
-    """Yield name and handle of a new file, which the block closes; what is not renamed by then is removed."""
+def _unfinished(at: _Directory, *, folder: bool = False) -> Iterator[tuple[str, int]]:
+    """Yield the name of a new file, and its handle, which the block closes, or of a new private folder.
+
+    What is not renamed by then is removed.
+    """
     while True:
-        name = f".vislam2tag-{secrets.token_hex(8)}.part"
-        handle = os.open(at.spelled(name), os.O_RDWR | _NEW, 0o666, dir_fd=at.handle)
+        name, handle = f".vislam2tag-{secrets.token_hex(8)}.part", -1
+        if folder:
+            os.mkdir(at.spelled(name), 0o700, dir_fd=at.handle)
+        else:
+            handle = os.open(at.spelled(name), os.O_RDWR | _NEW, 0o666, dir_fd=at.handle)
         try:
             with _locked(at, name, wait=True):
                 try:
                     yield name, handle
-                except BaseException:
-                    with suppress(OSError):
-                        os.unlink(at.spelled(name), dir_fd=at.handle)
-                    raise
-                return
-        except _SweptError:  # before it was locked
-            os.close(handle)
-
-
-@contextmanager
-def _unfinished_folder(at: _Directory) -> Iterator[str]:
-    """Yield the name of a new private folder, which goes when the block ends."""
-    while True:
-        name = f".vislam2tag-{secrets.token_hex(8)}.part"
-        os.mkdir(at.spelled(name), 0o700, dir_fd=at.handle)
-        try:
-            with _locked(at, name, wait=True):
-                try:
-                    yield name
                 finally:
                     with suppress(OSError):
-                        at.remove_tree(name)
+                        at.discard(name, folder=folder)
                 return
-        except _SweptError:
-            continue
+        except _SweptError:  # before it was locked
+            if not folder:
+                os.close(handle)
 
 
 class _SweptError(Exception):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -65,11 +65,9 @@ class FolderStore:
         except OSError as error:
             raise OutputError(f"{self.root / name}: cannot be written ({error.strerror})") from error
 
-    @contextmanager
-    def filling(self, name: str) -> Iterator[Path]:
+    def filling(self, name: str) -> AbstractContextManager[Path]:
         """Yield where a library may write a file, which takes its place when the block ends well."""
-        with self._folder.filling(name) as path:
-            yield path
+        return self._folder.filling(name)
 
     def put_over(self, name: str, content: bytes, before: Version | None) -> None:
         """Replace the version ``before`` of a file, or create it where that is None.

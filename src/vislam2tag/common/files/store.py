@@ -144,29 +144,25 @@ class Store:
 
     def get(self, name: str) -> Stored | None:
         """Read an object whole; None where there is none."""
-        try:
-            found = obstore().get(self._bucket, self._path(name))
-            data = bytes(found.bytes())
-        except FileNotFoundError as error:
-            self._raise_without_bucket(error)
-            return None
-        except store_errors() as error:
-            raise self._error(name, "read", error) from None
-        return Stored(data, _version(found.meta), {str(key): str(value) for key, value in found.attributes.items()})
+
+        def read(path: str) -> Stored:
+            found = obstore().get(self._bucket, path)
+            notes = {str(key): str(value) for key, value in found.attributes.items()}
+            return Stored(bytes(found.bytes()), _version(found.meta), notes)
+
+        return self._found(name, read)
 
     def fetch(self, name: str, folder: Folder, new_name: str) -> Version | None:
         """Stream an object into a file of a folder; None, and no file, if there is none."""
-        try:
-            found = obstore().get(self._bucket, self._path(name))
+
+        def stream(path: str) -> Version:
+            found = obstore().get(self._bucket, path)
             with folder.writing(new_name) as file:
                 for chunk in found.stream():
                     file.write(chunk)
-        except FileNotFoundError as error:
-            self._raise_without_bucket(error)
-            return None
-        except store_errors() as error:
-            raise self._error(name, "read", error) from None
-        return _version(found.meta)
+            return _version(found.meta)
+
+        return self._found(name, stream)
 
     @contextmanager
     def opened(self, name: str) -> Iterator[IO[bytes]]:
@@ -178,12 +174,7 @@ class Store:
 
     def version(self, name: str) -> Version | None:
         """Version of an object that is there; None where there is none."""
-        try:
-            return _version(obstore().head(self._bucket, self._path(name)))
-        except FileNotFoundError:
-            return None
-        except store_errors() as error:
-            raise self._error(name, "read", error) from None
+        return self._found(name, lambda path: _version(obstore().head(self._bucket, path)))
 
     def put(self, name: str, content: bytes | Path, notes: Mapping[str, str] | None = None) -> Version:
         """Write an object whole, in one request or, where it is large, in parts; whatever was there is replaced."""
@@ -281,9 +272,16 @@ class Store:
         kind = _UnansweredError if _UNANSWERED.search(str(error)) else StoreError
         return kind(f"{f'{self.address}/{name}'.rstrip('/')}: cannot be {what}: {cause_of(error)}")
 
-    def _raise_without_bucket(self, error: Exception) -> None:
-        if "NoSuchBucket" in str(error) or "ContainerNotFound" in str(error):
-            raise self._error("", "read", error) from None
+    def _found(self, name: str, ask: Callable[[str], _Answer]) -> _Answer | None:
+        """What asking about an object, by its path in the bucket, returns; None if there is none."""
+        try:
+            return ask(self._path(name))
+        except FileNotFoundError as error:
+            if "NoSuchBucket" in str(error) or "ContainerNotFound" in str(error):
+                raise self._error("", "read", error) from None
+            return None
+        except store_errors() as error:
+            raise self._error(name, "read", error) from None
 
 
 def store_at(path: Path) -> Store | None:

@@ -54,7 +54,8 @@ def folder_at_hand(folder: Path) -> Iterator[Path]:
         if not here.exists() and not _fetch_file(store.address, here):
             raise UsageError(f"{store.address}: nothing is stored there")
         mark = store.get(MARK)
-        if mark is not None and not _holds(mark.data, sums):
+        wanted = {} if mark is None else _files_and_changes(mark.data)[0]
+        if wanted is None or not wanted.items() <= sums.items():
             raise StoreError(
                 f"{store.address}: is not whole: it is being written, writing was cut short, or a file was changed "
                 "since; run the command that makes it again"
@@ -78,7 +79,7 @@ def folder_to_fill(folder: Path, *, unfinished: bool = False) -> Iterator[Path]:
     store.refuse_without_conditional_writes()
     mark = store.get(MARK)
     with place_for(store) as here:
-        torn = None if mark is None else _being_written(mark.data)
+        torn = None if mark is None else _files_and_changes(mark.data)[1]
         stale = set[str]() if torn is None else torn | _owned(store)
         before = _fetch(store, here) if torn is None else {}
         whole = False
@@ -236,21 +237,15 @@ def _put_whole(
         ) from error
 
 
-def _being_written(mark: bytes) -> set[str] | None:
-    """Names of what a write that did not end was to change; None if the last one ended."""
+def _files_and_changes(mark: bytes) -> tuple[dict[str, str] | None, set[str] | None]:
+    """The SHA-256 of a whole folder's files, or names of what a write that did not end was to change; or neither."""
     try:
         values = json.loads(mark)
-        return {str(name) for name in values.get("changes", ())} if values["files"] is None else None
+        if values["files"] is None:
+            return None, {str(name) for name in values.get("changes", ())}
+        return dict(values["files"]), None
     except (ValueError, KeyError, TypeError, AttributeError):
-        return None
-
-
-def _holds(mark: bytes, sums: Mapping[str, str]) -> bool:
-    """Whether the files that a mark speaks of are those that were fetched; further ones do not matter."""
-    try:
-        return bool(json.loads(mark)["files"].items() <= sums.items())
-    except (ValueError, KeyError, TypeError, AttributeError):
-        return False
+        return None, None
 
 
 def _sums(here: Path) -> dict[str, str]:

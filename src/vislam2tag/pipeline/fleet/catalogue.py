@@ -212,14 +212,12 @@ def is_fleet(place: Path) -> bool:
 
 def fleet_list(fleet: AnyPath) -> pl.DataFrame:
     """The catalogue of a fleet: one row for each survey, by name. Raises UsageError where there is no fleet."""
-    fleet = Path(fleet)
-    return Fleet(fleet).catalogue()
+    return Fleet(Path(fleet)).catalogue()
 
 
 def fleet_status(fleet: AnyPath) -> FleetTotals:
     """How far a fleet is, by one small file. Raises UsageError where there is no fleet."""
-    fleet = Path(fleet)
-    return Fleet(fleet).record().totals
+    return Fleet(Path(fleet)).record().totals
 
 
 def totals_of(table: pl.DataFrame) -> FleetTotals:

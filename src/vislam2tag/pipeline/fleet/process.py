@@ -42,12 +42,12 @@ from vislam2tag.pipeline.fleet.reduction import (
     reduction_code,
     write_fleet_report,
 )
-from vislam2tag.pipeline.labels.label_run import LabelRun, jobs_of, label_run
+from vislam2tag.pipeline.labels.label_run import LabelRun, label_run
 from vislam2tag.pipeline.labels.process import dry_run
-from vislam2tag.pipeline.labels.session import Outcome, SessionJob, code_of
+from vislam2tag.pipeline.labels.session import OfSession, Outcome, code_of, jobs_of
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.selection import OpenedSurvey
-from vislam2tag.pipeline.run.workers import Executor, Job, process_all, run_job
+from vislam2tag.pipeline.run.workers import Executor, process_all, run_job
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.site.model import Survey
 from vislam2tag.site.stored_survey import survey_at_hand
@@ -70,26 +70,15 @@ class SessionOutcome:
 
 
 @dataclass(frozen=True)
-class FleetSession(Job[SessionOutcome]):
+class FleetSession(OfSession[SessionOutcome]):
     """A session of a survey of the fleet."""
 
     survey: str
-    job: SessionJob
-    code: str
 
     @property
     def slug(self) -> str:
         """What tasks are called by."""
         return f"{self.survey}-{self.job.slug}"
-
-    @property
-    def waits(self) -> bool:
-        """Whether its files come from a store, or go to one."""
-        return self.job.waits
-
-    def code_here(self) -> str:
-        """Key of the source that would process it in this process."""
-        return self.job.code_here()
 
     @contextmanager
     def opened(self) -> Iterator[Callable[[], SessionOutcome]]:
@@ -195,7 +184,7 @@ class FleetRun:
                 self.progress(failed_survey(name, error), self.sessions)
                 continue
             for job in jobs_of(opened.run.tasks, opened.run.settings, opened.run.folder):
-                yield FleetSession(name, job, job.code)
+                yield FleetSession(job, job.code, name)
             if not opened.run.tasks:
                 yield from self._after_the_last(name)
 

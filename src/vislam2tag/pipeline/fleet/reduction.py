@@ -28,7 +28,7 @@ import polars as pl
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
-from vislam2tag.common.files.table_files import parquet_bytes, scan_parquet, write_parquet
+from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.labeling.results import SessionResult, Summary
@@ -90,7 +90,7 @@ def write_tables(fleet: Path, survey: str, rows: Sequence[dict[str, Any]]) -> No
     sessions = pl.DataFrame(rows, schema=SESSION_COLUMNS, orient="row")
     floors = sorted(sessions["floor"].unique())
     at = any_store_at(fleet / TABLES / SESSIONS / f"survey={survey}")
-    _replace(at, SESSIONS, ((floor, sessions.filter(pl.col("floor") == floor)) for floor in floors))
+    _replace(at, SESSIONS, floors, sessions.lazy())
     for table in HEARD:
         _write_heard(fleet, survey, table, sessions["slug"].to_list())
 
@@ -106,22 +106,18 @@ def _write_heard(fleet: Path, survey: str, table: str, slugs: Sequence[str]) -> 
                 labels.fetch(f"{table}/{slug}.parquet", scratch, files[-1].name)
         found = scan_parquet(files) if files else pl.LazyFrame(schema={"floor": pl.Int32()})
         floors = found.select(pl.col("floor").unique().sort()).collect()["floor"].to_list()
-        _replace(to, table, ((floor, found.filter(pl.col("floor") == floor)) for floor in floors))
+        _replace(to, table, floors, found)
 
 
-def _replace(to: AnyStore, table: str, parts: Iterable[tuple[int, pl.DataFrame | pl.LazyFrame]]) -> None:
+def _replace(to: AnyStore, table: str, floors: Iterable[int], rows: pl.LazyFrame) -> None:
     """Put a file for each floor; those of other floors go. The floor is in the file's address, not in it."""
     ours = re.compile(rf"floor=-?\d+/{table}\.parquet")
     before, now = {file.name for file in to.list() if ours.fullmatch(file.name)}, set()
-    for floor, part in parts:
+    for floor in floors:
         name = f"floor={floor}/{table}.parquet"
-        part = part.drop("floor")
-        if isinstance(part, pl.DataFrame):
-            to.put(name, parquet_bytes(part))
-        else:
-            with scratch_folder() as scratch:
-                write_parquet(part, scratch, table)
-                to.put(name, scratch / table)
+        with scratch_folder() as scratch:
+            write_parquet(rows.filter(pl.col("floor") == floor).drop("floor"), scratch, table)
+            to.put(name, scratch / table)
         now.add(name)
     to.delete(before - now)
 

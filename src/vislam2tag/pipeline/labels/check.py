@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Unpack
@@ -34,28 +33,6 @@ from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.views.check_page import write_check_page
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
-
-
-@dataclass
-class _Collected:
-    """Takes sessions as they end and adds them up in the survey's order, so that sums do not depend on the workers."""
-
-    order: Sequence[str]
-    gains: GainMap = field(default_factory=GainMap)
-    sessions: list[SessionCheck] = field(default_factory=list)
-    places: list[WalkPlaces] = field(default_factory=list)
-    _early: dict[str, CheckedSession] = field(default_factory=dict)
-
-    def take(self, checked: CheckedSession) -> None:
-        """Take the next session that ended."""
-        self._early[checked.record.slug] = checked
-        while len(self.sessions) < len(self.order) and self.order[len(self.sessions)] in self._early:
-            following = self._early.pop(self.order[len(self.sessions)])
-            self.sessions.append(following.record)
-            if following.gains is not None:
-                self.gains.add(following.gains)
-            if following.places is not None:
-                self.places.append(following.places)
 
 
 def check(
@@ -85,25 +62,32 @@ def check(
     if out is not None:
         opened.refuse_output(out, _checked_before(out))
         _make_folder(out)
-    collected = _Collected([ref.slug for ref in refs])
+    early: dict[str, CheckedSession] = {}
+    sessions: list[SessionCheck] = []
+    gains, places = GainMap(), list[WalkPlaces]()
 
     def report(checked: CheckedSession) -> None:
-        collected.take(checked)
+        """Add sessions up as they end, in the survey's order, so that sums do not depend on the workers."""
+        early[checked.record.slug] = checked
+        while len(sessions) < len(refs) and (following := early.pop(refs[len(sessions)].slug, None)):
+            sessions.append(following.record)
+            gains.add(following.gains)
+            places.extend(following.places)
         progress(checked.record, len(refs))
 
     opened.run_all(partial(check_session, settings), opened.tasks(refs), report=report)
     shown = shared_survey(survey, follow_links=follow_links)
     tell(left_out_of(shown.findings))
-    walked = walked_floors(shown.root, shown.site, collected.places, walkable)
-    bad = bad_landmarks([session for session in collected.sessions if not session.fixes])
-    doubtful = sum(len(session.doubtful_fixes) for session in collected.sessions)
+    walked = walked_floors(shown.root, shown.site, places, walkable)
+    bad = bad_landmarks([session for session in sessions if not session.fixes])
+    doubtful = sum(len(session.doubtful_fixes) for session in sessions)
     found = SurveyCheck(
         version=__version__,
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
-        sessions=collected.sessions,
-        floors=[_with_rooms(floor, walked) for floor in collected.gains.floors(survey.site.landmarks)],
+        sessions=sessions,
+        floors=[_with_rooms(floor, walked) for floor in gains.floors(survey.site.landmarks)],
         bad_landmarks=[one.model_copy(update={"room": _room(walked, one.floor, one.surveyed_m)}) for one in bad],
-        judgement=judgement_of(collected.sessions, len(bad) + doubtful),
+        judgement=judgement_of(sessions, len(bad) + doubtful),
         walked=[floor.record for floor in walked.values()],
     )
     if out is not None:
@@ -113,7 +97,7 @@ def check(
         spaces = {number: floor.space for number, floor in walked.items()}
         with output_errors(out / PAGE_FILE):
             page = folder.without_links(PAGE_FILE)
-        write_check_page(page, shown, found, collected.gains, spaces)
+        write_check_page(page, shown, found, gains, spaces)
     return found
 
 

@@ -5,7 +5,8 @@ Landmarks are left out in turn and predicted from the others; of a session witho
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from vislam2tag.estimation.dead_reckoning.walk import LeftOut as LeftOutFixes
 from vislam2tag.estimation.dead_reckoning.walk import ReckonedWalk
 from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.settings import HeightSettings, SmootherSettings
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
@@ -103,11 +105,11 @@ def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[Le
 
 @dataclass(frozen=True)
 class CheckedSession:
-    """What the worker tells the main process; ``gains`` and ``places`` are None where it could not be mapped."""
+    """What the worker tells the main process; without ``gains`` and ``places`` if it could not be mapped."""
 
     record: SessionCheck
-    gains: GainMap | None = None
-    places: WalkPlaces | None = None
+    gains: GainMap = field(default_factory=GainMap)
+    places: Sequence[WalkPlaces] = ()
 
 
 def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
@@ -131,7 +133,7 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
         gains(smoothed, positions, floor[positions.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
     record = _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m))
-    return CheckedSession(record, found, _places(prepared, odometry, path, floor))
+    return CheckedSession(record, found, [_places(prepared, odometry, path, floor)])
 
 
 def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, floor: IntArray) -> WalkPlaces:
@@ -146,11 +148,17 @@ def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, flo
     return WalkPlaces(path[each], floor[each], path[frame], floor[frame])
 
 
+def solved(prepared: PreparedSession, range_m: float) -> tuple[WalkObservations, SolvedWalk | None]:
+    """A session's observations, sightings within ``range_m``, and what the smoother makes of them, if it can."""
+    session, landmarks = prepared.session, prepared.landmarks
+    surveyed = landmarks.surveyed_ids
+    observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=surveyed)
+    return observations, solve_walk(observations, LandmarkPriors.of(observations.ids, landmarks))
+
+
 def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> SolvedWalk:
     session, range_m = prepared.session, settings.sighting_range_m
-    surveyed = prepared.landmarks.surveyed_ids
-    observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=surveyed)
-    smoothed = solve_walk(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
+    _, smoothed = solved(prepared, range_m)
     if smoothed is None:
         needs = Smoother(range_m).needs
         raise SessionError(f"{session.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
@@ -206,5 +214,4 @@ def _entries(covariance: FloatArray) -> tuple[float, float, float]:
 
 def _record(task: SessionTask, **details: Any) -> SessionCheck:
     """Fill in who the session is."""
-    key = task.ref.key
-    return SessionCheck(slug=task.ref.slug, floor=key.floor, device=key.device, session=key.session, **details)
+    return SessionCheck(slug=task.ref.slug, **vars(task.ref.key), **details)

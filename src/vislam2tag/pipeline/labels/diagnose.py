@@ -23,12 +23,11 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.tracks import longest_section
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.dead_reckoning.walk import LeftOut
-from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry
-from vislam2tag.estimation.smoother import mapped_path, solve_walk
+from vislam2tag.estimation.smoother import mapped_path
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.check_session import doubtful_fixes, reckoned
+from vislam2tag.pipeline.labels.check_session import doubtful_fixes, reckoned, solved
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduced
 from vislam2tag.pipeline.labels.odd_references import odd_faults, references
 from vislam2tag.pipeline.labels.survey_evidence import Places, places_of, survey_evidence, thinned
@@ -119,10 +118,9 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
             fixes=int(np.isfinite(left_out.sigma_m).sum()),
         )
     prepared = whole.longest_section()
-    session, landmarks = prepared.session, prepared.landmarks
-    range_m = settings.mapping.smoother.sighting_range_m
-    observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=landmarks.surveyed_ids)
-    smoothed = solve_walk(observations, LandmarkPriors.of(observations.ids, landmarks))
+    session = prepared.session
+    observations, smoothed = solved(prepared, settings.mapping.smoother.sighting_range_m)
+    shift = walk_id_shift(session.camera, session.landmarks, prepared.landmarks)
     share = MappedShare(frames=int(session.camera.usable.sum()))
     if smoothed is not None:
         covariance = mapped_path(smoothed)[1]
@@ -131,9 +129,7 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         share = MappedShare(share.frames, int(labelled.sum()), expected_m)
     return DiagnosedSession(
         session.key,
-        passes=WalkPasses.of(
-            session.key, observations, walk_id_shift(session.camera, session.landmarks, prepared.landmarks)
-        ),
+        passes=WalkPasses.of(session.key, observations, shift),
         places=places_of(prepared),
         signs=stream_signs(whole.session),
         share=share,

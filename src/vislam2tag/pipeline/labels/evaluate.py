@@ -101,7 +101,7 @@ def _evaluated(
         progress(session, total)
 
     def add(outcome: StationOutcome) -> None:
-        for slug, tracked in outcome.found.items():
+        for slug, tracked in outcome.items():
             news = found[slug].model_copy(update={"error": None, "missing": tracked.missing})
             found[slug] = with_station(found[slug], tracked)
             progress(news, total)

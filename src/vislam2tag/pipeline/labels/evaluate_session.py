@@ -128,14 +128,10 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
     return _record(
         job.ref,
         error=_mapping_error(job, {name: sure[name] for name in chosen}),
-        missing=found.missing,
-        findings=found.findings,
         faulty=is_faulty(everything["local"], everything["local-corrected"]) if sure["local"].any() else None,
         movement_m=rounded(landmark_movement_m(session.landmarks)),
         retention={name: retention(sure["local"], sure[name]) for name in chosen},
-        estimates=found.estimates,
-        measured=found.measured,
-        presses=found.presses,
+        **vars(found),
     )
 
 
@@ -220,5 +216,4 @@ def rounded(value: float) -> float | None:
 
 def _record(ref: SessionRef, **details: Any) -> SessionEvaluation:
     """Fill in who the session is."""
-    key = ref.key
-    return SessionEvaluation(slug=ref.slug, floor=key.floor, device=key.device, session=key.session, **details)
+    return SessionEvaluation(slug=ref.slug, **vars(ref.key), **details)

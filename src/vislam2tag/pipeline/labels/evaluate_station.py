@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+from typing import TypeAlias
 
 from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.core.tracks import Trajectory
@@ -43,15 +44,10 @@ from vislam2tag.sessions.prepared import mappable_session
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
 """What labels are compared with: where the prism was, or where the camera was by the prism's offset from it."""
 METHODS = (AT_PRISM, AT_CAMERA)
+StationOutcome: TypeAlias = dict[str, TruthComparisons]
+"""What a device's sessions show, by slug; no session that could not be read or mapped."""
 FEWEST_COMMON = 2
 """With fewer shots of fixed points than this, presses in the station's view help to find its frame."""
-
-
-@dataclass(frozen=True)
-class StationOutcome:
-    """What a device's sessions show: by slug; no session that could not be read or mapped."""
-
-    found: dict[str, TruthComparisons]
 
 
 @dataclass(frozen=True)
@@ -75,14 +71,8 @@ def station_jobs(jobs: Sequence[EvaluationJob]) -> list[tuple[EvaluationJob, ...
 
 def with_station(record: SessionEvaluation, found: TruthComparisons) -> SessionEvaluation:
     """Add to a session's record what the station shows."""
-    return record.model_copy(
-        update={
-            "missing": [*record.missing, *found.missing],
-            "findings": [*record.findings, *found.findings],
-            "estimates": record.estimates | found.estimates,
-            "measured": [*record.measured, *found.measured],
-        }
-    )
+    lists = {name: [*getattr(record, name), *getattr(found, name)] for name in ("missing", "findings", "measured")}
+    return record.model_copy(update=lists | {"estimates": record.estimates | found.estimates})
 
 
 def evaluate_station(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
@@ -91,12 +81,12 @@ def evaluate_station(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
         return _evaluate(jobs)
     except Exception as error:  # one bad device must not end the batch; its records name the fault
         fault = unexpected("the station's track", error)
-        return StationOutcome({job.ref.slug: TruthComparisons(missing=[fault]) for job in jobs})
+        return {job.ref.slug: TruthComparisons(missing=[fault]) for job in jobs}
 
 
 def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
-    outcome = StationOutcome({job.ref.slug: TruthComparisons() for job in jobs})
-    walks = [walk for job in jobs if (walk := _walk(job, outcome.found[job.ref.slug])) is not None]
+    outcome = {job.ref.slug: TruthComparisons() for job in jobs}
+    walks = [walk for job in jobs if (walk := _walk(job, outcome[job.ref.slug])) is not None]
     if not walks:
         return outcome
     try:
@@ -108,12 +98,12 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
         }
     except Vislam2tagError as error:
         for walk in walks:
-            outcome.found[walk.job.ref.slug].missing.append(str(error))
+            outcome[walk.job.ref.slug].missing.append(str(error))
         return outcome
     lag_s = _pose_lag(walks)
     odd = frame_against_walks(_reference_errors(walks, methods[AT_CAMERA]))
     for number, walk in enumerate(walks):
-        found = outcome.found[walk.job.ref.slug]
+        found = outcome[walk.job.ref.slug]
         found.findings += station_findings(standing[number], methods[AT_PRISM], number)
         found.findings += odd if methods[AT_CAMERA].truths[number] is not None else []
         found.estimates |= _estimates(frame, methods[AT_PRISM]) | {"pose_lag_s": lag_s}

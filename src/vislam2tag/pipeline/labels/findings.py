@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.common.judgement import counted
 from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
@@ -60,23 +60,17 @@ def landmark_findings(
     ]
 
 
-def _too_high(camera: CameraTrack, log: LandmarkLog, trajectory: Trajectory, radius_m: float) -> list[Finding]:
+def _too_high(camera: CameraTrack, log: LandmarkLog, trajectory: Trajectory, radius_m: float) -> tuple[Finding, ...]:
     """Surveyed landmarks passed within the radius on the plan, but never in space."""
     visited = {visit.landmark for visit in trajectory.visits}
     unvisited = log.select([i for i, name in enumerate(log.ids) if name not in visited])
     apart = np.linalg.norm(camera.plane_acs[unvisited.frame] - unvisited.plane_acs, axis=1)
     missed = [unvisited.ids[i] for i in np.unique(unvisited.landmark[(apart < radius_m) & ~unvisited.lost])]
-    if not missed:
-        return []
-    return [
-        Finding(
-            kind="landmark_never_passed",
-            file="",
-            count=len(missed),
-            message=f"landmarks {', '.join(missed)} were passed but never within {radius_m:g} m in space, height "
-            "included, and so not visited: hang them at the phone's height or raise --visit-radius-m",
-        )
-    ]
+    message = (
+        f"landmarks {', '.join(missed)} were passed but never within {radius_m:g} m in space, height included, and so "
+        "not visited: hang them at the phone's height or raise --visit-radius-m"
+    )
+    return finding_if(len(missed), "landmark_never_passed", message, severity=Severity.WARNING)
 
 
 def _too_few(camera: CameraTrack, trajectory: Trajectory, needs: str) -> list[Finding]:
@@ -147,16 +141,14 @@ def _not_converged(trajectory: Trajectory) -> list[Finding]:
     return [Finding(kind="not_converged", file="", count=1, message=message)]
 
 
-def _passes_left_out(trajectory: Trajectory, landmarks: int) -> list[Finding]:
+def _passes_left_out(trajectory: Trajectory, landmarks: int) -> tuple[Finding, ...]:
     """Passes beyond those that can be solved for with so many landmarks."""
-    if not trajectory.passes_left_out:
-        return []
     message = (
         f"passes of {landmarks:,} landmarks were left out: passes times the square of the landmarks may be "
         f"{MAX_SOLVER_BLOCKS:,}; landmarks without a surveyed place that were passed once went first, then passes "
         "evenly over the walk: remove landmarks that do not exist, or split the recording"
     )
-    return [Finding(kind="too_many_landmarks", file="", count=trajectory.passes_left_out, message=message)]
+    return finding_if(trajectory.passes_left_out, "too_many_landmarks", message, severity=Severity.WARNING)
 
 
 def pose_lag_findings(lag_s: float | None, settings: ProcessSettings) -> list[Finding]:
@@ -164,13 +156,9 @@ def pose_lag_findings(lag_s: float | None, settings: ProcessSettings) -> list[Fi
     allowed_for = settings.strategy == "smoother" and settings.mapping.smoother.allow_for_pose_lag
     if lag_s is None or abs(lag_s) <= settings.findings.pose_lag_s or allowed_for:
         return []
-    return [
-        Finding(
-            kind="pose_lag",
-            file="",
-            count=1,
-            message=f"the poses are stamped {lag_s:+.2f} s after the gyroscope felt the same motion: labels are "
-            f"displaced by that much walking; shift the camera clock by {-lag_s:.2f} s in corrections.toml, or let the "
-            "smoother allow for it (--allow-for-pose-lag)",
-        )
-    ]
+    message = (
+        f"the poses are stamped {lag_s:+.2f} s after the gyroscope felt the same motion: labels are displaced by that "
+        f"much walking; shift the camera clock by {-lag_s:.2f} s in corrections.toml, or let the smoother allow for it "
+        "(--allow-for-pose-lag)"
+    )
+    return [Finding(kind="pose_lag", file="", count=1, message=message)]

@@ -30,7 +30,7 @@ from vislam2tag.labeling.results import (
     Summary,
 )
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.session import SessionJob, code_of, still_holds
+from vislam2tag.pipeline.labels.session import SessionJob, jobs_of, still_holds
 from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, survey_evidence, thinned
 from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
@@ -74,12 +74,6 @@ class LabelRun:
         """The survey as pages show it."""
         return shared_survey(self.survey, follow_links=self.follow_links)
 
-    def with_told(self, told: Sequence[SessionTask]) -> LabelRun:
-        """The run with what all sessions tell one another."""
-        by_key = {task.ref.key: task for task in told}
-        tasks, others = ([by_key[task.ref.key] for task in part] for part in (self.tasks, self.others))
-        return dataclasses.replace(self, tasks=tasks, others=others)
-
     def with_findings(self, findings: Sequence[Finding]) -> LabelRun:
         """The run with more findings about the survey."""
         return dataclasses.replace(
@@ -104,8 +98,7 @@ class LabelRun:
         """
         refs = [task.ref for task in self.tasks]
         if self.others:
-            finished = self.folder.finished()
-            there = {*(ref.slug for ref in refs), *(finished & {task.ref.slug for task in self.others})}
+            there = {ref.slug for ref in refs} | (self.folder.finished() & {task.ref.slug for task in self.others})
             refs = [ref for ref in self.survey.sessions if ref.slug in there]
         return _reduce(self, refs, each)
 
@@ -143,12 +136,6 @@ def label_run(
         gone = folder.drop(lambda slug: slug in slugs if selection.everything else slug not in excluded)
         run = opened_run(opened, folder, follow_links=follow_links)
         yield dataclasses.replace(run, removed=removed_findings(gone))
-
-
-def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: OutputFolder) -> list[SessionJob]:
-    """Jobs that process sessions into ``out``, each with the key of its source."""
-    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
-    return [SessionJob(task, settings, out, code[task.ref.format]) for task in tasks]
 
 
 def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
@@ -197,18 +184,8 @@ def site_record(survey: Survey) -> dict[str, object]:
 
 def floor_records(site: Site) -> list[dict[str, object]]:
     """The site's floors, as ``run.json`` keeps them."""
-    records = (
-        FloorRecord(
-            number=floor.number,
-            name=floor.name,
-            elevation_m=floor.elevation_m,
-            width_m=floor.width_m,
-            height_m=floor.height_m,
-            lower_left_m=floor.lower_left_m,
-            georeference=floor.georeference,
-        )
-        for floor in site.floors
-    )
+    kept = FloorRecord.model_fields
+    records = (FloorRecord(**{name: getattr(floor, name) for name in kept}) for floor in site.floors)
     return [record.model_dump(mode="json") for record in records]
 
 
@@ -302,8 +279,7 @@ def outdated_findings(
     """
     if not left_out:
         return []
-    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in left_out})}
-    jobs = {task.ref.slug: SessionJob(task, settings, OutputFolder(Path()), code[task.ref.format]) for task in left_out}
+    jobs = {job.slug: job for job in jobs_of(left_out, settings)}
     return list(_outdated(jobs, folder.results(jobs)))
 
 

@@ -64,7 +64,7 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
             found[_NAMES[sensor]] = partial(_by_motion, times.time_ns[times.usable], norm[times.usable], sensor)
     heard = _heard(rows, times) if wanted != MOTION else {}
     if heard:
-        found["access points that both heard"] = lambda session: align_by_levels(heard, _wifi_of(session))
+        found["access points that both heard"] = partial(_by_levels, heard)
     if wanted is not None and not found:
         needed = (
             "columns such as gyro_x, gyro_y, gyro_z or acc_x, acc_y, acc_z"
@@ -83,37 +83,34 @@ def _by_motion(their_ns: IntArray, theirs: FloatArray, sensor: str, session: Lab
 
 def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
     """Times and levels of each access point in a table; empty where it has no such columns."""
+    wifi = _levels_of(rows)
+    if wifi is None:
+        return {}
+    return heard_in(wifi.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable)))
+
+
+def _levels_of(rows: pl.DataFrame) -> pl.DataFrame | None:
+    """Access points and levels of a table; None where it has no such columns."""
     columns = level_columns(rows.columns)
     if columns is None:
-        return {}
-    bssid, level = columns
-    wifi = rows.select(
-        pl.Series("time_ns", times.time_ns),
-        pl.col(bssid).cast(pl.String).alias("bssid"),
-        numbers(level).alias("rssi_dbm"),
-    )
-    return heard_in(wifi.filter(pl.Series(times.usable)))
+        return None
+    return rows.select(pl.col(columns[0]).cast(pl.String).alias("bssid"), numbers(columns[1]).alias("rssi_dbm"))
 
 
 def level_notes(rows: pl.DataFrame) -> list[str]:
     """What is odd about a table's addresses and levels, a sentence each; its rows keep them."""
-    columns = level_columns(rows.columns)
-    if columns is None:
+    wifi = _levels_of(rows)
+    if wifi is None:
         return []
-    bssid, level = columns
-    wifi = rows.select(
-        pl.int_range(2, pl.len() + 2, dtype=pl.Int64).alias("row"),
-        pl.col(bssid).cast(pl.String).alias("bssid"),
-        numbers(level).alias("rssi_dbm"),
-    )
-    named, masked = with_addresses(wifi, "bssid", "")
+    lines = pl.int_range(2, pl.len() + 2, dtype=pl.Int64).alias("row")
+    named, masked = with_addresses(wifi.select(lines, pl.all()), "bssid", "")
     done = "these readings align no clock"
     odd = [*masked, *level_findings(named, "", done)]
     return [f"{each.kind} {each.count} (lines {', '.join(map(str, each.lines))}): {each.message}" for each in odd]
 
 
-def _wifi_of(session: LabelledSession) -> Heard:
-    return heard_in(session.table("wifi", ("bssid", "time_ns", "rssi_dbm")))
+def _by_levels(heard: Heard, session: LabelledSession) -> ClockAlignment:
+    return align_by_levels(heard, heard_in(session.table("wifi", ("bssid", "time_ns", "rssi_dbm"))))
 
 
 ADDED = ("x_m", "y_m", "z_m", "floor", "sigma", "status")
@@ -189,8 +186,10 @@ def label(
     ahead_ns = 0 if offset_s is None else round(offset_s * 1e9)
     spans_ns += 0 if ahead_ns > _YEARS_NS else ahead_ns
     times = _times(rows, spans_ns, align is not None, **read)
-    known = _KnownClock(offset_s, align, path_or_none(survey))
-    walks, why = _with_clocks(walks, times, rows, known)
+    if offset_s is not None:
+        walks, why = [replace(walk, clock=ClockAlignment(ahead_ns)) for walk in walks], list[str]()
+    else:
+        walks, why = _with_clocks(walks, times, rows, align, path_or_none(survey))
     why += level_notes(rows)
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
@@ -225,28 +224,17 @@ def _walks(folder: Path, wanted: str | None) -> list[_Walk]:
     return found
 
 
-@dataclass(frozen=True)
-class _KnownClock:
-    """What the caller knows of the table's clock."""
-
-    offset_s: float | None
-    align: str | None
-    survey: Path | None
-
-
 def _with_clocks(
-    walks: list[_Walk], times: TableTimes, rows: pl.DataFrame, known: _KnownClock
+    walks: list[_Walk], times: TableTimes, rows: pl.DataFrame, align: str | None, survey: Path | None
 ) -> tuple[list[_Walk], list[str]]:
     """Say how the table's clock runs against each walk's; walks of which that is not known are left out."""
-    if known.offset_s is not None:
-        return [replace(walk, clock=ClockAlignment(round(known.offset_s * 1e9))) for walk in walks], []
-    if known.align is None and times.clock is Clock.BOOT and any(_inside(walk, times).any() for walk in walks):
+    if align is None and times.clock is Clock.BOOT and any(_inside(walk, times).any() for walk in walks):
         return walks, []
     notes: list[str] = []
     found: list[_Walk] = []
     refused: list[str] = []
-    aligners = table_aligners(rows, times, known.align)
-    folders = {} if known.survey is None or known.align is not None else _folders(known.survey)
+    aligners = table_aligners(rows, times, align)
+    folders = {} if survey is None or align is not None else _folders(survey)
     for walk in walks:
         clock, how = _by_recorder(folders, walk.session), "the recorder's own clocks (session.json)"
         for name, aligned in aligners.items() if clock is None else ():

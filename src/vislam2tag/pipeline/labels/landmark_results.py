@@ -19,7 +19,8 @@ from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.fault_detection import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
 from vislam2tag.estimation.landmark_survey.comparison import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
 from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, predicted
-from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
+from vislam2tag.estimation.landmark_survey.local_map import LocalMap
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession
 from vislam2tag.pipeline.labels.odd_references import references
 from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.site.landmark_file import MOST_LANDMARKS, SharedErrors, errors_file
@@ -116,9 +117,7 @@ def _session(session: ReducedSession, *, used: bool) -> SessionRow:
     elif session.unused:
         note = f"landmark {', '.join(session.unused)} is not used: only other floors have it"
     return SessionRow(
-        floor=session.key.floor,
-        device=session.key.device,
-        session=session.key.session,
+        **vars(session.key),
         landmarks=len(session.places),
         used=used,
         note=note,
@@ -128,12 +127,12 @@ def _session(session: ReducedSession, *, used: bool) -> SessionRow:
 def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
     place, joined = joint.places[index], joint.joined
     surveyed = bool(joined.priors.surveyed[index])
-    sigma_m = math.sqrt(float(np.trace(joined.position_covariance[index])) / 2)
-    if surveyed:
-        x, y = joined.priors.position[index].real, joined.priors.position[index].imag
-        sigma_m = math.sqrt(float(np.trace(joined.priors.covariance[index])) / 2)
-    else:
-        x, y = joined.position[index].real, joined.position[index].imag
+    position, covariance = (
+        (joined.priors.position, joined.priors.covariance)
+        if surveyed
+        else (joined.position, joined.position_covariance)
+    )
+    sigma_m = math.sqrt(float(np.trace(covariance[index])) / 2)
     seen = _passes(joined, index)
     reason = "" if surveyed else unplaced(joint, index)
     placed = surveyed or not reason
@@ -143,8 +142,8 @@ def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
         floor=place.floor,
         landmark=place.landmark,
         surveyed=surveyed,
-        x_m=round(float(x), 4) if placed else None,
-        y_m=round(float(y), 4) if placed else None,
+        x_m=round(float(position[index].real), 4) if placed else None,
+        y_m=round(float(position[index].imag), 4) if placed else None,
         z_m=_z(joint, index),
         sigma_m=max(round(sigma_m, 4), 1e-4) if placed else None,
         heading_rad=heading if placed else None,
@@ -157,10 +156,14 @@ def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
     )
 
 
+def _tied(joined: LandmarkMap) -> list[LocalMap]:
+    """The walks' maps that are tied to the survey."""
+    return [one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used]
+
+
 def _passes(joined: LandmarkMap, index: int) -> list[int]:
     """How often each map that is tied passed a landmark; those that did not are left out."""
-    tied = (one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used)
-    counts = (int(one.passes[one.landmark == index].sum()) for one in tied)
+    counts = (int(one.passes[one.landmark == index].sum()) for one in _tied(joined))
     return [count for count in counts if count]
 
 
@@ -210,21 +213,18 @@ def _z(joint: JointSurvey, index: int) -> float | None:
     site, place = joint.survey.site.landmarks, joint.places[index]
     if index < len(site.ids) and np.isfinite(site.z_m[index]):
         return float(site.z_m[index])
-    heights = [_z_of_session(session, place) for session in joint.mapped]
+    heights = [
+        float(session.z_m[session.places.index(place)])
+        for session in joint.mapped
+        if session.z_m is not None and place in session.places
+    ]
     finite = [z for z in heights if math.isfinite(z)]
     return round(float(np.median(finite)), 3) if finite else None
 
 
-def _z_of_session(session: ReducedSession, place: LandmarkPlace) -> float:
-    if session.z_m is None or place not in session.places:
-        return math.nan
-    return float(session.z_m[session.places.index(place)])
-
-
 def _discrepancy(joined: LandmarkMap, index: int) -> tuple[float, float, bool] | None:
     """How far the others put a landmark from its surveyed place, the usual size of that, and whether it is too far."""
-    tied = [one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used]
-    passed = {int(number) for one in tied for number in one.landmark[joined.priors.surveyed[one.landmark]]}
+    passed = {int(number) for one in _tied(joined) for number in one.landmark[joined.priors.surveyed[one.landmark]]}
     if len(passed - {index}) < FEWEST_OTHERS:
         return None
     trial = predicted(joined, index)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -15,14 +16,14 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.label_run import LabelRun, jobs_of, label_run, opened_run, outdated_findings
+from vislam2tag.pipeline.labels.label_run import LabelRun, label_run, opened_run, outdated_findings
 from vislam2tag.pipeline.labels.odd_references import odd_findings
-from vislam2tag.pipeline.labels.session import Outcome, Reason, SessionJob
+from vislam2tag.pipeline.labels.session import OfSession, Outcome, Reason, jobs_of
 from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
 from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, ProcessChoices
-from vislam2tag.pipeline.run.workers import Job, outcomes_of, run_job
+from vislam2tag.pipeline.run.workers import outcomes_of, run_job
 from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.site.model import SessionKey
 from vislam2tag.site.stored_survey import survey_at_hand
@@ -80,7 +81,8 @@ def _told(made: LabelRun, opened: OpenedSurvey, comparing: Progress[SessionKey])
     """The run with what all sessions tell one another; and how all references fit one another."""
     tasks = [*made.tasks, *made.others]
     told, found = told_tasks(made.survey, tasks, made.settings, opened.run_all, comparing)
-    return made.with_told(told), found
+    count = len(made.tasks)
+    return dataclasses.replace(made, tasks=told[:count], others=told[count:]), found
 
 
 @dataclass(frozen=True)
@@ -94,23 +96,16 @@ class PlannedSession:
 
 
 @dataclass(frozen=True)
-class PlannedJob(Job[PlannedSession]):
+class PlannedJob(OfSession[PlannedSession]):
     """Looks at one session."""
 
-    job: SessionJob
-    code: str
-
     @property
-    def slug(self) -> str:
-        """File-name stem of the session's outputs."""
-        return self.job.slug
-
-    def code_here(self) -> str:
-        """Key of the source that would process it in this process."""
-        return self.job.code_here()
+    def waits(self) -> bool:
+        """False: nothing is fetched before."""
+        return False
 
     def opened(self) -> AbstractContextManager[Callable[[], PlannedSession]]:
-        """Look at it as a whole: nothing is fetched before."""
+        """Look at it as a whole."""
         return nullcontext(lambda: PlannedSession(str(self.job.task.ref.key), self.job.reasons()))
 
     def given_up(self, error: str) -> PlannedSession:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache, partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import polars as pl
@@ -39,6 +40,8 @@ from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks, floors_told
 from vislam2tag.site.model import SessionRef
 
+_Made = TypeVar("_Made")
+_NOWHERE = OutputFolder(Path())
 _JOINING = f"{__package__}.together"
 
 
@@ -80,21 +83,21 @@ class SessionJob(Job[Outcome]):
 
     def code_here(self) -> str:
         """Key of the source that would process it in this process."""
-        return code_in_this_process(self.task, self.settings)
+        return _code_of(self.task.ref.format, json.dumps(self.settings.of_labels()))
 
     @contextmanager
     def opened(self) -> Iterator[Callable[[], Outcome]]:
         """Look whether its earlier result holds; if not, fetch its files and put what is made of them."""
         kept = self.out.kept(self.slug)
-        whole = self.out.is_whole(self.slug, kept)
-        if whole and kept.result is not None and self._unread(kept) and not _changes_by_listing(self, kept.result):
-            yield partial(outcome_of, kept.result, repeated=False)
+        whole = kept.result if self.out.is_whole(self.slug, kept) else None
+        if whole is not None and self._unread(kept) and not _changes_by_listing(self, whole):
+            yield partial(outcome_of, whole, repeated=False)
             return
         files = session_files(self.out, self.slug, kept, _inputs(self.task.ref))
         with at_hand(self.task.ref, TRUTH_FILE) as ref, files as made:
             job = self._of(ref)
-            if whole and kept.result is not None and still_holds(job, kept.result):
-                yield partial(outcome_of, kept.result, repeated=False)
+            if whole is not None and still_holds(job, whole):
+                yield partial(outcome_of, whole, repeated=False)
             else:
                 yield partial(_processed, job, made)
 
@@ -127,6 +130,28 @@ class SessionJob(Job[Outcome]):
         return replace(self, task=replace(self.task, ref=ref))
 
 
+@dataclass(frozen=True)
+class OfSession(Job[_Made]):
+    """Other work at the session of a job, by the same source."""
+
+    job: SessionJob
+    code: str
+
+    @property
+    def slug(self) -> str:
+        """File-name stem of the session's outputs."""
+        return self.job.slug
+
+    @property
+    def waits(self) -> bool:
+        """Whether its files come from a store, or go to one."""
+        return self.job.waits
+
+    def code_here(self) -> str:
+        """Key of the source that would work at it in this process."""
+        return self.job.code_here()
+
+
 def code_of(format_name: str, settings: ProcessSettings) -> str:
     """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import.
 
@@ -138,13 +163,15 @@ def code_of(format_name: str, settings: ProcessSettings) -> str:
     )
 
 
-def code_in_this_process(task: SessionTask, settings: ProcessSettings) -> str:
-    """Key of the source that would process a session in this process; it is read once."""
-    return _code_of(task.ref.format, json.dumps(settings.of_labels()))
+def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: OutputFolder = _NOWHERE) -> list[SessionJob]:
+    """Jobs that process sessions into ``out``, each with the key of its source."""
+    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
+    return [SessionJob(task, settings, out, code[task.ref.format]) for task in tasks]
 
 
 @cache
 def _code_of(format_name: str, settings: str) -> str:
+    """Key of the source as it is in this process, which reads it once."""
     return code_of(format_name, ProcessSettings.model_validate_json(settings))
 
 
@@ -281,11 +308,9 @@ def _fingerprint(job: SessionJob, hashes: dict[str, str], logged: Sequence[str],
     if task.told is not None:
         parts["told"] = [task.told.ids, task.told.floor.tolist()]
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
-    for array in (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    if marks.joint_covariance is not None:
-        digest.update(np.ascontiguousarray(marks.joint_covariance).tobytes())
-    for array in _told_arrays(task):
+    arrays = (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad)
+    joint = () if marks.joint_covariance is None else (marks.joint_covariance,)
+    for array in (*arrays, *joint, *_told_arrays(task)):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 

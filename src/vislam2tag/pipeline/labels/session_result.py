@@ -134,11 +134,7 @@ def recording_record(session: Session) -> RecordingRecord | None:
     if recording is None:
         return None
     return RecordingRecord(
-        ended=recording.ended,
-        scans_refused=recording.scans_refused,
-        exposure_known=session.camera.exposure_known,
-        note=recording.note,
-        events=recording.events,
+        **vars(recording), scans_refused=recording.scans_refused, exposure_known=session.camera.exposure_known
     )
 
 
@@ -147,10 +143,8 @@ def visit_marks(trajectory: Trajectory, own: int) -> list[VisitMark]:
     return [
         VisitMark(
             landmark=visit.landmark,
-            time_ns=int(trajectory.time_ns[visit.frame]),
             distance_m=round(visit.distance_m, 3),
-            position=_position(trajectory, visit.frame),
-            floor=_other_floor(trajectory, visit.frame, own),
+            **_when_and_where(trajectory, visit.frame, own),
         )
         for visit in trajectory.visits
     ]
@@ -160,13 +154,11 @@ def event_marks(trajectory: Trajectory, own: int) -> list[EventMark]:
     """Each event with its time and where the camera was after it; ``own`` is the session's floor."""
     return [
         EventMark(
-            time_ns=int(trajectory.time_ns[event.frame]),
             kind=event.kind,
             size_m=round(event.size_m, 3),
             turn_rad=None if math.isnan(event.turn_rad) else round(event.turn_rad, 4),
-            position=_position(trajectory, event.frame),
-            floor=_other_floor(trajectory, event.frame, own),
             reason=event.reason,
+            **_when_and_where(trajectory, event.frame, own),
         )
         for event in trajectory.events
     ]
@@ -191,16 +183,15 @@ def contradiction_marks(trajectory: Trajectory, landmarks: Landmarks) -> list[Co
     return marks
 
 
-def _position(trajectory: Trajectory, frame: int) -> tuple[float, float] | None:
-    """Where the camera was at a frame; None where that frame is not mapped."""
+def _when_and_where(trajectory: Trajectory, frame: int, own: int) -> dict[str, Any]:
+    """Time of a frame, where the camera was then (None: not mapped), and its floor if that is not the ``own``."""
     mapped = has_position(trajectory.status[frame : frame + 1]).all()
-    return _pair(trajectory.position_bcs[frame, :2]) if mapped else None
-
-
-def _other_floor(trajectory: Trajectory, frame: int, own: int) -> int | None:
-    """Floor of a frame where it is not the session's own."""
     floor = int(trajectory.floor[frame]) if len(trajectory.floor) else own
-    return None if floor == own else floor
+    return {
+        "time_ns": int(trajectory.time_ns[frame]),
+        "position": _pair(trajectory.position_bcs[frame, :2]) if mapped else None,
+        "floor": None if floor == own else floor,
+    }
 
 
 def _pair(point: FloatArray | tuple[float, float]) -> tuple[float, float]:
@@ -293,12 +284,9 @@ def session_result(
 
 def result_of(task: SessionTask, strategy: str, **details: Any) -> SessionResult:
     """Fill in who the session is and what processed it."""
-    key = task.ref.key
     return SessionResult(
         slug=task.ref.slug,
-        floor=key.floor,
-        device=key.device,
-        session=key.session,
+        **vars(task.ref.key),
         format=task.ref.format,
         strategy=strategy,
         version=__version__,

@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
-from vislam2tag.core.arrays import FloatArray, of_landmarks
+from vislam2tag.core.arrays import of_landmarks
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
@@ -33,9 +33,9 @@ from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.odd_references import references
-from vislam2tag.pipeline.labels.session import code_in_this_process, code_of
+from vislam2tag.pipeline.labels.session import OfSession, jobs_of
 from vislam2tag.pipeline.run.failures import done_or_failed
-from vislam2tag.pipeline.run.workers import Executor, Job, outcomes_of, run_job
+from vislam2tag.pipeline.run.workers import Executor, outcomes_of, run_job
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, scans_of_walk
 from vislam2tag.positioning.walk_traces import WalkTrace, rounded_covariance
@@ -124,40 +124,23 @@ def refuse_together(strategy: str) -> None:
 
 
 @dataclass(frozen=True)
-class JoiningJob(Job[_Told]):
+class JoiningJob(OfSession[_Told]):
     """All that a worker needs to reduce one session to what it tells others."""
 
-    task: SessionTask
-    settings: ProcessSettings
-    code: str
     reduce: Callable[[MappingSettings, SessionTask], _Told]
     """A module's function; what ends the work on a session is in the error of what it returns."""
     outcome: Callable[..., _Told]
     """Makes what it returns of a session's key and an ``error``."""
 
-    @property
-    def slug(self) -> str:
-        """File-name stem of the session's outputs."""
-        return self.task.ref.slug
-
-    @property
-    def waits(self) -> bool:
-        """Whether its files come from a store."""
-        return self.task.ref.stored is not None
-
-    def code_here(self) -> str:
-        """Key of the source that would reduce it in this process."""
-        return code_in_this_process(self.task, self.settings)
-
     @contextmanager
     def opened(self) -> Iterator[Callable[[], _Told]]:
         """Have its files at hand, wherever they are."""
-        with at_hand(self.task.ref) as ref:
-            yield partial(self.reduce, self.settings.mapping, replace(self.task, ref=ref))
+        with at_hand(self.job.task.ref) as ref:
+            yield partial(self.reduce, self.job.settings.mapping, replace(self.job.task, ref=ref))
 
     def given_up(self, error: str) -> _Told:
         """A session that could not be reduced is mapped alone."""
-        return self.outcome(self.task.ref.key, error=error)
+        return self.outcome(self.job.task.ref.key, error=error)
 
 
 def told_tasks(
@@ -171,31 +154,28 @@ def told_tasks(
 
     ``progress`` hears of each session that is reduced (twice where walks go far without a landmark), and how many are.
     """
-    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
-    todo = [JoiningJob(task, settings, code[task.ref.format], reduce_session, ReducedSession) for task in tasks]
+    todo = [JoiningJob(job, job.code, reduce_session, ReducedSession) for job in jobs_of(tasks, settings)]
     sessions = outcomes_of(run_all, run_job, todo, lambda session, total: progress(session.key, total))
     with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
         joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
         told, found = _told(joint), references(joint)
     led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
     tracker = _tracker_noise(joint.mapped)
-    with_told = [
-        replace(
-            task,
-            told=told.get(task.ref.key),
-            tracker=tracker.get(task.ref.key),
-            ways=_ways_of_others(led, task.ref.key),
-        )
-        for task in tasks
-    ]
+
+    def with_told(task: SessionTask) -> SessionTask:
+        key = task.ref.key
+        return replace(task, told=told.get(key), tracker=tracker.get(key), ways=_ways_of_others(led, key))
+
+    tasks = list(map(with_told, tasks))
     far = {one.key.floor for one in joint.mapped if goes_far(one, told[one.key])}
-    ask = [
-        JoiningJob(task, settings, code[task.ref.format], heard_walk, HeardWalk)
-        for task in with_told
-        if task.ref.key.floor in far
-    ]
-    ties = _heard_ties(ask, run_all, lambda key, total: progress(key, len(todo) + total))
-    return [replace(task, ties=ties.get(task.ref.key)) for task in with_told], found
+    going = [task for task in tasks if task.ref.key.floor in far]
+    ask = [JoiningJob(job, job.code, heard_walk, HeardWalk) for job in jobs_of(going, settings)]
+    walks = outcomes_of(run_all, run_job, ask, lambda walk, total: progress(walk.key, len(todo) + total))
+    ties: dict[SessionKey, PlaceTies] = {}
+    with threadpool_limits(limits=1):
+        for floor in {walk.key.floor for walk in walks}:
+            ties |= ties_of([walk for walk in walks if walk.key.floor == floor])
+    return [replace(task, ties=ties.get(task.ref.key)) for task in tasks], found
 
 
 def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, TrackerNoise | None]:
@@ -213,16 +193,6 @@ def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:
     known = {*zip(told.ids, told.floor.tolist(), strict=True)}
     mask = np.array([(place.landmark, place.floor) in known for place in session.places], dtype=np.bool_)
     return session.passes is not None and session.passes.longest_stretch_m(mask) > FAR_M
-
-
-def _heard_ties(
-    ask: list[JoiningJob[HeardWalk]], run_all: Executor, progress: Progress[SessionKey]
-) -> dict[SessionKey, PlaceTies]:
-    """Where the scans of others say that sessions were."""
-    walks = outcomes_of(run_all, run_job, ask, lambda walk, total: progress(walk.key, total))
-    with threadpool_limits(limits=1):
-        by_floor = [ties_of([one for one in walks if one.key.floor == floor]) for floor in {w.key.floor for w in walks}]
-    return {key: ties for floor in by_floor for key, ties in floor.items()}
 
 
 def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> WalkedWays | None:
@@ -250,16 +220,13 @@ def _of_session(joint: JointSurvey, places: ToldPlaces, number: int, sessions: i
     """Of what is told, the landmarks that the session itself passed, rounded."""
     own = np.flatnonzero(np.isin(places.landmark, joint.joined.maps[number].landmark))
     passed = [joint.places[index] for index in places.landmark[own].tolist()]
+    # Standard deviations of x, y of each landmark come first, then those of their headings.
+    units = np.repeat((ROUNDED_SIGMA_M, ROUNDED_SIGMA_RAD), (2 * len(own), len(own)))
     return ToldLandmarks(
         ids=tuple(place.landmark for place in passed),
         floor=np.array([place.floor for place in passed], dtype=np.int64),
         position_bcs=ROUNDED_M * np.round(as_points(places.position[own]) / ROUNDED_M),
         heading_rad=ROUNDED_RAD * np.round(places.heading_rad[own] / ROUNDED_RAD),
-        joint_covariance=rounded_covariance(of_landmarks(places.covariance, own), _units(len(own))),
+        joint_covariance=rounded_covariance(of_landmarks(places.covariance, own), units),
         sessions=sessions,
     )
-
-
-def _units(count: int) -> FloatArray:
-    """(3k,) what standard deviations of x, y of each of k landmarks and then of their headings are rounded to."""
-    return np.repeat((ROUNDED_SIGMA_M, ROUNDED_SIGMA_RAD), (2 * count, count))

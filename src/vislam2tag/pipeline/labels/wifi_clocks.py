@@ -42,7 +42,10 @@ def wifi_clocks(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> 
     }
     late = {key: lags[key.floor, key.device] for key in heard if (key.floor, key.device) in lags}
     on_time = {
-        floor: {key: _earlier(one, late[key].seconds) if key in late else one for key, one in walks.items()}
+        floor: {
+            key: replace(one, time_s=one.time_s - late[key].seconds) if key in late else one
+            for key, one in walks.items()
+        }
         for floor, walks in floors.items()
     }
     return {
@@ -60,10 +63,6 @@ def common_lags(walks: Mapping[SessionKey, HeardOnWalk]) -> dict[str, ScanLag]:
         for key, walk in walks.items()
     ]
     return HeardFloor.as_logged(traces, scans).lags(traces)
-
-
-def _earlier(walk: HeardOnWalk, seconds: float) -> HeardOnWalk:
-    return replace(walk, time_s=walk.time_s - seconds)
 
 
 def _after(offset: ClockOffset, lag: ScanLag) -> ClockOffset:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -85,16 +86,11 @@ def _survey_folders(folder: Path, depth: int) -> list[Path]:
     try:
         floor_folders(folder)
     except SurveyError:
-        inside = _subfolders(folder) if depth else []
+        inside: list[Path] = []
+        with suppress(OSError):
+            inside = subfolders(folder) if depth else []
         return [found for below in inside for found in _survey_folders(below, depth - 1)]
     return [folder]
-
-
-def _subfolders(folder: Path) -> list[Path]:
-    try:
-        return subfolders(folder)
-    except OSError:
-        return []
 
 
 def read_mappable(survey: Survey, ref: SessionRef, settings: ProcessSettings) -> tuple[Session, Landmarks]:
@@ -131,12 +127,7 @@ def paper_collection(
     own = settings.model_copy(update={"strategy": STRATEGY})
     chosen = [(survey, devices) for survey in data.surveys if (devices := _devices(survey))]
     total = sum(ref.key.device in devices for survey, devices in chosen for ref in survey.sessions)
-    done = 0
-
-    def advance(_outcome: object, _total: int) -> None:
-        nonlocal done
-        progress(done := done + 1, total)
-
+    advance = counted(progress, total)
     with scratch_folder() as scratch:
         labelled = []
         for number, (survey, devices) in enumerate(chosen):

@@ -125,9 +125,7 @@ def _long_walk(results: PaperResults) -> Figure:
 
 
 def _movement(results: PaperResults) -> Figure:
-    walks = results.walks.pressed
-    if not walks:
-        raise SessionError("no walk over control points is in this data")
+    walks = _some(results.walks.pressed, "over control points")
     errors = [walk.errors.error_m for walk in walks]
     by_strategy = {name: np.array([one[name] for one in errors]) for name in STRATEGIES}
     return error_by_landmark_movement(np.array([walk.movement_m for walk in walks]), by_strategy)
@@ -156,16 +154,20 @@ def _fingerprints(results: PaperResults) -> Figure:
 
 
 def _press_distribution(results: PaperResults) -> Figure:
-    return _distribution(results.walks.pressed, "no walk over control points")
+    return _distribution(_some(results.walks.pressed, "over control points"))
 
 
 def _station_distribution(results: PaperResults) -> Figure:
-    return _distribution(results.walks.tracked, "no walk before a total station")
+    return _distribution(_some(results.walks.tracked, "before a total station"))
 
 
-def _distribution(walks: list[PaperWalk], missing: str) -> Figure:
+def _some(walks: list[PaperWalk], what: str) -> list[PaperWalk]:
     if not walks:
-        raise SessionError(f"{missing} is in this data")
+        raise SessionError(f"no walk {what} is in this data")
+    return walks
+
+
+def _distribution(walks: list[PaperWalk]) -> Figure:
     curves = {
         name: error_curve([strategy_errors(walk.counted[name], "", name) for walk in walks]) for name in STRATEGIES
     }
@@ -173,9 +175,7 @@ def _distribution(walks: list[PaperWalk], missing: str) -> Figure:
 
 
 def _coverage(results: PaperResults) -> Figure:
-    walks = results.walks.tracked
-    if not walks:
-        raise SessionError("no walk before a total station is in this data")
+    walks = _some(results.walks.tracked, "before a total station")
     curves = {name: coverage_curve(_record(walks, name)) for name in STRATEGIES}
     return coverage_accuracy({name: curve for name, curve in curves.items() if curve is not None})
 

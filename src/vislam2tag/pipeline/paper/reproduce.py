@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from vislam2tag import __version__
@@ -150,13 +151,8 @@ def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> C
     if statistics is None:
         return CollectionPart(TABLE_3, None, missing=f"{NO_COLLECTION.capitalize()}.")
     table = Table3.of(statistics.by_device, statistics.walks, beside_paper=True)
-    texts = {
-        "csv": table_3_csv(table),
-        "tex": table_3_latex(table),
-        "md": table_3_markdown(table),
-    }
-    for suffix, text in texts.items():
-        folder.put_text(f"{TABLE_3}.{suffix}", text)
+    for suffix, text_of in {"csv": table_3_csv, "tex": table_3_latex, "md": table_3_markdown}.items():
+        folder.put_text(f"{TABLE_3}.{suffix}", text_of(table))
     wifi = statistics.technologies["wifi"]
     cost = wifi.labelled_per_person_hour
     rate = "" if cost is None else f", {cost:.0f} an hour of walking"
@@ -183,12 +179,8 @@ def _figure(folder: OutputFolder, figure: PaperFigure, results: PaperResults) ->
         return FigurePart(figure.stem, figure.title, figure.about, missing=str(error))
     files = {kind: rendered(drawn, kind) for kind in _PICTURES}
     for kind, content in files.items():
-        _write(folder, f"{figure.stem}.{kind}", content)
+        folder.write(f"{figure.stem}.{kind}", partial(write_file, content=content))
     return FigurePart(figure.stem, figure.title, figure.about, svg=files["svg"], width_in=drawn.get_figwidth())
-
-
-def _write(folder: OutputFolder, name: str, content: bytes) -> None:
-    folder.write(name, lambda path: write_file(path, content))
 
 
 def refuse_without_networks(seeds: int | None) -> None:

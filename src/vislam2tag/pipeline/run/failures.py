@@ -52,18 +52,18 @@ def done_or_failed(what: object, work: Callable[[], _Outcome], failed: Callable[
 class _FolderLog(logging.FileHandler):
     """Logs to a file of a folder, which is made when there is something to log."""
 
-    def __init__(self, folder: Folder, name: str) -> None:
-        self._folder, self._log_file = folder, name
-        super().__init__(folder / name, encoding="utf-8", delay=True)
+    def __init__(self, folder: Folder) -> None:
+        self._folder = folder
+        super().__init__(folder / LOG_FILE, encoding="utf-8", delay=True)
 
     def _open(self) -> io.TextIOWrapper:
-        return io.TextIOWrapper(io.BufferedWriter(self._folder.appending(self._log_file)), encoding="utf-8")
+        return io.TextIOWrapper(io.BufferedWriter(self._folder.appending(LOG_FILE)), encoding="utf-8")
 
 
 @contextmanager
-def logged_to(folder: Folder, name: str = LOG_FILE) -> Iterator[None]:
+def logged_to(folder: Folder) -> Iterator[None]:
     """Log to a file, which is made when there is something to log; an unexpected exception is logged and names it."""
-    handler = _FolderLog(folder, name)
+    handler = _FolderLog(folder)
     handler.setFormatter(VisibleFormatter("%(levelname)s %(message)s"))
     LOG.addHandler(handler)
     try:
@@ -72,7 +72,7 @@ def logged_to(folder: Folder, name: str = LOG_FILE) -> Iterator[None]:
         raise
     except Exception as error:
         LOG.critical("ended by an unexpected %s", type(error).__name__, exc_info=error)
-        error.add_note(f"{_KEPT}{folder / name}")
+        error.add_note(f"{_KEPT}{folder / LOG_FILE}")
         raise
     finally:
         LOG.removeHandler(handler)
@@ -111,14 +111,17 @@ class LogInOrder:
         """Take what job ``number`` logged, and log what has its turn."""
         self._waiting[number] = records
         while self._next in self._waiting:
-            self._log(self._next)
+            log_again(self._waiting.pop(self._next))
             self._next += 1
 
     def close(self) -> None:
         """Log the rest: of jobs behind one that never ended."""
-        for number in sorted(self._waiting):
-            self._log(number)
+        for _, records in sorted(self._waiting.items()):
+            log_again(records)
+        self._waiting.clear()
 
-    def _log(self, number: int) -> None:
-        for record in self._waiting.pop(number):
-            LOG.handle(record)
+
+def log_again(records: list[logging.LogRecord]) -> None:
+    """Log what :func:`recorded` returned."""
+    for record in records:
+        LOG.handle(record)

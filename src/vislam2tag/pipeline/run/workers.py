@@ -25,7 +25,7 @@ from threadpoolctl import threadpool_limits
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.garbage import keep_freed_memory, search_seldom
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.pipeline.run.failures import LOG, LogInOrder, recorded
+from vislam2tag.pipeline.run.failures import LogInOrder, log_again, recorded
 
 _Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
@@ -83,12 +83,8 @@ def worked(work: Callable[[_Job], _Outcome], job: _Job, *, limited: bool = False
     ``limited``: libraries are kept from computing in several threads: how many add up a sum shows in its last digits.
     """
     opened = job.opened() if work is run_job and isinstance(job, Job) else nullcontext(partial(work, job))
-    with opened as compute, _ONE_COMPUTES, _threads_of_libraries(limited):
+    with opened as compute, _ONE_COMPUTES, threadpool_limits(limits=1) if limited else nullcontext():
         return recorded(compute)
-
-
-def _threads_of_libraries(limited: bool) -> AbstractContextManager[object]:
-    return threadpool_limits(limits=1) if limited else nullcontext()
 
 
 class Executor(Protocol):
@@ -185,18 +181,10 @@ def _pool_for(work: object, first: list[_Job], stack: ExitStack) -> tuple[future
     if len(first) > 1:
         return stack.enter_context(worker_pool(len(first) - 1)), AHEAD * (len(first) - 1)
     if work is run_job and any(isinstance(job, Job) and job.waits for job in first):
-        return stack.enter_context(_threads()), BESIDE
+        threads = ThreadPoolExecutor(BESIDE, thread_name_prefix="jobs")
+        stack.callback(threads.shutdown, cancel_futures=True)  # after an error they are given no more to do
+        return threads, BESIDE
     return None, 0
-
-
-@contextmanager
-def _threads() -> Iterator[ThreadPoolExecutor]:
-    """Threads that are given no more to do after an error."""
-    pool = ThreadPoolExecutor(BESIDE, thread_name_prefix="jobs")
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def _outcomes(
@@ -236,8 +224,7 @@ def done_in(
             ended, waiting = futures.wait(waiting, timeout=STOP_S, return_when=FIRST_COMPLETED)
             for future in ended:
                 outcome, records = future.result()
-                for record in records:
-                    LOG.handle(record)
+                log_again(records)
                 yield outcome
             if stopped():
                 waiting -= {future for future in waiting if future.cancel()}

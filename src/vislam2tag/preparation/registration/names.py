@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.intake.ids import IdComparison, compare_ids
 from vislam2tag.site.model import landmark_id
 

@@ -14,8 +14,7 @@ from typing import TypeVar
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.preparation.registration.network import Measurement
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import NOT_UTF8, XLSX, Line, LineCounts, decoded, sheet_lines

@@ -6,8 +6,7 @@ from enum import StrEnum
 
 from pydantic import Field
 
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.records import Record, SettingsRecord
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.registration.least_squares import SingularError

@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.preparation.registration.point_file import TextTable, parsed, read_text_table
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.site.landmark_file import GREATEST_M

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.finding_kinds import FindingKind
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation
 from vislam2tag.core.status import has_position
