@@ -11,7 +11,15 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.transforms import Similarity2
-from vislam2tag.labeling.results import ContradictionMark, Drawing, Polyline, SessionResult, Stretch
+from vislam2tag.labeling.results import (
+    ContradictionMark,
+    Drawing,
+    EventMark,
+    Polyline,
+    SessionResult,
+    Stretch,
+    VisitMark,
+)
 from vislam2tag.site.frame_change import FrameChange
 
 _DECIMALS = 2

@@ -17,7 +17,7 @@ from pathlib import Path
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.stored_folder import outline_of
-from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity, finding_if
+from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind, Severity, finding_if
 from vislam2tag.common.records import Record
 from vislam2tag.site.model import ControlPoints, Floor, Site, Survey
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, read_site_file

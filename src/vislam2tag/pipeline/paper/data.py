@@ -15,7 +15,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.datasets.fingerprints import access_points_of, tables_of
 from vislam2tag.datasets.folder import write_dataset
