@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.progress import session_bar
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
     from rich.text import Text
 
-    from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview
+    from vislam2tag.sessions.inspection import FloorOverview, SessionOverview
     from vislam2tag.studio.receiving.filing import FiledSession
     from vislam2tag.studio.receiving.zips import AppPlace
 
@@ -199,15 +200,14 @@ def inspect_command(
       vislam2tag inspect survey
       vislam2tag inspect survey --json > survey.json
     """
-    from vislam2tag.sessions.inspection import inspect_survey
 
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with session_bar("sessions") as bar:
-        inspection = inspect_survey(survey, settings.findings, progress=bar.reach, survey_settings=settings.survey)
+        inspection = api.inspect(survey, settings.findings, progress=bar.reach, survey_settings=settings.survey)
     answer(inspection, json, lambda: _print(inspection, survey), failed=not inspection.usable)
 
 
-def _print(inspection: Inspection, survey: Path) -> None:
+def _print(inspection: api.Inspection, survey: Path) -> None:
     _print_floors(inspection.floors)
     _print_sessions(inspection.sessions)
     groups = [("site", inspection.findings)]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, Floors, FollowLinks
 from vislam2tag.cli.progress import interrupted_with, session_bar
@@ -19,8 +20,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.preparation.sheets.settings import sheet_size
 
 if TYPE_CHECKING:
-    from vislam2tag.preparation.planning.records import FloorPlanRecord, PlanSummary
-    from vislam2tag.preparation.sheets.sheet_folder import SheetsRecord
+    from vislam2tag.preparation.planning.records import FloorPlanRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,11 +78,10 @@ def plan_command(given: PlanOptions) -> None:
       vislam2tag plan site --floor 3 --spacing-m 12 --sheet A4 --out plan
       vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
     """
-    from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
     from vislam2tag.preparation.planning.floor import STEPS
 
     settings = settings_of(given.config, _settings(given), given.site)
-    request = PlanRequest(
+    request = api.PlanRequest(
         given.floor,
         given.first_id,
         given.anew,
@@ -95,7 +94,7 @@ def plan_command(given: PlanOptions) -> None:
     with interrupted_with(f"{given.out} holds no new plans"), session_bar("steps") as bar:
         steps = len(STEPS) + 1
         advance = lambda _step, floors: bar.advance(floors * steps, error=None)
-        result = write_plans(given.site, given.out, settings.plan, request, advance)
+        result = api.plan(given.site, given.out, settings.plan, request, advance)
     unmet = any(one.unmet for one in result.floors)
     answer(result, given.json, lambda: _print_plan(result, given, unmet), failed=unmet)
 
@@ -112,7 +111,7 @@ def _settings(given: PlanOptions) -> dict[str, object]:
     return settings_given(given) | own
 
 
-def _print_plan(result: PlanSummary, given: PlanOptions, unmet: bool) -> None:
+def _print_plan(result: api.PlanSummary, given: PlanOptions, unmet: bool) -> None:
     from vislam2tag.pipeline.site.plan import LANDMARKS_FILE, PAGE_FILE
 
     _print_floors(result)
@@ -131,7 +130,7 @@ def _print_plan(result: PlanSummary, given: PlanOptions, unmet: bool) -> None:
     next_step("plan, unmet" if unmet else "plan", page=page, landmarks=given.out / LANDMARKS_FILE)
 
 
-def _print_floors(result: PlanSummary) -> None:
+def _print_floors(result: api.PlanSummary) -> None:
     rows = []
     for floor in result.floors:
         counts = (str(len(floor.landmarks)), str(len(floor.fixed)), str(floor.bound), f"{floor.above_bound:.0%}")
@@ -194,16 +193,14 @@ def sheets_command(given: SheetsOptions) -> None:
       vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
       vislam2tag sheets --images photos --width-m 0.2 --out sheets
     """
-    from vislam2tag.preparation.sheets.sheet_folder import SheetOptions as Wanted
-    from vislam2tag.preparation.sheets.sheet_folder import make_sheets
 
-    wanted = Wanted(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
+    wanted = api.SheetOptions(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
     with interrupted_with(f"{given.out} holds no new sheets"), session_bar("images and pages") as bar:
-        found = make_sheets(wanted, given.out, bar.count)
+        found = api.sheets(wanted, given.out, bar.count)
     answer(found, given.json, lambda: _print_sheets(found, given.out))
 
 
-def _print_sheets(found: SheetsRecord, out: Path) -> None:
+def _print_sheets(found: api.SheetsRecord, out: Path) -> None:
     from vislam2tag.preparation.sheets.features import ENOUGH_INLIERS
     from vislam2tag.preparation.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
 
@@ -216,7 +213,7 @@ def _print_sheets(found: SheetsRecord, out: Path) -> None:
     next_step("sheets", pdf=out / PDF_FILE)
 
 
-def _print_sizes(found: SheetsRecord) -> None:
+def _print_sizes(found: api.SheetsRecord) -> None:
     """One line for each size of paper and image."""
     rows = []
     images = {image.landmark: image for image in found.images}
