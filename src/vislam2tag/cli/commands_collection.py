@@ -41,7 +41,7 @@ def receive_command(
     zips: tuple[Path, ...] = argument("Zips of sessions to file.", (), metavar="[ZIP]..."),
     host: str = option(EVERYWHERE[0], "Address to listen on; 127.0.0.1: this computer alone."),
     port: int = option(8765, "Port to listen on; 0: any free one.", least=0, most=65535),
-    max_size_mb: int = option(1000, "Greatest zip taken, megabytes.", least=1),
+    max_size_mb: int = option(1000, "Greatest zip taken, megabytes.", least=1, hidden=True),
     floor: int | None = option(None, "Floor that recordings of other apps are filed under."),
     device: str | None = option(None, "Device that they are filed under.", metavar="NAME"),
     json: AsJson = False,
@@ -64,7 +64,7 @@ def receive_command(
     \b
     Examples:
       vislam2tag receive survey
-      vislam2tag receive survey --port 9000 --max-size-mb 4000
+      vislam2tag receive survey --port 9000
       vislam2tag receive survey 2021-12-20T132523.zip
       vislam2tag receive survey walk-1.zip --floor 2 --device iPhone
     """

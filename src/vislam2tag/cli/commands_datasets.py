@@ -45,6 +45,7 @@ class DatasetOptions:
         metavar="DURATION",
         parse=seconds_of,
         sets=("dataset.wifi_window_s",),
+        hidden=True,
     )
     ble_window: float | None = option(
         None,
@@ -109,7 +110,6 @@ def dataset_command(given: DatasetOptions) -> None:
       vislam2tag dataset survey --out fingerprints
       vislam2tag dataset labels --out fingerprints --survey survey \\
           --max-sigma-m 0.3
-      vislam2tag dataset labels --out short --window 1s
       vislam2tag dataset main-building annex --building main --building annex \\
           --out campus
     """
@@ -271,6 +271,7 @@ class RadioMapsOptions:
         metavar="LENGTH",
         parse=metres_of,
         sets=("radio_maps.cell_m",),
+        hidden=True,
     )
     reach: float | None = option(
         None,
@@ -280,7 +281,7 @@ class RadioMapsOptions:
         sets=("radio_maps.reach_m",),
         hidden=True,
     )
-    most: int | None = setting("radio_maps.most")
+    most: int | None = setting("radio_maps.most", hidden=True)
     follow_links: FollowLinks = False
     json: AsJson = False
     config: ConfigFile = None
@@ -300,7 +301,7 @@ def radio_maps_command(given: RadioMapsOptions) -> None:
     \b
     Examples:
       vislam2tag radio-maps fingerprints --out maps
-      vislam2tag radio-maps fingerprints --out maps --cell 50cm --most 20
+      vislam2tag radio-maps fingerprints --out maps --config maps.toml
       vislam2tag radio-maps fingerprints --out one --ap 0c:8d:db:f5:3c:01
     """
 

@@ -68,7 +68,7 @@ class ImportArguments:
     )
     describe: Description = None
     max_unpacked_gb: float = option(
-        20.0, "Most that an archive may unpack to, gigabytes (10^9 bytes).", least=0.0, most=1e6
+        20.0, "Most that an archive may unpack to, gigabytes (10^9 bytes).", least=0.0, most=1e6, hidden=True
     )
     hiding: PrivacyOptions
     replace: Replace = False

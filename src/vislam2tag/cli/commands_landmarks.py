@@ -31,7 +31,7 @@ class PlanOptions:
     out: Path = option(..., "Folder to write: new, empty or with plans.", metavar="P")
     floor: Floors = ()
     spacing_m: float | None = setting("plan.spacing_m")
-    sheet: tuple[str, ...] = option(
+    paper: tuple[str, ...] = option(
         (),
         "Size of paper to choose from; repeatable. [default: A4, A3]",
         metavar="SIZE",
@@ -50,9 +50,9 @@ class PlanOptions:
     )
     nearest_m: float | None = setting("plan.camera.nearest_m", hidden=True)
     speed_m_s: float | None = setting("plan.speed_m_s", hidden=True)
-    further: int | None = setting("plan.further")
+    further: int | None = setting("plan.further", hidden=True)
     first_id: int = option(1, "New landmarks are numbered from this on.", least=0)
-    time_limit_s: float | None = setting("plan.time_limit_s")
+    time_limit_s: float | None = setting("plan.time_limit_s", hidden=True)
     follow_links: FollowLinks = False
     json: AsJson = False
     config: ConfigFile = None
@@ -75,7 +75,7 @@ def plan_command(given: PlanOptions) -> None:
     \b
     Examples:
       vislam2tag plan site --out plan
-      vislam2tag plan site --floor 3 --spacing-m 12 --sheet A4 --out plan
+      vislam2tag plan site --floor 3 --spacing-m 12 --paper A4 --out plan
       vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
     """
     from vislam2tag.preparation.planning.floor import STEPS
@@ -107,7 +107,7 @@ def _settings(given: PlanOptions) -> dict[str, object]:
             angles = f"{given.view_deg[0]:g} {given.view_deg[1]:g}"
             raise UsageError(f"--view-deg {angles}: angles of view lie between 10 and 170 degrees")
         view_rad = tuple(round(math.radians(angle), 4) for angle in given.view_deg)
-    own = {"plan.sheets": given.sheet or None, "plan.camera.field_of_view_rad": view_rad}
+    own = {"plan.sheets": given.paper or None, "plan.camera.field_of_view_rad": view_rad}
     return settings_given(given) | own
 
 

@@ -60,14 +60,14 @@ class ProcessOptions:
     where: ExecutorOptions
     json: AsJson = False
     config: ConfigFile = None
-    label_rule: LabelRule | None = setting("labels.rule")
+    label_rule: LabelRule | None = setting("labels.rule", hidden=True)
     max_gap_s: float | None = setting("labels.max_gap_s", hidden=True)
-    visit_radius_m: float | None = setting("mapping.visit_radius_m")
+    visit_radius_m: float | None = setting("mapping.visit_radius_m", hidden=True)
     max_sigma_m: float | None = setting("labels.max_sigma_m")
     max_step_m: float | None = setting("mapping.max_step_m", hidden=True)
     together: bool | None = setting("together")
     use_planned: bool | None = setting("survey.use_planned")
-    allow_for_pose_lag: bool | None = setting("mapping.smoother.allow_for_pose_lag")
+    allow_for_pose_lag: bool | None = setting("mapping.smoother.allow_for_pose_lag", hidden=True)
 
 
 @command
@@ -90,7 +90,6 @@ def process_command(given: ProcessOptions) -> None:
       vislam2tag process survey --out labels --max-sigma-m 0.3 \\
           --landmarks completed.csv
       vislam2tag process survey --out labels --together
-      vislam2tag process survey --out paper --label-rule next-frame
       vislam2tag process survey --out labels --dry-run
       vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
           --executor dask --scheduler tcp://10.0.0.5:8786

@@ -38,7 +38,7 @@ class LabelOptions:
     )
     zone: str | None = option(None, "Of dates that name none, such as Europe/Berlin.", metavar="ZONE")
     offset_s: float | None = option(None, "How far the table's clock is ahead of boot.", metavar="SECONDS")
-    align: str | None = option(
+    by: str | None = option(
         None, "Find the clock by motion or by levels (Wi-Fi), whatever its times look like.", metavar="BY"
     )
     session: str | None = option(None, "Only walks whose name in labels/sessions holds this.", metavar="NAME")
@@ -67,7 +67,7 @@ def label_command(given: LabelOptions) -> None:
       vislam2tag label ble.csv --labels labels
       vislam2tag label co2.parquet --labels labels --survey survey \\
           --out co2-labelled.parquet
-      vislam2tag label headset.csv --labels labels --align motion --session LG
+      vislam2tag label headset.csv --labels labels --by motion --session LG
       vislam2tag label uwb.csv --labels labels --clock boot --unit ms \\
           --session LG
     """
@@ -80,7 +80,7 @@ def label_command(given: LabelOptions) -> None:
         unit=given.unit,
         zone=given.zone,
         offset_s=given.offset_s,
-        align=given.align,
+        align=given.by,
         session=given.session,
         survey=given.survey,
     )
@@ -193,7 +193,7 @@ def sightings_command(
     qr_side_m: float | None = option(
         None, "Side of QR codes whose text ends in the landmark's id, metres.", least=0.01
     ),
-    again: bool = option(False, "Look anew where sightings.csv is there already."),
+    replace: bool = option(False, "Look anew where sightings.csv is there already."),
     json: AsJson = False,
 ) -> None:
     """Find landmarks in the pictures of walks that an iPhone or another camera recorded.
@@ -230,7 +230,7 @@ def sightings_command(
         def within(stage: api.Stage, total: int) -> None:
             bar.reach(stage.done, total)
 
-        found = api.sightings(survey, images, tags, tag_side_m, qr_side_m, again, finished, within)
+        found = api.sightings(survey, images, tags, tag_side_m, qr_side_m, replace, finished, within)
     failed = any(one.error for one in found) or all(one.skipped and not one.landmarks for one in found)
     after = "sightings, failed" if failed else "sightings"
     answer(found, json, lambda: _print_sightings(found, survey, after), failed=failed)

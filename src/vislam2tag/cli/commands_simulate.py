@@ -69,7 +69,7 @@ class SimulateOptions:
         None, "Walk on the plans of this site, past its landmarks, instead of a made one.", metavar="SITE"
     )
     floor: tuple[int, ...] = option((), "With --site: only this floor; repeatable.")
-    landmark_file: Path | None = option(
+    landmarks: Path | None = option(
         None, "With --site: its landmarks.csv or the like instead of its own landmarks.", metavar="FILE"
     )
     mask: Path | None = option(None, "With --site and one --floor: green can be walked, red cannot.", metavar="IMAGE")
@@ -109,7 +109,7 @@ def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
           --column elevation --column z
       vislam2tag simulate again --seed 7 --later 2022-06-01
       vislam2tag simulate trial --site building --floor 4 \\
-          --landmark-file plan/landmarks.csv
+          --landmarks plan/landmarks.csv
     """
     from vislam2tag.simulation.traps import check_traps
 
@@ -158,8 +158,8 @@ def _refuse_ignored(context: typer.Context, given: SimulateOptions) -> None:
                 instead = " (name floors of the site by --floor)" if floors else ""
                 typed = name.replace("_", "-")
                 raise UsageError(f"--{typed}: has no effect with {option_name}; leave one of the two out{instead}")
-    if given.site is None and (given.floor or given.landmark_file or given.mask):
-        raise UsageError("--floor, --landmark-file and --mask: need --site")
+    if given.site is None and (given.floor or given.landmarks or given.mask):
+        raise UsageError("--floor, --landmarks and --mask: need --site")
     if given.mask is not None and len(given.floor) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
 
@@ -171,7 +171,7 @@ def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> api.Scen
     from vislam2tag.simulation.site_building import site_building, site_floors
 
     masks = {} if given.mask is None else dict.fromkeys(given.floor, given.mask)
-    floors = site_floors(site, given.floor, given.landmark_file, masks, settings.walkable)
+    floors = site_floors(site, given.floor, given.landmarks, masks, settings.walkable)
     walks = site_survey(
         site_building(floors, SITE_SEED, settings.simulation.site),
         site,

@@ -130,8 +130,8 @@ class InitOptions:
         metavar="X,Y,X,Y",
         parse=_area,
     )
-    stretch: bool = option(False, "Take width and height though the plan has another shape.")
-    measure: Path | None = option(
+    stretch: bool = option(False, "Take width and height though the plan has another shape.", hidden=True)
+    click: Path | None = option(
         None, "Write no site but an HTML page to click a known distance on, and open it.", metavar="FILE"
     )
     unit_m: float | None = option(None, "A unit of the file, whose axes are the BCS's.", metavar="METRES")
@@ -157,7 +157,7 @@ def init_command(given: InitOptions) -> None:
 
     PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor's folder of the Indoor Location Competition 2.0;
     it is copied into SITE. Its scale: the size of what it shows (--width-m, --height-m), two known points (--point,
-    twice), a known distance (--measure writes a page to click it on), the scale on paper (--scale 1:100), or metres a
+    twice), a known distance (--click writes a page to click it on), the scale on paper (--scale 1:100), or metres a
     unit. DXF files with units, and GeoJSON and IMDF on a site with a georeference, need none. Of a page with a frame,
     the drawing in it is taken (--area). Without --plan a survey in the published layout is described.
 
@@ -168,7 +168,7 @@ def init_command(given: InitOptions) -> None:
       vislam2tag site init survey --plan ground.pdf --page 2 --floor 0 \\
           --width-m 62.5 --height-m 31
       vislam2tag site init survey --plan first.pdf --floor 1 --scale 1:100
-      vislam2tag site init survey --plan first.svg --measure scale.html
+      vislam2tag site init survey --plan first.svg --click scale.html
       vislam2tag site init survey --plan first.png --floor 1 \\
           --point 120,840=0,0 --point 1950,850=45.6,0
       vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL \\
@@ -212,8 +212,8 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]
     if plan.is_dir():
         raise UsageError(f"--plan {plan}: is a folder; give the file of the floor's plan")
     source = _source(given, plan)
-    if given.measure is not None:
-        _measure(given, plan, source, given.measure)
+    if given.click is not None:
+        _measure(given, plan, source, given.click)
     source, notes = settled_source(plan, source, whole=given.area == _PAGE, stretch=given.stretch)
     number = 1 if given.floor is None else given.floor
     values = {"number": number, "name": given.name, "elevation_m": given.elevation_m, "plan": source}

@@ -181,7 +181,7 @@ class _Candidates:
         count = len(stations.corridor)
         usable, fixed = marked(places.station, count), marked(fixed_station, count)
         if not (usable | fixed).any():
-            raise SurveyError("has no wall for a sheet; allow larger sheets (--sheet A1) or fewer forbidden places")
+            raise SurveyError("has no wall for a sheet; allow larger sheets (--paper A1) or fewer forbidden places")
         return cls(corridors, stations, places, constraints, fixed_station, usable, fixed)
 
     @property
