@@ -153,13 +153,14 @@ def _field_work(people: int | None, hours: float | None) -> api.FieldWork | None
 def _built(given: DatasetOptions, settings: api.DatasetSettings, options: api.BuildOptions) -> api.Dataset:
 
     with session_bar("walks") as bar:
-
-        def advance(step: api.SessionStep, total: int) -> None:
-            bar.enter(f"walks: {step.stage}")
-            bar.advance(total, step.error)
-
         return api.build_dataset(
-            given.sources, given.out, settings, options, jobs=given.jobs, progress=advance, tell=print_warnings
+            given.sources,
+            given.out,
+            settings,
+            options,
+            jobs=given.jobs,
+            progress=lambda step, total: bar.step(f"walks: {step.stage}", total, step.error),
+            tell=print_warnings,
         )
 
 

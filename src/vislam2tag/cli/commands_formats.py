@@ -269,18 +269,13 @@ def export_command(given: ExportArguments) -> None:
         given.split, given.fold, given.survey, given.hiding.privacy, not given.keep_formulas, given.follow_links
     )
     with outputs_of_interrupted(given.out), session_bar("files") as bar:
-
-        def advance(stage: str, total: int) -> None:
-            bar.enter(stage)
-            bar.advance(total, None)
-
         record = api.export(
             given.source,
             given.out,
             given.format_name,
             options,
             jobs=given.jobs,
-            progress=advance,
+            progress=bar.step,
             tell=print_warnings,
         )
     answer(record, given.json, lambda: _print_export(record, given.out))

@@ -251,11 +251,6 @@ def run_command(
 
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with interrupted_with(lambda: contents_there(out, _PARTS)), session_bar("sessions") as bar:
-
-        def advance(step: tuple[str, str | None], total: int) -> None:
-            bar.enter(f"sessions: {step[0]}")
-            bar.advance(total, step[1])
-
         made = api.run_survey(
             survey,
             out,
@@ -263,7 +258,7 @@ def run_command(
             landmarks=landmarks,
             follow_links=follow_links,
             jobs=jobs,
-            progress=advance,
+            progress=lambda step, total: bar.step(f"sessions: {step[0]}", total, step[1]),
             tell=print_warnings,
         )
     answer(made, json, lambda: _print_run(made, survey, out), failed=made.labels.problem is not None)

@@ -215,22 +215,21 @@ def sightings_command(
       vislam2tag sightings survey --tags apriltag-36h11 --tag-side-m 0.16
     """
 
-    done = 0
-
     def there() -> str:
+        done = bar.done - bar.failed
         return f"{done} sessions have their sightings; the same command goes on" if done else "no session was finished"
 
-    with interrupted_with(there), session_bar("sessions", lines=True) as bar:
-
-        def finished(one: api.SightingsFound, total: int) -> None:
-            nonlocal done
-            done += not one.error
-            bar.advance(total, error=one.error or None)
-
-        def within(stage: api.Stage, total: int) -> None:
-            bar.reach(stage.done, total)
-
-        found = api.sightings(survey, images, tags, tag_side_m, qr_side_m, replace, finished, within)
+    with session_bar("sessions", lines=True) as bar, interrupted_with(there):
+        found = api.sightings(
+            survey,
+            images,
+            tags,
+            tag_side_m,
+            qr_side_m,
+            replace,
+            lambda one, total: bar.advance(total, one.error or None),
+            lambda stage, total: bar.reach(stage.done, total),
+        )
     failed = any(one.error for one in found) or all(one.skipped and not one.landmarks for one in found)
     after = "sightings, failed" if failed else "sightings"
     answer(found, json, lambda: _print_sightings(found, survey, after), failed=failed)
