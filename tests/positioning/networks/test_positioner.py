@@ -5,6 +5,7 @@ The training loop learns, stops and repeats; which device trains, and that PyTor
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 from sklearn.base import clone
 
-from tests.positioning.radio_fields import TWO_FLOORS, surveyed
+from tests.positioning.radio_fields import TWO_BUILDINGS, TWO_FLOORS, surveyed
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.places import Positions, ScanPlaces
@@ -96,6 +97,29 @@ def test_radii_hold_their_shares_of_new_scans(name: str) -> None:
     result = score(model.predict(fresh), truth)
     assert result.inside_68 == pytest.approx(0.68, abs=0.08)
     assert result.inside_95 == pytest.approx(0.95, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "floors", "floor_hit", "mean_m"),
+    [
+        ("multi-cel", TWO_FLOORS, 0.95, 3.5),
+        ("multi-cel", TWO_BUILDINGS, 0.85, 4.5),
+        ("regression-net", TWO_FLOORS, 0.95, 4.0),
+        ("regression-net", TWO_BUILDINGS, 0.85, 6.0),
+    ],
+)
+def test_floors_of_different_size_and_buildings_whose_frames_overlap_are_learned(
+    name: str, floors: Any, floor_hit: float, mean_m: float
+) -> None:
+    widths = dict.fromkeys(WIDTHS[name], (64,))
+    model = tiny(name, **widths, epochs=25, learning_rate=1e-2).fit(*surveyed(240, floors))
+    fresh, truth = surveyed(100, floors, seed=1)
+    found = model.predict(fresh)
+    result = score(found, truth)
+    assert result.building_hit == 1.0
+    assert (result.floor_hit or 0.0) > floor_hit
+    assert (result.plane.mean_m or math.inf) < mean_m
+    np.testing.assert_allclose(found.storey_probability.sum(axis=1), 1.0)
 
 
 @pytest.mark.parametrize("name", NAMES)
