@@ -21,8 +21,8 @@ import torch
 from vislam2tag.positioning.networks.layers import dense, linear
 from vislam2tag.positioning.networks.positioner import (
     PUBLISHED_BATCH,
+    NetworkSettings,
     TrainingExamples,
-    TrainingSchedule,
     batch_for,
     train,
 )
@@ -71,8 +71,13 @@ def main() -> None:
         first_s = None
         for name in names:
             device = torch.device(name)
-            trained(data, device, TrainingSchedule(1, batch, rate))  # the first call sets a device up
-            schedules = [TrainingSchedule(arguments.epochs, batch, rate, seed=seed) for seed in range(arguments.seeds)]
+            trained(
+                data, device, NetworkSettings(epochs=1, batch_size=batch, learning_rate=rate)
+            )  # the first call sets a device up
+            schedules = [
+                NetworkSettings(epochs=arguments.epochs, batch_size=batch, learning_rate=rate, seed=seed)
+                for seed in range(arguments.seeds)
+            ]
             runs = [trained(data, device, schedule) for schedule in schedules]
             seconds, error_m = (np.array(part) for part in zip(*runs, strict=True))
             first_s = first_s or float(seconds.mean())
@@ -100,7 +105,7 @@ def drawn(count: int) -> Drawn:
     )
 
 
-def trained(data: Drawn, device: torch.device, schedule: TrainingSchedule) -> Trained:
+def trained(data: Drawn, device: torch.device, schedule: NetworkSettings) -> Trained:
     """Train a network of the published widths; asks it about the last fingerprints."""
     torch.manual_seed(schedule.seed)
     count = len(data.inputs) - ASKED

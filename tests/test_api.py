@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 import subprocess
 import sys
 import typing
 from collections.abc import Iterable, Iterator
 from operator import attrgetter
+from pathlib import Path
 from types import UnionType
 from typing import Any
 
@@ -56,6 +58,16 @@ def test_every_name_can_be_imported_and_no_other() -> None:
     assert sorted(everything.keys() - {"__builtins__"}) == dir(api) == api.__all__
     with pytest.raises(ImportError, match="walk"):
         exec("from vislam2tag.api import walk", {})
+
+
+def test_type_checkers_read_the_same_places() -> None:
+    stub = Path(api.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    imports = {
+        name: (module, original) for module, original, name in re.findall(r"from (\S+) import (\w+) as (\w+)", stub)
+    }
+    renamed = {name: imports[private] for name, private in re.findall(r"^(\w+) = (\w+)$", stub, re.M)}
+    listed = {name: place for name, place in (imports | renamed).items() if not name.startswith("_")}
+    assert listed == vars(api)["_PLACES"]
 
 
 def within(classes: Iterable[type], known: frozenset[type] = frozenset()) -> frozenset[type]:

@@ -160,7 +160,7 @@ def test_planned_landmarks_are_printed_and_walked_past(old: Path, tmp_path: Path
     answer("sheets", table, "--out", tmp_path / "sheets")
     manifest = pl.read_csv(tmp_path / "sheets" / "images" / "manifest.csv", infer_schema=False)
     assert manifest["id"].to_list() == ids
-    trial = ("--devices", "1", "--sessions", "1", "--minutes", "0.5", "--severity", "none", "--landmark-file", table)
+    trial = ("--devices", "1", "--sessions", "1", "--minutes", "0.5", "--severity", "none", "--landmarks", table)
     answer("simulate", tmp_path / "trial", "--site", old / "site", *trial)
     (floor,) = answer("site", "show", tmp_path / "trial")["floors"]
     assert floor["landmarks"] == len(ids)

@@ -72,7 +72,7 @@ def finding_landmarks(folder: Path) -> Attacked:
     session = survey / "floor_1" / "iPhone" / "walk"
     write_stray_scanner(session, few, [])
     (survey / "floor_1" / "marker_dict.csv").write_text("id,x,y,z\n1,2,3,1\n")
-    command = ("sightings", survey, "--tags", "apriltag-36h11", "--tag-side-m", "0.2", "--again")
+    command = ("sightings", survey, "--tags", "apriltag-36h11", "--tag-side-m", "0.2", "--replace")
     return Attacked(survey, command, session / "sightings.csv")
 
 

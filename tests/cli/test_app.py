@@ -106,7 +106,7 @@ def test_what_nobody_expected_is_one_line_that_names_its_log(tmp_path: Path, mon
     log = tmp_path / "out" / "log.txt"
     assert the_error(done, 1) == f"error: unexpected ZeroDivisionError: by nothing; please report this with {log}"
     assert "boom" in log.read_text()
-    monkeypatch.setattr("vislam2tag.sessions.inspection.inspect_survey", boom)
+    monkeypatch.setattr("vislam2tag.api.inspect", boom)
     done = vislam2tag("inspect", survey)
     assert done.returncode == 1
     assert done.stderr.startswith("Traceback")
@@ -146,7 +146,7 @@ def test_what_is_wrong_with_files_is_one_line(
     def fails(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("vislam2tag.sessions.inspection.inspect_survey", fails)
+    monkeypatch.setattr("vislam2tag.api.inspect", fails)
     assert the_error(vislam2tag("inspect", tmp_path)) == said
 
 

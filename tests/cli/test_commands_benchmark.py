@@ -113,8 +113,3 @@ def test_a_walk_that_cannot_be_evaluated_shows_in_the_exit_code(survey: Path, tm
     assert "left out: floor 0 / LG: the total station's frame needs two common points at least, none is known" in (
         done.stdout
     )
-
-
-def test_a_folder_without_survey_is_one_line(tmp_path: Path) -> None:
-    assert "not a survey" in the_error(vislam2tag("paper", tmp_path, "--out", tmp_path / "out"))
-    assert not (tmp_path / "out").exists()

@@ -272,14 +272,6 @@ def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
     assert "next: vislam2tag run " in result.output
 
 
-def test_json_is_one_document(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["inspect", str(write_survey(tmp_path)), "--json"])
-    document = json.loads(result.stdout)
-    assert result.exit_code == 0
-    assert [session["frames"] for session in document["sessions"]] == [60, 60, 60]
-    assert document["findings"] == []
-
-
 def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = write_survey(tmp_path)
     path = root / "floor_1/One Plus/walk/sensors.csv"

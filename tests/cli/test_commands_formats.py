@@ -124,7 +124,7 @@ def test_an_interrupt_is_exit_code_130(dataset: Path, tmp_path: Path, monkeypatc
     def interrupted(*_arguments: object, **_options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vislam2tag.pipeline.datasets.export.export", interrupted)
+    monkeypatch.setattr("vislam2tag.api.export", interrupted)
     done = in_process(dataset, "--format", "comford", "--out", tmp_path / "out")
     assert done.exit_code == 130
     assert done.stderr == f"interrupted: nothing was written to {tmp_path / 'out'}\n"

@@ -48,15 +48,6 @@ def test_without_a_model_a_table_says_which_is_taken(tmp_path: Path, monkeypatch
         assert text in done.stdout
 
 
-def test_wrong_usage_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
-    arguments = ("train", tmp_path, "--out", tmp_path / "a.v2t")
-    assert "is called 'psychic'; there are: " in the_error(vislam2tag(*arguments, "--model", "psychic"))
-    assert "the model combined was removed; train without --model" in the_error(
-        vislam2tag(*arguments, "--model", "combined")
-    )
-    assert "is no data set" in the_error(vislam2tag(*arguments, "--model", "weighted-knn"))
-
-
 def test_values_are_read_as_json_or_text() -> None:
     texts = ["k=5", "exponent=2.5", "distance=cosine", "on=true", "heads=[1, 2]", "a=b=c", "none="]
     assert parameters_of(texts) == {

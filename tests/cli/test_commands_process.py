@@ -263,17 +263,6 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     assert "1 sessions (0 failed); frames labelled: " in done.stdout
 
 
-def test_folders_that_cannot_be_are_refused(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path / "campus", devices=("LG",))
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full" / "thesis.txt").write_text("mine")
-    assert "is not empty and was not made by vislam2tag run" in the_error(
-        vislam2tag("run", survey, "--out", tmp_path / "full")
-    )
-    assert "not a survey" in the_error(vislam2tag("run", tmp_path / "full", "--out", tmp_path / "out"))
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.parametrize("own", [True, False])
 def test_what_is_wrong_is_told_first(tmp_path: Path, own: bool) -> None:
     """Of the floors' own landmark files, and of one that is given in their place."""

@@ -118,7 +118,7 @@ def headset(labels: Path) -> pl.DataFrame:
 
 def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Path, headset: pl.DataFrame) -> None:
     headset.drop("taken_ns").write_csv(tmp_path / "headset.csv")
-    done = vislam2tag("label", tmp_path / "headset.csv", "--labels", labels, "--align", "motion")
+    done = vislam2tag("label", tmp_path / "headset.csv", "--labels", labels, "--by", "motion")
     assert done.returncode == 0, done.stderr
     assert ", by the turns that both felt" in done.stdout
     found = pl.read_csv(tmp_path / "headset-labelled.csv")
@@ -132,12 +132,12 @@ def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Pa
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        ({}, ("--align", "motion"), "--align motion: the table lacks columns such as gyro_x, gyro_y, gyro_z"),
-        ({}, ("--align", "levels"), "--align levels: the table lacks a column bssid and one of levels"),
-        ({}, ("--align", "sound"), "--align sound: there are motion, levels"),
+        ({}, ("--by", "motion"), "--by motion: the table lacks columns such as gyro_x, gyro_y, gyro_z"),
+        ({}, ("--by", "levels"), "--by levels: the table lacks a column bssid and one of levels"),
+        ({}, ("--by", "sound"), "--by sound: there are motion, levels"),
         (
             {"acc_x": 1.0, "acc_y": 2.0, "acc_z": 9.0},
-            ("--align", "motion"),
+            ("--by", "motion"),
             "the acceleration that both felt: correlation",
         ),
     ],

@@ -221,6 +221,8 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
         (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: give EPSG:CODE"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),
         (("--width-m", "20", "--height-m", "10", "--others", "roof"), "others: "),
+        (("--width-m", "20", "--elevation-m", "nan"), "error: elevation_m: Input should be a finite number"),
+        (("--width-m", "20", "--elevation-m", "inf"), "error: elevation_m: Input should be a finite number"),
     ],
 )
 def test_options_that_cannot_be(tmp_path: Path, options: tuple[str, ...], message: str) -> None:
@@ -265,17 +267,6 @@ def test_inspect_and_site_show_a_site_with_a_pdf(tmp_path: Path) -> None:
     assert done.returncode in (0, 1), done.stderr
     floor = json.loads(done.stdout)["floors"][0]
     assert (floor["width_m"], floor["plan"]) == (pytest.approx(20.0), "floor_1/plan.pdf")
-
-
-@pytest.mark.parametrize("value", ["nan", "inf"])
-def test_a_height_that_cannot_be_is_told(value: str, tmp_path: Path) -> None:
-    site = tmp_path / "site"
-    site.mkdir()
-    size = ("--width-m", "20", "--height-m", "10")
-    plan = drawn_floor.png(tmp_path)
-    done = vislam2tag("site", "init", site, "--plan", plan, "--floor", "1", *size, "--elevation-m", value)
-    assert the_error(done) == "error: elevation_m: Input should be a finite number"
-    assert not list(site.iterdir())
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:

@@ -150,7 +150,7 @@ def test_json_is_one_document(command: str, world: Path, monkeypatch: pytest.Mon
 
 def test_the_demonstration_has_json_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     errors = ErrorSummary(10, 0.5, 0.1, 0.1, 0.1, 0.2, 0.3, float("nan"))
-    monkeypatch.setattr("vislam2tag.pipeline.demo.run_demo", lambda *_, **__: {"smoother": errors})
+    monkeypatch.setattr("vislam2tag.api.demo", lambda *_, **__: {"smoother": errors})
     found = json.loads(vislam2tag("demo", tmp_path / "out", "--json").stdout)
     assert found["smoother"]["mean_m"] == 0.1
     assert found["smoother"]["max_m"] is None

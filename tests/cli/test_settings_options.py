@@ -6,16 +6,16 @@ import math
 import re
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import get_type_hints
 
 import pytest
-import typer
 from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from tests.cli.test_app import command_of
 from tests.docs.settings_page import settings_page
-from vislam2tag.cli.app import app
+from vislam2tag.cli.app import OLD_NAMES, app
 from vislam2tag.cli.commands_process import ProcessOptions
 from vislam2tag.cli.settings_options import option_of, settings_of
 from vislam2tag.common.errors import UsageError
@@ -107,22 +107,39 @@ def test_settings_beside_the_survey_are_taken_and_told(tmp_path: Path, capsys: p
 
 
 HIDDEN = {
-    "site init": {"--elevation-m", "--level", "--others", "--epsg"},
+    "site init": {"--elevation-m", "--level", "--others", "--epsg", "--stretch"},
     "site walkable": {"--wall-contrast"},
-    "plan": {"--rooms", "--view-deg", "--nearest-m", "--speed-m-s"},
+    "plan": {"--rooms", "--view-deg", "--nearest-m", "--speed-m-s", "--further", "--time-limit-s"},
+    "radio-maps": {"--cell", "--reach", "--most"},
+    "dataset": {"--window", "--ble-window", "--magnetic-window", "--imu-window"},
     "split": {"--share", "--folds", "--block-m", "--guard-m"},
     "figures": {"--cell-m", "--radius-m"},
-    "process": {"--max-gap-s", "--max-step-m"},
+    "process": {"--max-gap-s", "--max-step-m", "--label-rule", "--visit-radius-m", "--allow-for-pose-lag"},
     "evaluate": {"--max-step-m", "--clock-drift"},
 }
-"""Options that the help leaves out because a file of settings or of the site has them."""
+"""Options that the help leaves out: a file of settings or of the site has them, or a refusal names them."""
 
 
 @pytest.mark.parametrize("name", HIDDEN)
 def test_options_that_help_leaves_out_are_taken(name: str) -> None:
-    first, *rest = name.split()
-    command: Any = typer.main.get_command(app)
-    command = command.get_command(None, first)
-    for word in rest:
-        command = command.commands[word]
+    command = command_of(tuple(name.split()))
     assert {each.opts[-1] for each in command.params if getattr(each, "hidden", False)} == HIDDEN[name]
+
+
+@pytest.mark.parametrize(
+    ("words", "old", "new"),
+    [
+        (["site", "init", "site", "--plan", "plan.png"], ["--measure", "page.html"], ["--click", "page.html"]),
+        (["plan", "site", "--out", "plan"], ["--sheet=A4"], ["--paper=A4"]),
+        (["sightings", "survey"], ["--again"], ["--replace"]),
+        (["simulate", "survey"], ["--landmark-file", "own.csv"], ["--landmarks", "own.csv"]),
+        (["label", "table.csv", "--labels", "labels"], ["--align", "motion"], ["--by", "motion"]),
+    ],
+)
+def test_old_names_of_options_mean_the_new_ones(words: list[str], old: list[str], new: list[str]) -> None:
+    name = " ".join(words[:2]) if words[0] == "site" else words[0]
+    assert OLD_NAMES[name] == {old[0].partition("=")[0]: new[0].partition("=")[0]}
+    command = command_of(tuple(name.split()))
+    own = words[len(name.split()) :]
+    parsed = [command.make_context(name, [*own, *spelling]).params for spelling in ((), old, new)]
+    assert parsed[0] != parsed[1] == parsed[2]

@@ -6,14 +6,16 @@ import inspect
 
 from pydantic.fields import FieldInfo
 
-from vislam2tag.cli.settings_options import owner_of, texts_of
+from tests.cli.test_app import command_of
+from vislam2tag.cli.app import COMMANDS
+from vislam2tag.cli.settings_options import OPTION_NAMES, option_of, owner_of, texts_of
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
 
 
 def settings_page() -> str:
     """docs/reference/settings.md."""
-    lines = [_HEAD]
+    lines, hidden = [_HEAD], _hidden_options()
     for name, field in setting_fields():
         part = part_of(field)
         if part is not None:
@@ -22,8 +24,11 @@ def settings_page() -> str:
             lines += ["| --- | --- | --- | --- |"]
         else:
             record, _ = owner_of(name)
-            cells = (f"`{name}`", _default(field), _range(field), texts_of(record)[name.rpartition(".")[2]])
-            lines.append(f"| {' | '.join(cells)} |")
+            text = texts_of(record)[name.rpartition(".")[2]]
+            commands = hidden.get(option_of(name), {})
+            takers = [f"`{one}`" for one, help_ in commands.items() if name in OPTION_NAMES or _same(help_, text)]
+            also = f" Also `{option_of(name)}` of {' and '.join(takers)}." if takers else ""
+            lines.append(f"| `{name}` | {_default(field)} | {_range(field)} | {text}{also} |")
     return "\n".join(lines) + "\n"
 
 
@@ -59,6 +64,20 @@ described there with their defaults (`vislam2tag.positioning.models`). `train --
 
 | setting | default | range | |
 | --- | --- | --- | --- |"""
+
+
+def _hidden_options() -> dict[str, dict[str, str]]:
+    """By option, the commands that take it though their help does not show it, and what it would say."""
+    found: dict[str, dict[str, str]] = {}
+    for name in ("site walkable", *(name for group in COMMANDS.values() for name in group)):
+        for each in command_of(tuple(name.split())).params:
+            if getattr(each, "hidden", False):
+                found.setdefault(each.opts[-1], {})[name] = each.help or ""
+    return found
+
+
+def _same(help_: str, text: str) -> bool:
+    return help_.partition("  [default")[0] == text.replace("`", "")
 
 
 def _default(field: FieldInfo) -> str:

@@ -60,44 +60,44 @@ def test_models_that_draw_nothing_run_once(dataset: Dataset) -> None:
 
 
 def test_a_run_is_scored_on_what_tests(dataset: Dataset, data: LearningData) -> None:
-    outcome = execute(run_of(dataset), data, "key")
-    assert set(data[np.isin(data.ids, outcome.ids)].scans.device) == {"Galaxy"}
-    assert outcome.record.train_scans + outcome.record.score.scans == len(data)
-    assert outcome.record.score.plane.median_m is not None
-    assert outcome.record.score.plane.median_m >= 5.0, "the phones walked in lanes 5 m apart"
-    assert outcome.record.parameters == {"radius_m": 10.0}
+    record, _, table = execute(run_of(dataset), data, "key")
+    assert set(data[np.isin(data.ids, table["scan_id"])].scans.device) == {"Galaxy"}
+    assert record.train_scans + record.score.scans == len(data)
+    assert record.score.plane.median_m is not None
+    assert record.score.plane.median_m >= 5.0, "the phones walked in lanes 5 m apart"
+    assert record.parameters == {"radius_m": 10.0}
 
 
 @pytest.mark.parametrize("model", ["test-loudest", "weighted-knn"])
 def test_labels_of_the_test_part_teach_nothing(model: str, dataset: Dataset, data: LearningData) -> None:
     run = run_of(dataset, model)
-    first = execute(run, data, "key")
-    tests = np.flatnonzero(np.isin(data.ids, first.ids))
+    record, _, first = execute(run, data, "key")
+    tests = np.flatnonzero(np.isin(data.ids, first["scan_id"]))
     order = np.arange(len(data))
     order[tests] = np.random.default_rng(1).permutation(tests)
-    permuted = execute(run, replace(data, places=data.places[order]), "key")
-    assert permuted.ids.tolist() == first.ids.tolist()
-    assert not np.array_equal(permuted.truth.xy, first.truth.xy)
-    np.testing.assert_array_equal(permuted.found.xy, first.found.xy)
-    np.testing.assert_array_equal(permuted.found.radius_95_m, first.found.radius_95_m)
-    assert permuted.record.score != first.record.score
+    permuted_record, _, permuted = execute(run, replace(data, places=data.places[order]), "key")
+    assert not permuted.select("x", "y").equals(first.select("x", "y"))
+    same = ("scan_id", "found_x", "found_y", "radius_95_m")
+    assert permuted.select(same).equals(first.select(same))
+    assert permuted_record.score != record.score
 
 
 def test_readings_of_the_test_part_are_no_vocabulary(dataset: Dataset, data: LearningData) -> None:
-    first = execute(run_of(dataset), data, "key")
-    tests = np.isin(data.ids, first.ids)
+    record, _, first = execute(run_of(dataset), data, "key")
+    tests = np.isin(data.ids, first["scan_id"])
     louder = np.where(tests[data.scans.row], data.scans.rssi_dbm - 3.0, data.scans.rssi_dbm)
     heard = np.unique(data.scans[~tests].column)
-    assert first.record.access_points == len(heard)
-    again = execute(run_of(dataset), replace(data, scans=replace(data.scans, rssi_dbm=louder)), "key")
-    np.testing.assert_array_equal(again.found.xy, first.found.xy)
+    assert record.access_points == len(heard)
+    _, _, again = execute(run_of(dataset), replace(data, scans=replace(data.scans, rssi_dbm=louder)), "key")
+    assert again.select("found_x", "found_y").equals(first.select("found_x", "found_y"))
 
 
 def test_a_seed_repeats_a_run(dataset: Dataset, data: LearningData) -> None:
-    outcomes = [execute(run_of(dataset, "test-drawn", seed), data, "key") for seed in (1, 1, 2)]
-    np.testing.assert_array_equal(outcomes[0].found.xy, outcomes[1].found.xy)
-    assert outcomes[0].record.score == outcomes[1].record.score
-    assert outcomes[0].record.score != outcomes[2].record.score
+    (first, _, places), (same, _, again), (other, _, _) = (
+        execute(run_of(dataset, "test-drawn", seed), data, "key") for seed in (1, 1, 2)
+    )
+    assert places.equals(again)
+    assert first.score == same.score != other.score
 
 
 def test_keys_follow_from_everything(dataset: Dataset) -> None:

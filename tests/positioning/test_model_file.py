@@ -54,7 +54,7 @@ def test_a_loaded_model_answers_the_same(name: str, tmp_path: Path) -> None:
     assert again.model.storeys_ == first.model.storeys_
     scans, _ = radio_world(seed=5, walks=1)
     one, other = first.model.predict(scans), again.model.predict(scans)
-    for field in ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m"):
+    for field in ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m", "unlike"):
         np.testing.assert_array_equal(getattr(one, field), getattr(other, field))
     save_model(again, tmp_path / "again.v2t")
     save_model(fitted(name), tmp_path / "anew.v2t")

@@ -13,9 +13,9 @@ from scipy.spatial.distance import cdist
 
 from tests.positioning.radio_world import STOREYS, radio_world
 from vislam2tag.positioning import nearest_scans
-from vislam2tag.positioning.nearest_scans import Apart, ScanIndex, SignalDistance, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.nearest_scans import Apart, ScanIndex, SignalDistance, Votes, counted_votes
 from vislam2tag.positioning.places import ScanPlaces
-from vislam2tag.positioning.radio_scans import Representation, represented, represented_levels
+from vislam2tag.positioning.radio_scans import Representation, joined_rows, represented, represented_levels
 
 SCIPY: dict[SignalDistance, Literal["braycurtis", "euclidean", "cosine"]] = {
     SignalDistance.SORENSEN: "braycurtis",
@@ -105,5 +105,5 @@ def test_position_and_height_are_means_on_the_storey_with_most() -> None:
     np.testing.assert_array_equal(answer.z, [1.0, np.nan])
     assert answer.spread_m[0] == pytest.approx(np.sqrt((9 + 3 * 1 + 2 * (9 + 64)) / 6))
     assert answer.spread_m[1] == pytest.approx(np.sqrt(50 / 3))
-    both = joined_answers([answer, counted_votes(Votes(votes.index[:0], votes.weight[:0]), PLACES), answer])
+    both = joined_rows([answer, counted_votes(Votes(votes.index[:0], votes.weight[:0]), PLACES), answer])
     np.testing.assert_array_equal(both.storey, [0, 2, 0, 2])

@@ -78,11 +78,6 @@ def test_scikit_learn_can_copy_it() -> None:
     assert Mean().fit(data.scans, data.places).score(data.scans, data.places) < -1
 
 
-def test_unknown_models_are_told() -> None:
-    with pytest.raises(UsageError, match="no positioning model is called 'psychic'"):
-        model_named("psychic")
-
-
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [

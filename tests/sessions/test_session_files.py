@@ -131,7 +131,7 @@ def test_sightings_and_ties_of_a_zip_lie_beside_it(tmp_path: Path) -> None:
     with at_hand(ref, whole=True) as here:
         assert here.own == device / "scan.1"
         assert not here.folder.is_relative_to(tmp_path)
-    found = vislam2tag("sightings", tmp_path / "survey", "--tags", "apriltag-36h11", "--tag-side-m", "0.2", "--again")
+    found = vislam2tag("sightings", tmp_path / "survey", "--tags", "apriltag-36h11", "--tag-side-m", "0.2", "--replace")
     assert "it has no pictures" in found.stderr
 
 

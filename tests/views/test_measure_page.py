@@ -40,7 +40,7 @@ def test_two_clicks_and_a_distance_give_the_command_that_makes_the_site(
     browser: Browser, tmp_path: Path, name: str, first: tuple[float, float], second: tuple[float, float]
 ) -> None:
     plan = drawn_floor.dxf(tmp_path, units=0) if name == "dxf" else getattr(drawn_floor, name)(tmp_path)
-    done = vislam2tag("site", "init", tmp_path / "site", "--plan", plan, "--measure", tmp_path / "scale.html")
+    done = vislam2tag("site", "init", tmp_path / "site", "--plan", plan, "--click", tmp_path / "scale.html")
     assert (done.returncode, done.stderr) == (0, "")
     assert not (tmp_path / "site").exists()
     problems: list[str] = []
@@ -65,7 +65,7 @@ def test_two_clicks_and_a_distance_give_the_command_that_makes_the_site(
 
 def test_the_building_on_a_page_is_marked(browser: Browser, tmp_path: Path) -> None:
     plan = drawn_floor.png(tmp_path)
-    vislam2tag("site", "init", tmp_path / "site", "--plan", plan, "--measure", tmp_path / "scale.html")
+    vislam2tag("site", "init", tmp_path / "site", "--plan", plan, "--click", tmp_path / "scale.html")
     page = browser.new_page(viewport={"width": 1400, "height": 900})
     page.goto((tmp_path / "scale.html").as_uri())
     click(page, 0, 100)

@@ -7,7 +7,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -88,6 +88,14 @@ MODULES = {
     "studio": ("studio",),
 }
 """Which commands each module ``commands_NAME`` has."""
+OLD_NAMES = {
+    "site init": {"--measure": "--click"},
+    "plan": {"--sheet": "--paper"},
+    "sightings": {"--again": "--replace"},
+    "simulate": {"--landmark-file": "--landmarks"},
+    "label": {"--align": "--by"},
+}
+"""Options that had another name than the same ones of other commands have, by command: they still work."""
 
 
 class _Commands(TyperGroup):
@@ -113,7 +121,7 @@ class _Commands(TyperGroup):
             single.add_typer(work, name=cmd_name)
         else:
             single.command(cmd_name, help=help_of(work), epilog=getattr(module, "EPILOG", None))(work)
-        return take_addresses(_with_switches(typer.main.get_group(single).commands[cmd_name]), cmd_name)
+        return take_addresses(_with_switches(typer.main.get_group(single).commands[cmd_name], cmd_name), cmd_name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         del ctx
@@ -151,11 +159,22 @@ def _in_plain_words(command: Any) -> None:
     command.collect_usage_pieces = lambda ctx: [plain_usage(piece) for piece in collect_usage_pieces(ctx)]
 
 
-def _with_switches(command: Any) -> Any:
-    """Give a command, or all of a group, the switches of all commands, and ``--out`` its short name."""
-    for each in getattr(command, "commands", {}).values():
-        _with_switches(each)
+def _take_old_names(command: Any, names: Mapping[str, str]) -> None:
+    parse = command.parse_args
+
+    def renamed(word: str) -> str:
+        name, equals, value = word.partition("=")
+        return names.get(name, name) + equals + value
+
+    command.parse_args = lambda ctx, words: parse(ctx, [renamed(word) for word in words])
+
+
+def _with_switches(command: Any, name: str) -> Any:
+    """Give a command, or all of a group, the switches of all commands, and options their old and short names."""
+    for sub_name, each in getattr(command, "commands", {}).items():
+        _with_switches(each, f"{name} {sub_name}")
     _in_plain_words(command)
+    _take_old_names(command, OLD_NAMES.get(name, {}))
     command.params += _options_of(_switches)
     if any(param.name == "out" and param.param_type_name == "argument" for param in command.params):
         command.params += _options_of(_out_without_its_name)

@@ -9,6 +9,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, Technology, value_of
 from vislam2tag.cli.progress import interrupted_with, session_bar
@@ -19,10 +20,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
-    from vislam2tag.datasets.model import Dataset
-    from vislam2tag.pipeline.paper.reproduce import ReproducedPaper
-    from vislam2tag.positioning.benchmark_protocol import ModelChoice
-    from vislam2tag.positioning.benchmark_record import Benchmark, BestModel
+    from vislam2tag.positioning.benchmark_record import BestModel
     from vislam2tag.views.result_pages import CollectionPart, PositioningPart, TablePart
 
 
@@ -76,7 +74,6 @@ def benchmark_command(given: BenchmarkOptions) -> None:
       vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz \\
           --model weighted-knn --out tampere
     """
-    from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark
     from vislam2tag.positioning.benchmark_protocol import published_choices
     from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS
 
@@ -86,13 +83,13 @@ def benchmark_command(given: BenchmarkOptions) -> None:
         raise UsageError(f"--model: name at least one; there are: {', '.join(MODELS.names())}")
     table_wanted = given.paper and given.dataset is None
     splits = given.split or (TABLE_4_SPLITS if table_wanted else ())
-    plan = BenchmarkPlan(chosen, splits, given.seeds, given.technology, table_wanted)
+    plan = api.BenchmarkPlan(chosen, splits, given.seeds, given.technology, table_wanted)
     with (
         interrupted_with(lambda: _there(given.out)),
         _opened(given) as opened,
         session_bar("reading", share=True) as bar,
     ):
-        found = benchmark(opened, given.out, plan, bar.show)
+        found = api.benchmark(opened, given.out, plan, bar.show)
     answer(found, given.json, lambda: _print_benchmark(found, given, table_wanted), failed=bool(found.failed))
 
 
@@ -103,19 +100,17 @@ def _there(out: Path) -> str:
     return f"{out} contains {count} runs; the same command goes on" if count else f"no run was finished in {out}"
 
 
-def _with_models(chosen: Sequence[ModelChoice], names: Sequence[str]) -> list[ModelChoice]:
-    from vislam2tag.positioning.benchmark_protocol import ModelChoice
+def _with_models(chosen: Sequence[api.ModelChoice], names: Sequence[str]) -> list[api.ModelChoice]:
 
     there = {one.name: one for one in chosen}
-    return list((there | {name: ModelChoice(name) for name in names if name not in there}).values())
+    return list((there | {name: api.ModelChoice(name) for name in names if name not in there}).values())
 
 
-def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list[ModelChoice]:
+def with_parameters(chosen: Sequence[api.ModelChoice], texts: Sequence[str]) -> list[api.ModelChoice]:
     """Set ``MODEL.PARAMETER=VALUE``: numbers, true, false, null and lists as JSON has them, else text.
 
     Raises UsageError for what is not of this form, and for models that are not chosen.
     """
-    from vislam2tag.positioning.benchmark_protocol import ModelChoice
 
     parameters: dict[str, dict[str, Any]] = {one.name: dict(one.parameters) for one in chosen}
     for text in texts:
@@ -126,26 +121,24 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
         if name not in parameters:
             raise UsageError(f"--set {text}: '{name}' is none of the models to run: {', '.join(parameters)}")
         parameters[name][parameter] = value_of(value)
-    return [ModelChoice(name, own) for name, own in parameters.items()]
+    return [api.ModelChoice(name, own) for name, own in parameters.items()]
 
 
 @contextmanager
-def _opened(given: BenchmarkOptions) -> Iterator[Dataset]:
+def _opened(given: BenchmarkOptions) -> Iterator[api.Dataset]:
     """Open DS, or the public data set from its files."""
-    from vislam2tag.datasets.folder import open_dataset
-    from vislam2tag.pipeline.positioning.benchmark import public_dataset
 
     folder, dataset, data = given.folder, given.dataset, given.data
     if folder is not None and dataset is None and data is None:
-        yield open_dataset(folder)
+        yield api.open_dataset(folder)
     elif folder is None and dataset is not None and data is not None:
-        with public_dataset(dataset, data) as opened:
+        with api.public_dataset(dataset, data) as opened:
             yield opened
     else:
         raise UsageError("give either DS, or --dataset NAME with --data FILES")
 
 
-def _tell_next(found: Benchmark, out: Path, folder: Path | None) -> None:
+def _tell_next(found: api.Benchmark, out: Path, folder: Path | None) -> None:
     """Go on with the model that the page recommends for the first split."""
     from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
 
@@ -169,7 +162,7 @@ def _said_of(best: BestModel) -> str:
     return f"{said} (95 % interval over walks: {low:.2f} to {high:.2f} m)"
 
 
-def _print_benchmark(found: Benchmark, given: BenchmarkOptions, beside_paper: bool) -> None:
+def _print_benchmark(found: api.Benchmark, given: BenchmarkOptions, beside_paper: bool) -> None:
     from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
     from vislam2tag.positioning.benchmark_tables import HEADS, figure_text, fold_name, table_4
 
@@ -216,14 +209,13 @@ def paper_command(
       vislam2tag simulate copy --like paper && vislam2tag paper copy \\
           --out reproduced
     """
-    from vislam2tag.pipeline.paper.reproduce import reproduce
 
     with session_bar("walks") as bar:
-        made = reproduce(data, out, progress=bar.show, model_seeds=seeds if models else None)
+        made = api.paper(data, out, progress=bar.show, model_seeds=seeds if models else None)
     answer(made, json, lambda: _print_paper(made, out), failed=bool(made.failed))
 
 
-def _print_paper(made: ReproducedPaper, out: Path) -> None:
+def _print_paper(made: api.ReproducedPaper, out: Path) -> None:
     from vislam2tag.pipeline.paper.reproduce import PAGE_FILE
 
     for part in made.tables:

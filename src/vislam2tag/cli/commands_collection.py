@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.progress import session_bar
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
     from rich.text import Text
 
-    from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview
+    from vislam2tag.sessions.inspection import FloorOverview, SessionOverview
     from vislam2tag.studio.receiving.filing import FiledSession
     from vislam2tag.studio.receiving.zips import AppPlace
 
@@ -40,7 +41,7 @@ def receive_command(
     zips: tuple[Path, ...] = argument("Zips of sessions to file.", (), metavar="[ZIP]..."),
     host: str = option(EVERYWHERE[0], "Address to listen on; 127.0.0.1: this computer alone."),
     port: int = option(8765, "Port to listen on; 0: any free one.", least=0, most=65535),
-    max_size_mb: int = option(1000, "Greatest zip taken, megabytes.", least=1),
+    max_size_mb: int = option(1000, "Greatest zip taken, megabytes.", least=1, hidden=True),
     floor: int | None = option(None, "Floor that recordings of other apps are filed under."),
     device: str | None = option(None, "Device that they are filed under.", metavar="NAME"),
     json: AsJson = False,
@@ -63,7 +64,7 @@ def receive_command(
     \b
     Examples:
       vislam2tag receive survey
-      vislam2tag receive survey --port 9000 --max-size-mb 4000
+      vislam2tag receive survey --port 9000
       vislam2tag receive survey 2021-12-20T132523.zip
       vislam2tag receive survey walk-1.zip --floor 2 --device iPhone
     """
@@ -199,15 +200,14 @@ def inspect_command(
       vislam2tag inspect survey
       vislam2tag inspect survey --json > survey.json
     """
-    from vislam2tag.sessions.inspection import inspect_survey
 
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with session_bar("sessions") as bar:
-        inspection = inspect_survey(survey, settings.findings, progress=bar.reach, survey_settings=settings.survey)
+        inspection = api.inspect(survey, settings.findings, progress=bar.reach, survey_settings=settings.survey)
     answer(inspection, json, lambda: _print(inspection, survey), failed=not inspection.usable)
 
 
-def _print(inspection: Inspection, survey: Path) -> None:
+def _print(inspection: api.Inspection, survey: Path) -> None:
     _print_floors(inspection.floors)
     _print_sessions(inspection.sessions)
     groups = [("site", inspection.findings)]

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, FollowLinks, Replace
 from vislam2tag.cli.progress import outputs_of_interrupted, session_bar
@@ -19,11 +20,10 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.datasets.settings import CHANGE_CELL_M, SplitKind, SplitSettings
 
 if TYPE_CHECKING:
-    from vislam2tag.datasets.changes import SurveyChanges, TechnologyChanges
-    from vislam2tag.datasets.comparison import Comparison, TableDifferences
+    from vislam2tag.datasets.changes import TechnologyChanges
+    from vislam2tag.datasets.comparison import TableDifferences
     from vislam2tag.datasets.label_comparison import LabelComparison
     from vislam2tag.datasets.leakage import FoldLeakage, QuantileSummary, SplitLeakage
-    from vislam2tag.datasets.model import Dataset
 
 
 _TAKES: Mapping[SplitKind, tuple[str, ...]] = MappingProxyType(
@@ -68,20 +68,17 @@ def split_command(given: SplitOptions) -> None:
       vislam2tag split fingerprints --by block --seed 1 --name blocks
       vislam2tag split fingerprints --json > splits.json
     """
-    from vislam2tag.datasets.folder import open_dataset
     from vislam2tag.datasets.leakage import leakage
-    from vislam2tag.datasets.splits import make_split
-    from vislam2tag.pipeline.datasets.finish import add_split
 
     by, settings = given.by, _settings(given)
-    opened = open_dataset(given.dataset)
+    opened = api.open_dataset(given.dataset)
     if by is None:
         if given.name is not None:
             raise UsageError("--name: names a new split; say by --by what it holds out")
         shown = opened.splits
     else:
-        split = make_split(opened, by, settings, given.name)
-        opened = add_split(given.dataset, split)
+        split = api.split(opened, by, settings, given.name)
+        opened = api.add_split(given.dataset, split)
         shown = {split.info.name: split}
     found = leakage(opened, shown)
     answer(found, given.json, lambda: _print_split(found, opened, given), failed=not found)
@@ -98,7 +95,7 @@ def _settings(given: SplitOptions) -> SplitSettings:
     return settings_of(given.config, wanted).split
 
 
-def _print_split(found: tuple[SplitLeakage, ...], opened: Dataset, given: SplitOptions) -> None:
+def _print_split(found: tuple[SplitLeakage, ...], opened: api.Dataset, given: SplitOptions) -> None:
     if found:
         _print_leakage(found)
     else:
@@ -176,14 +173,13 @@ def verify_command(
       vislam2tag verify out-before out-now --tolerance 0.001 \\
           --json > differences.json
     """
-    from vislam2tag.datasets.comparison import compare
 
     with session_bar("tables") as bar:
-        found = compare(a, b, tolerance, bar.reach)
+        found = api.verify(a, b, tolerance, bar.reach)
     answer(found, json, lambda: _print_verify(found, a, b), failed=not found.same)
 
 
-def _print_verify(found: Comparison, a: Path, b: Path) -> None:
+def _print_verify(found: api.Comparison, a: Path, b: Path) -> None:
     for letter, sessions in (("A", found.missing_sessions), ("B", found.extra_sessions)):
         for session in sessions:
             say(f"only {letter} has session {session}")
@@ -248,7 +244,7 @@ def _texts(one: TableDifferences) -> str:
     return "\n".join(lines)
 
 
-def _last_line(found: Comparison) -> str:
+def _last_line(found: api.Comparison) -> str:
     compared = f"{found.tables} tables with {found.rows} common rows, tolerance {found.tolerance:g}"
     if found.same:
         return f"the same: {compared}"
@@ -281,14 +277,13 @@ def join_command(
       vislam2tag join fingerprints-2022 fingerprints-2023 --out fingerprints
       vislam2tag join fingerprints check-walk --out fingerprints-now --cell-m 6
     """
-    from vislam2tag.pipeline.datasets.join import join
 
     with outputs_of_interrupted(out), visible_console(stderr=True).status("joining"):
-        record = join(base, later, out, cell_m, replace=replace, follow_links=follow_links)
+        record = api.join(base, later, out, cell_m, replace=replace, follow_links=follow_links)
     answer(record, json, lambda: _print_join(record, out))
 
 
-def _print_join(record: SurveyChanges, out: Path) -> None:
+def _print_join(record: api.SurveyChanges, out: Path) -> None:
     from vislam2tag.datasets.changes import CHANGED, OUTDATED
     from vislam2tag.pipeline.datasets.join import CHANGES
 

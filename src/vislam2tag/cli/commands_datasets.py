@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, Description, FollowLinks, Jobs, PrivacyOptions, Replace
 from vislam2tag.cli.progress import interrupted_with, outputs_of_interrupted, session_bar
@@ -15,15 +15,6 @@ from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from, 
 from vislam2tag.cli.tables import print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
-
-if TYPE_CHECKING:
-    from vislam2tag.datasets.coverage import CoverageRecord
-    from vislam2tag.datasets.model import Dataset, Storey
-    from vislam2tag.datasets.settings import DatasetSettings
-    from vislam2tag.datasets.statistics_record import FieldWork
-    from vislam2tag.pipeline.datasets.build import BuildOptions, SessionStep
-    from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex
-
 
 _UNITS_S = {"ms": 1e-3, "s": 1.0, "min": 60.0}
 _LEAST_S = 1e-3
@@ -54,6 +45,7 @@ class DatasetOptions:
         metavar="DURATION",
         parse=seconds_of,
         sets=("dataset.wifi_window_s",),
+        hidden=True,
     )
     ble_window: float | None = option(
         None,
@@ -118,16 +110,14 @@ def dataset_command(given: DatasetOptions) -> None:
       vislam2tag dataset survey --out fingerprints
       vislam2tag dataset labels --out fingerprints --survey survey \\
           --max-sigma-m 0.3
-      vislam2tag dataset labels --out short --window 1s
       vislam2tag dataset main-building annex --building main --building annex \\
           --out campus
     """
     from vislam2tag.datasets.description import read_description
-    from vislam2tag.pipeline.datasets.build import BuildOptions
     from vislam2tag.pipeline.datasets.sources import FAILED
 
     settings = settings_from(given, given.sources[0])
-    options = BuildOptions(
+    options = api.BuildOptions(
         name=given.name,
         buildings=given.building,
         surveys=given.survey,
@@ -148,35 +138,33 @@ def dataset_command(given: DatasetOptions) -> None:
     answer(dataset.info, given.json, lambda: _print_dataset(dataset, given.out), failed=odd or not dataset.labelled)
 
 
-def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
+def _field_work(people: int | None, hours: float | None) -> api.FieldWork | None:
     """What the survey took; raises UsageError for people without hours, and for numbers that cannot be."""
     from pydantic import ValidationError
-
-    from vislam2tag.datasets.statistics_record import FieldWork
 
     if hours is None and people is not None:
         raise UsageError(f"--people {people}: give --hours, too, for what the survey cost")
     try:
-        return None if hours is None else FieldWork(people=people or 1, hours=hours)
+        return None if hours is None else api.FieldWork(people=people or 1, hours=hours)
     except ValidationError as error:
         raise UsageError(f"--people {people or 1} --hours {hours:g}: no survey took so much; correct it") from error
 
 
-def _built(given: DatasetOptions, settings: DatasetSettings, options: BuildOptions) -> Dataset:
-    from vislam2tag.pipeline.datasets.build import build_dataset
+def _built(given: DatasetOptions, settings: api.DatasetSettings, options: api.BuildOptions) -> api.Dataset:
 
     with session_bar("walks") as bar:
-
-        def advance(step: SessionStep, total: int) -> None:
-            bar.enter(f"walks: {step.stage}")
-            bar.advance(total, step.error)
-
-        return build_dataset(
-            given.sources, given.out, settings, options, jobs=given.jobs, progress=advance, tell=print_warnings
+        return api.build_dataset(
+            given.sources,
+            given.out,
+            settings,
+            options,
+            jobs=given.jobs,
+            progress=lambda step, total: bar.step(f"walks: {step.stage}", total, step.error),
+            tell=print_warnings,
         )
 
 
-def _print_dataset(dataset: Dataset, out: Path) -> None:
+def _print_dataset(dataset: api.Dataset, out: Path) -> None:
     from vislam2tag.pipeline.datasets.finish import PAGE_FILE
 
     info = dataset.info
@@ -191,15 +179,14 @@ def _print_dataset(dataset: Dataset, out: Path) -> None:
 _START = re.compile(r"(?:(.*)/)?(-?\d+):(-?\d+(?:\.\d+)?),(-?\d+(?:\.\d+)?)")
 
 
-def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
+def start_of(text: str) -> tuple[api.Storey, tuple[float, float]]:
     """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
-    from vislam2tag.datasets.model import Storey
 
     match = _START.fullmatch(text)
     if match is None:
         raise UsageError(f"--start {text}: give FLOOR:X,Y or BUILDING/FLOOR:X,Y in metres, such as 1:12.5,3")
     building, floor, x, y = match.groups()
-    return Storey(building or "", int(floor)), (float(x), float(y))
+    return api.Storey(building or "", int(floor)), (float(x), float(y))
 
 
 @command
@@ -231,17 +218,15 @@ def figures_command(
       vislam2tag figures fingerprints --out figures --start 1:12.5,3 \\
           --start annex/0:4,4
     """
-    from vislam2tag.pipeline.datasets.figures import make_dataset_figures
 
     starts = dict(start_of(text) for text in start)
     settings = settings_of(config, {"coverage.cell_m": cell_m, "coverage.radius_m": radius_m}).coverage
     with session_bar("figures") as bar:
-        made = make_dataset_figures(dataset, out, settings, starts, bar.count, follow_links=follow_links)
+        made = api.figures(dataset, out, settings, starts, bar.count, follow_links=follow_links)
     answer(made, json, lambda: _print_figures(made, out, dataset), failed=not made.floors)
 
 
-def _print_figures(made: CoverageRecord, out: Path, dataset: Path) -> None:
-    from vislam2tag.datasets.model import Storey
+def _print_figures(made: api.CoverageRecord, out: Path, dataset: Path) -> None:
     from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, storey_text
 
     rows = []
@@ -250,7 +235,7 @@ def _print_figures(made: CoverageRecord, out: Path, dataset: Path) -> None:
         minutes = sum(walk.minutes for walk in floor.walks)
         walk = (f"{length_m:.0f} m", f"{minutes:.1f} min") if floor.walks else ("-", "-")
         covered = "-" if floor.share is None else f"{100 * floor.share:.0f} %"
-        storey = storey_text(Storey(floor.building, floor.floor))
+        storey = storey_text(api.Storey(floor.building, floor.floor))
         rows.append((storey, str(floor.fingerprints), f"{floor.walkable_m2:.0f} m²", covered, *walk))
     heads = ("fingerprints", "walkable", "covered", "walk that fills the gaps", "takes")
     print_table("Coverage", ("floor",), heads, rows)
@@ -287,6 +272,7 @@ class RadioMapsOptions:
         metavar="LENGTH",
         parse=metres_of,
         sets=("radio_maps.cell_m",),
+        hidden=True,
     )
     reach: float | None = option(
         None,
@@ -296,7 +282,7 @@ class RadioMapsOptions:
         sets=("radio_maps.reach_m",),
         hidden=True,
     )
-    most: int | None = setting("radio_maps.most")
+    most: int | None = setting("radio_maps.most", hidden=True)
     follow_links: FollowLinks = False
     json: AsJson = False
     config: ConfigFile = None
@@ -316,20 +302,17 @@ def radio_maps_command(given: RadioMapsOptions) -> None:
     \b
     Examples:
       vislam2tag radio-maps fingerprints --out maps
-      vislam2tag radio-maps fingerprints --out maps --cell 50cm --most 20
+      vislam2tag radio-maps fingerprints --out maps --config maps.toml
       vislam2tag radio-maps fingerprints --out one --ap 0c:8d:db:f5:3c:01
     """
-    from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 
     settings = settings_from(given).radio_maps
     with interrupted_with(f"{given.out} holds no new radio maps"), session_bar("access points") as bar:
-        found = write_radio_maps(
-            given.dataset, given.out, settings, given.ap, bar.count, follow_links=given.follow_links
-        )
+        found = api.radio_maps(given.dataset, given.out, settings, given.ap, bar.count, follow_links=given.follow_links)
     answer(found, given.json, lambda: _print_radio_maps(found, given, settings.most))
 
 
-def _print_radio_maps(found: RadioMapIndex, given: RadioMapsOptions, most: int) -> None:
+def _print_radio_maps(found: api.RadioMapIndex, given: RadioMapsOptions, most: int) -> None:
     import numpy as np
 
     from vislam2tag.pipeline.datasets.radio_maps import PAGE_FILE

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, SurveyFolder
 from vislam2tag.cli.progress import outputs_of_interrupted, session_bar
@@ -20,8 +21,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vislam2tag.pipeline.labels.landmark_results import LandmarkRow, LandmarkSurvey
-    from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, Gain
-    from vislam2tag.settings import Settings
+    from vislam2tag.quality.diagnosis.record import Fault, Gain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,6 @@ def diagnose_command(given: DiagnoseOptions) -> None:
       vislam2tag diagnose survey --apply
       vislam2tag diagnose survey --revert
     """
-    from vislam2tag.pipeline.labels.diagnose import diagnose
     from vislam2tag.pipeline.labels.landmark_results import check_targets
     from vislam2tag.site.corrections.edits import add_entries
     from vislam2tag.site.corrections.file import CORRECTIONS_FILE
@@ -75,7 +74,7 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     settings = settings_from(given, given.survey)
     with outputs_of_interrupted(), session_bar("sessions") as bar:
         advance = lambda session, total: bar.advance(total, session.error)
-        found = diagnose(given.survey, settings, jobs=given.jobs, progress=advance)
+        found = api.diagnose(given.survey, settings, jobs=given.jobs, progress=advance)
     if given.conflicts is not None:
         _write_conflicts(given.conflicts, given, settings, found)
     if not given.json:
@@ -103,11 +102,11 @@ def _revert(given: DiagnoseOptions) -> None:
     answer({"corrections": file, "removed": removed}, given.json, show)
 
 
-def _is_sound(found: Diagnosis) -> bool:
+def _is_sound(found: api.Diagnosis) -> bool:
     return found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
 
 
-def _after(found: Diagnosis, applied: bool) -> str:
+def _after(found: api.Diagnosis, applied: bool) -> str:
     """Name what to go on with."""
     if found.correctable:
         return "diagnose" if applied else "diagnose, faults"
@@ -116,19 +115,18 @@ def _after(found: Diagnosis, applied: bool) -> str:
     return "diagnose" if _is_sound(found) else "diagnose, not judged"
 
 
-def _write_conflicts(page: Path, given: DiagnoseOptions, settings: Settings, found: Diagnosis) -> None:
-    from vislam2tag.sessions.registry import open_survey
+def _write_conflicts(page: Path, given: DiagnoseOptions, settings: api.Settings, found: api.Diagnosis) -> None:
     from vislam2tag.site.links import left_out_of, shared_survey
     from vislam2tag.views.conflict_page import write_conflict_page
 
-    opened = open_survey(given.survey, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
+    opened = api.open_survey(given.survey, settings.survey.landmark_sigma_m, use_planned=settings.survey.use_planned)
     shown = shared_survey(opened, follow_links=given.follow_links)
     print_warnings(left_out_of(shown.findings))
     write_conflict_page(page, shown, found.references)
     say(f"conflicts: {page}", err=True)
 
 
-def _text(found: Diagnosis) -> str:
+def _text(found: api.Diagnosis) -> str:
     parts = [_paragraph(number, fault) for number, fault in enumerate(found.faults, start=1)]
     named = f"{len(found.faults)} named" if found.faults else found.judgement.sentence
     failed = f", {len(found.failed)} failed" if found.failed else ""
@@ -189,13 +187,12 @@ def survey_landmarks_command(
         shared_errors,
         write_completed,
     )
-    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks
 
     check_targets(survey, out, *([] if report is None else [report]))
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with session_bar("sessions") as bar:
         advance = lambda session, total: bar.advance(total, session.error)
-        joint = survey_landmarks(survey, settings, floors=floor, jobs=jobs, progress=advance)
+        joint = api.survey_landmarks(survey, settings, floors=floor, jobs=jobs, progress=advance)
     result = landmark_survey(joint)
     write_completed(result, out, report, shared_errors(joint))
     all_used = bool(result.sessions) and all(session.used for session in result.sessions)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, DryRun, ExecutorOptions, FollowLinks, Jobs
 from vislam2tag.cli.progress import interrupted_with, session_bar
@@ -16,12 +17,6 @@ from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.files.store import shown
-
-if TYPE_CHECKING:
-    from vislam2tag.pipeline.fleet.catalogue import FleetTotals
-    from vislam2tag.pipeline.fleet.raw_copy import AddedSurvey
-    from vislam2tag.pipeline.run.workers import Executor
-
 
 _SOME = 5
 """Files that are named in a line."""
@@ -56,16 +51,15 @@ def add_command(
       vislam2tag fleet add s3://walks/hospitals north/ward-7 --name ward-7-north
       vislam2tag fleet add s3://walks/hospitals
     """
-    from vislam2tag.pipeline.fleet.add import add_surveys
 
-    changes: list[AddedSurvey] = []
+    changes: list[api.AddedSurvey] = []
     with session_bar("surveys") as bar:
 
-        def advance(done: AddedSurvey, total: int) -> None:
+        def advance(done: api.AddedSurvey, total: int) -> None:
             changes.append(done)
             bar.advance(total, None)
 
-        totals = add_surveys(
+        totals = api.fleet_add(
             store,
             surveys,
             name=name,
@@ -85,7 +79,7 @@ def add_command(
     answer(totals.model_dump() | {"changes": listed}, json, show)
 
 
-def _print_changes(store: Path, changes: AddedSurvey) -> None:
+def _print_changes(store: Path, changes: api.AddedSurvey) -> None:
     kinds = ("added", "unchanged", "replaced", "left_alone")
     counts = (f"{len(getattr(changes, kind))} {kind.replace('_', ' ')}" for kind in kinds)
     say(f"{changes.survey}: files: {', '.join(counts)}")
@@ -115,9 +109,8 @@ def list_command(
     Example:
       vislam2tag fleet list s3://walks/hospitals --json
     """
-    from vislam2tag.pipeline.fleet.catalogue import fleet_list
 
-    rows = fleet_list(store).to_dicts()
+    rows = api.fleet_list(store).to_dicts()
     answer(rows, json, lambda: _print_list(rows, store))
 
 
@@ -179,7 +172,7 @@ def process_command(given: FleetProcessOptions) -> None:
     answer(totals, given.json, show, failed=failed)
 
 
-def _print_dry_run(given: FleetProcessOptions, executor: Executor) -> None:
+def _print_dry_run(given: FleetProcessOptions, executor: api.Executor) -> None:
     from vislam2tag.pipeline.fleet.process import fleet_dry_run
 
     settings = lambda folder: settings_of(given.config, {}, folder)
@@ -195,9 +188,8 @@ def _print_dry_run(given: FleetProcessOptions, executor: Executor) -> None:
     answer(planned, given.json, show, failed=not some)
 
 
-def _process_with_progress(given: FleetProcessOptions, executor: Executor) -> tuple[FleetTotals, bool]:
+def _process_with_progress(given: FleetProcessOptions, executor: api.Executor) -> tuple[api.FleetTotals, bool]:
     """Process; return the fleet's totals, and whether anything of this run failed."""
-    from vislam2tag.pipeline.fleet.process import SessionOutcome, process_fleet
 
     def there() -> str:
         kept = f"{bar.done} sessions are done and kept in {shown(given.store)}"
@@ -206,12 +198,12 @@ def _process_with_progress(given: FleetProcessOptions, executor: Executor) -> tu
     with session_bar("sessions", lines=True) as bar, interrupted_with(there):
 
         def advance(done: Any, total: int) -> None:
-            if isinstance(done, SessionOutcome):
+            if isinstance(done, api.SessionOutcome):
                 bar.advance(total, done.error, done.outcome.rows)
             elif done.problem is not None:
                 bar.fail(done.problem)
 
-        totals = process_fleet(
+        totals = api.fleet_process(
             given.store,
             lambda folder: settings_of(given.config, {}, folder),
             surveys=given.survey,
@@ -236,9 +228,8 @@ def status_command(
     Example:
       vislam2tag fleet status s3://walks/hospitals
     """
-    from vislam2tag.pipeline.fleet.catalogue import fleet_status
 
-    totals = fleet_status(store)
+    totals = api.fleet_status(store)
 
     def show() -> None:
         _print_totals(totals)
@@ -261,9 +252,8 @@ def report_command(
     Example:
       vislam2tag fleet report s3://walks/hospitals
     """
-    from vislam2tag.pipeline.fleet.reduction import write_fleet_report
 
-    pages, page = write_fleet_report(store), store / "report" / "index.html"
+    pages, page = api.fleet_report(store), store / "report" / "index.html"
 
     def show() -> None:
         say(f"report: {shown(page)}")
@@ -272,7 +262,7 @@ def report_command(
     answer({"page": shown(page), "pages": pages}, json, show)
 
 
-def _print_totals(totals: FleetTotals) -> None:
+def _print_totals(totals: api.FleetTotals) -> None:
     say(f"{totals.surveys} surveys, {totals.sessions} sessions ({totals.failed} failed)")
     for state, number in totals.states.items():
         say(f"{state}: {number} surveys, {totals.sessions_by_state[state]} sessions")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
@@ -26,8 +27,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
 
 if TYPE_CHECKING:
-    from vislam2tag.datasets.model import Dataset, FloorInfo
-    from vislam2tag.pipeline.datasets.export import ExportRecord
+    from vislam2tag.datasets.model import FloorInfo
 
 
 _NAMES_SHOWN = 12
@@ -68,7 +68,7 @@ class ImportArguments:
     )
     describe: Description = None
     max_unpacked_gb: float = option(
-        20.0, "Most that an archive may unpack to, gigabytes (10^9 bytes).", least=0.0, most=1e6
+        20.0, "Most that an archive may unpack to, gigabytes (10^9 bytes).", least=0.0, most=1e6, hidden=True
     )
     hiding: PrivacyOptions
     replace: Replace = False
@@ -126,9 +126,8 @@ def import_command(given: ImportArguments) -> None:
           --json
     """
     from vislam2tag.datasets.description import read_description
-    from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 
-    options = ImportOptions(
+    options = api.ImportOptions(
         given.format_name,
         given.name,
         given.origin,
@@ -140,7 +139,7 @@ def import_command(given: ImportArguments) -> None:
         given.not_heard,
     )
     with interrupted_with(f"no data set was written to {given.out}"), session_bar("files") as bar:
-        dataset = import_format(given.path, given.out, options, progress=bar.count)
+        dataset = api.import_format(given.path, given.out, options, progress=bar.count)
     odd = any(finding.severity is Severity.ERROR for finding in dataset.info.findings)
     if given.json and not dataset.measured:
         say(_NOTHING_USABLE, err=True)
@@ -148,7 +147,7 @@ def import_command(given: ImportArguments) -> None:
     answer(dataset.info, given.json, lambda: _print_import(dataset, given.out), failed=failed)
 
 
-def _print_import(dataset: Dataset, out: Path) -> None:
+def _print_import(dataset: api.Dataset, out: Path) -> None:
     from vislam2tag.pipeline.datasets.finish import PAGE_FILE
 
     say("\n".join(_summary(dataset, out)))
@@ -164,7 +163,7 @@ def _bytes(gigabytes: float) -> int:
     return round(gigabytes * 1e9)
 
 
-def _summary(dataset: Dataset, out: Path) -> list[str]:
+def _summary(dataset: api.Dataset, out: Path) -> list[str]:
     import polars as pl
 
     info = dataset.info
@@ -265,30 +264,24 @@ def export_command(given: ExportArguments) -> None:
           --hash-bssid key.txt --no-ssid
       vislam2tag export labels --format gia --survey survey --out giaIndoorLoc
     """
-    from vislam2tag.pipeline.datasets.export import ExportOptions, export
 
-    options = ExportOptions(
+    options = api.ExportOptions(
         given.split, given.fold, given.survey, given.hiding.privacy, not given.keep_formulas, given.follow_links
     )
     with outputs_of_interrupted(given.out), session_bar("files") as bar:
-
-        def advance(stage: str, total: int) -> None:
-            bar.enter(stage)
-            bar.advance(total, None)
-
-        record = export(
+        record = api.export(
             given.source,
             given.out,
             given.format_name,
             options,
             jobs=given.jobs,
-            progress=advance,
+            progress=bar.step,
             tell=print_warnings,
         )
     answer(record, given.json, lambda: _print_export(record, given.out))
 
 
-def _print_export(record: ExportRecord, out: Path) -> None:
+def _print_export(record: api.ExportRecord, out: Path) -> None:
     count = len(record.files)
     say(f"{out}: {record.format}, {count} file{'' if count == 1 else 's'}")
     for finding in record.findings:

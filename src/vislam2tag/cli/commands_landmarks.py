@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, Floors, FollowLinks
 from vislam2tag.cli.progress import interrupted_with, session_bar
@@ -19,8 +20,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.preparation.sheets.settings import sheet_size
 
 if TYPE_CHECKING:
-    from vislam2tag.preparation.planning.records import FloorPlanRecord, PlanSummary
-    from vislam2tag.preparation.sheets.sheet_folder import SheetsRecord
+    from vislam2tag.preparation.planning.records import FloorPlanRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class PlanOptions:
     out: Path = option(..., "Folder to write: new, empty or with plans.", metavar="P")
     floor: Floors = ()
     spacing_m: float | None = setting("plan.spacing_m")
-    sheet: tuple[str, ...] = option(
+    paper: tuple[str, ...] = option(
         (),
         "Size of paper to choose from; repeatable. [default: A4, A3]",
         metavar="SIZE",
@@ -50,9 +50,9 @@ class PlanOptions:
     )
     nearest_m: float | None = setting("plan.camera.nearest_m", hidden=True)
     speed_m_s: float | None = setting("plan.speed_m_s", hidden=True)
-    further: int | None = setting("plan.further")
+    further: int | None = setting("plan.further", hidden=True)
     first_id: int = option(1, "New landmarks are numbered from this on.", least=0)
-    time_limit_s: float | None = setting("plan.time_limit_s")
+    time_limit_s: float | None = setting("plan.time_limit_s", hidden=True)
     follow_links: FollowLinks = False
     json: AsJson = False
     config: ConfigFile = None
@@ -75,14 +75,13 @@ def plan_command(given: PlanOptions) -> None:
     \b
     Examples:
       vislam2tag plan site --out plan
-      vislam2tag plan site --floor 3 --spacing-m 12 --sheet A4 --out plan
+      vislam2tag plan site --floor 3 --spacing-m 12 --paper A4 --out plan
       vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
     """
-    from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
     from vislam2tag.preparation.planning.floor import STEPS
 
     settings = settings_of(given.config, _settings(given), given.site)
-    request = PlanRequest(
+    request = api.PlanRequest(
         given.floor,
         given.first_id,
         given.anew,
@@ -95,7 +94,7 @@ def plan_command(given: PlanOptions) -> None:
     with interrupted_with(f"{given.out} holds no new plans"), session_bar("steps") as bar:
         steps = len(STEPS) + 1
         advance = lambda _step, floors: bar.advance(floors * steps, error=None)
-        result = write_plans(given.site, given.out, settings.plan, request, advance)
+        result = api.plan(given.site, given.out, settings.plan, request, advance)
     unmet = any(one.unmet for one in result.floors)
     answer(result, given.json, lambda: _print_plan(result, given, unmet), failed=unmet)
 
@@ -108,11 +107,11 @@ def _settings(given: PlanOptions) -> dict[str, object]:
             angles = f"{given.view_deg[0]:g} {given.view_deg[1]:g}"
             raise UsageError(f"--view-deg {angles}: angles of view lie between 10 and 170 degrees")
         view_rad = tuple(round(math.radians(angle), 4) for angle in given.view_deg)
-    own = {"plan.sheets": given.sheet or None, "plan.camera.field_of_view_rad": view_rad}
+    own = {"plan.sheets": given.paper or None, "plan.camera.field_of_view_rad": view_rad}
     return settings_given(given) | own
 
 
-def _print_plan(result: PlanSummary, given: PlanOptions, unmet: bool) -> None:
+def _print_plan(result: api.PlanSummary, given: PlanOptions, unmet: bool) -> None:
     from vislam2tag.pipeline.site.plan import LANDMARKS_FILE, PAGE_FILE
 
     _print_floors(result)
@@ -131,7 +130,7 @@ def _print_plan(result: PlanSummary, given: PlanOptions, unmet: bool) -> None:
     next_step("plan, unmet" if unmet else "plan", page=page, landmarks=given.out / LANDMARKS_FILE)
 
 
-def _print_floors(result: PlanSummary) -> None:
+def _print_floors(result: api.PlanSummary) -> None:
     rows = []
     for floor in result.floors:
         counts = (str(len(floor.landmarks)), str(len(floor.fixed)), str(floor.bound), f"{floor.above_bound:.0%}")
@@ -194,16 +193,14 @@ def sheets_command(given: SheetsOptions) -> None:
       vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
       vislam2tag sheets --images photos --width-m 0.2 --out sheets
     """
-    from vislam2tag.preparation.sheets.sheet_folder import SheetOptions as Wanted
-    from vislam2tag.preparation.sheets.sheet_folder import make_sheets
 
-    wanted = Wanted(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
+    wanted = api.SheetOptions(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
     with interrupted_with(f"{given.out} holds no new sheets"), session_bar("images and pages") as bar:
-        found = make_sheets(wanted, given.out, bar.count)
+        found = api.sheets(wanted, given.out, bar.count)
     answer(found, given.json, lambda: _print_sheets(found, given.out))
 
 
-def _print_sheets(found: SheetsRecord, out: Path) -> None:
+def _print_sheets(found: api.SheetsRecord, out: Path) -> None:
     from vislam2tag.preparation.sheets.features import ENOUGH_INLIERS
     from vislam2tag.preparation.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
 
@@ -216,7 +213,7 @@ def _print_sheets(found: SheetsRecord, out: Path) -> None:
     next_step("sheets", pdf=out / PDF_FILE)
 
 
-def _print_sizes(found: SheetsRecord) -> None:
+def _print_sizes(found: api.SheetsRecord) -> None:
     """One line for each size of paper and image."""
     rows = []
     images = {image.landmark: image for image in found.images}

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, Technology, key_of, parameters_of
 from vislam2tag.cli.progress import interrupted_with, outputs_of_interrupted, session_bar
@@ -22,10 +23,7 @@ from vislam2tag.common.visible_text import visible
 from vislam2tag.positioning.settings import SequenceMethod
 
 if TYPE_CHECKING:
-    from vislam2tag.pipeline.positioning.locate import LocatedScans, WalkPlan
-    from vislam2tag.pipeline.positioning.train import HeldOutResult, TrainedModel
-    from vislam2tag.positioning.model_choice import ModelTrial
-    from vislam2tag.positioning.model_update import ModelUpdate
+    from vislam2tag.pipeline.positioning.train import HeldOutResult
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,9 +74,8 @@ def train_command(given: TrainOptions) -> None:
           --onnx building.onnx
       vislam2tag train later --update building.v2t --out building-2.v2t
     """
-    from vislam2tag.pipeline.positioning.train import TrainPlan, train
 
-    plan = TrainPlan(
+    plan = api.TrainPlan(
         given.model,
         parameters_of(given.set_),
         given.split,
@@ -91,12 +88,12 @@ def train_command(given: TrainOptions) -> None:
     )
     begun = time.monotonic()
     with outputs_of_interrupted(given.out, given.onnx), session_bar("training", share=True) as bar:
-        trained = train(given.dataset, plan, given.out, bar.reach)
+        trained = api.train(given.dataset, plan, given.out, bar.reach)
     seconds = time.monotonic() - begun
     answer(_record(trained, given.out), given.json, lambda: _print_train(trained, given.out, seconds))
 
 
-def _record(trained: TrainedModel, out: Path) -> dict[str, Any]:
+def _record(trained: api.TrainedModel, out: Path) -> dict[str, Any]:
     """What was trained, as JSON has it."""
     return {
         "model": out,
@@ -112,7 +109,7 @@ def _record(trained: TrainedModel, out: Path) -> dict[str, Any]:
     }
 
 
-def _print_train(trained: TrainedModel, out: Path, seconds: float) -> None:
+def _print_train(trained: api.TrainedModel, out: Path, seconds: float) -> None:
     if trained.trial is not None:
         _print_trial(trained.trial)
     model, origin = trained.saved.model, trained.saved.origin
@@ -135,12 +132,12 @@ def _print_train(trained: TrainedModel, out: Path, seconds: float) -> None:
     next_step("train", model=out)
 
 
-def _changes(update: ModelUpdate) -> dict[str, int]:
+def _changes(update: api.ModelUpdate) -> dict[str, int]:
     """How many fingerprints joined, and how many access points changed."""
     return {"joined": update.added, "gone": len(update.gone), "moved": len(update.moved), "new": len(update.new)}
 
 
-def _print_trial(trial: ModelTrial) -> None:
+def _print_trial(trial: api.ModelTrial) -> None:
     rows = []
     for one in trial.tried:
         numbers = ("-", "-", "-")
@@ -233,7 +230,6 @@ def locate_command(given: LocateOptions) -> None:
         return
     if given.scans is None or given.plans is not None:
         raise UsageError("give SCANS, or --serve (with --plans)")
-    from vislam2tag.pipeline.positioning.locate import locate
     from vislam2tag.positioning.scan_file import JSON_SUFFIXES
 
     key, out = key_of(given.hash_bssid), given.out
@@ -244,23 +240,21 @@ def locate_command(given: LocateOptions) -> None:
     as_json = (given.scans if out is None else out).suffix.lower() in JSON_SUFFIXES
     on_interrupt = outputs_of_interrupted(out) if out else interrupted_with("not all scans are located")
     with on_interrupt, _written(out) as write, visible_console(stderr=True).status("locating"):
-        found = locate(given.model, given.scans, write, as_json=as_json, key=key, walks=_walks(given))
+        found = api.locate(given.model, given.scans, write, as_json=as_json, key=key, walks=_walks(given))
     result = asdict(found) | {"located": found.located, "judgement": found.judgement}
     answer(result, given.json, lambda: _print_locate(found, given), failed=not found.located)
 
 
-def _walks(given: LocateOptions) -> WalkPlan | None:
+def _walks(given: LocateOptions) -> api.WalkPlan | None:
     """How the scans of a walk help each other, if they do."""
-    from vislam2tag.pipeline.positioning.locate import WalkPlan
-    from vislam2tag.positioning.scan_file import Tracks
 
     if given.sequence is None and given.track is None:
         return None
-    track = None if given.track is None else Tracks(given.track)
-    return WalkPlan(given.sequence or SequenceMethod.SMOOTHER, track)
+    track = None if given.track is None else api.Tracks(given.track)
+    return api.WalkPlan(given.sequence or SequenceMethod.SMOOTHER, track)
 
 
-def _after(found: LocatedScans) -> str:
+def _after(found: api.LocatedScans) -> str:
     """Name what to go on with."""
     if found.located:
         return "locate"
@@ -276,9 +270,8 @@ def _serve(given: LocateOptions) -> None:
     from vislam2tag.common.serving import serve
     from vislam2tag.pipeline.positioning.locate_app import locate_app
     from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
-    from vislam2tag.positioning.model_file import load_model
 
-    answers = ServedAnswers(load_model(given.model), given.plans)
+    answers = ServedAnswers(api.load_model(given.model), given.plans)
     with listen(LOOPBACK, given.port) as opened:
         url = f"http://{LOOPBACK}:{opened.getsockname()[1]}/"
         if given.json:
@@ -301,7 +294,7 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
         yield lambda text: file.write(text.encode())
 
 
-def _print_locate(found: LocatedScans, given: LocateOptions) -> None:
+def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
     """Sum up: on standard error where standard output holds the positions."""
     err = given.out is None
     unknown = f"{found.unknown} unknown"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
@@ -35,11 +36,6 @@ from vislam2tag.settings import Settings
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.labeling.results import Summary
-    from vislam2tag.pipeline.run.workers import Executor
-    from vislam2tag.pipeline.survey_run import SurveyRun
-    from vislam2tag.quality.evaluation.metrics import ErrorSummary
-
 
 DEFAULT_STRATEGY = Settings().strategy
 
@@ -64,14 +60,14 @@ class ProcessOptions:
     where: ExecutorOptions
     json: AsJson = False
     config: ConfigFile = None
-    label_rule: LabelRule | None = setting("labels.rule")
+    label_rule: LabelRule | None = setting("labels.rule", hidden=True)
     max_gap_s: float | None = setting("labels.max_gap_s", hidden=True)
-    visit_radius_m: float | None = setting("mapping.visit_radius_m")
+    visit_radius_m: float | None = setting("mapping.visit_radius_m", hidden=True)
     max_sigma_m: float | None = setting("labels.max_sigma_m")
     max_step_m: float | None = setting("mapping.max_step_m", hidden=True)
     together: bool | None = setting("together")
     use_planned: bool | None = setting("survey.use_planned")
-    allow_for_pose_lag: bool | None = setting("mapping.smoother.allow_for_pose_lag")
+    allow_for_pose_lag: bool | None = setting("mapping.smoother.allow_for_pose_lag", hidden=True)
 
 
 @command
@@ -94,7 +90,6 @@ def process_command(given: ProcessOptions) -> None:
       vislam2tag process survey --out labels --max-sigma-m 0.3 \\
           --landmarks completed.csv
       vislam2tag process survey --out labels --together
-      vislam2tag process survey --out paper --label-rule next-frame
       vislam2tag process survey --out labels --dry-run
       vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
           --executor dask --scheduler tcp://10.0.0.5:8786
@@ -110,7 +105,7 @@ def process_command(given: ProcessOptions) -> None:
     answer(summary, given.json, lambda: _print_process(summary, given), failed=summary.problem is not None)
 
 
-def _print_process(summary: Summary, given: ProcessOptions) -> None:
+def _print_process(summary: api.Summary, given: ProcessOptions) -> None:
     _print_summary(summary, given.out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
@@ -118,7 +113,7 @@ def _print_process(summary: Summary, given: ProcessOptions) -> None:
     next_step(_after_process(summary), survey=given.survey, out=given.out)
 
 
-def _after_process(summary: Summary) -> str:
+def _after_process(summary: api.Summary) -> str:
     """Name what to go on with."""
     from vislam2tag.views.run_summary import joining_helps
 
@@ -130,7 +125,7 @@ def _after_process(summary: Summary) -> str:
     return next((name for name, so in found.items() if so), "process")
 
 
-def _print_dry_run(given: ProcessOptions, settings: Settings, executor: Executor) -> None:
+def _print_dry_run(given: ProcessOptions, settings: Settings, executor: api.Executor) -> None:
     from vislam2tag.pipeline.labels.process import dry_run
 
     found = dry_run(
@@ -158,8 +153,7 @@ def _print_dry_run(given: ProcessOptions, settings: Settings, executor: Executor
     answer(found, given.json, show, failed=not found)
 
 
-def _process_with_progress(given: ProcessOptions, settings: Settings, executor: Executor) -> Summary:
-    from vislam2tag.pipeline.labels.process import process
+def _process_with_progress(given: ProcessOptions, settings: Settings, executor: api.Executor) -> api.Summary:
 
     compared, to_compare, sessions = 0, 0, 0
 
@@ -170,7 +164,7 @@ def _process_with_progress(given: ProcessOptions, settings: Settings, executor: 
 
     on_cluster = given.where.executor is ExecutorName.DASK
     with interrupted_with(lambda: labels_there(given.out)), session_bar("sessions", lines=on_cluster) as bar:
-        return process(
+        return api.process(
             given.survey,
             given.out,
             settings,
@@ -185,7 +179,7 @@ def _process_with_progress(given: ProcessOptions, settings: Settings, executor: 
         )
 
 
-def _print_summary(summary: Summary, out: Path) -> None:
+def _print_summary(summary: api.Summary, out: Path) -> None:
     from vislam2tag.views.run_summary import accuracy_sentence
 
     say(
@@ -209,12 +203,12 @@ def _print_summary(summary: Summary, out: Path) -> None:
 
 def share_text(counts: dict[str, int]) -> str:
     """The share of frames or rows that are labelled, and how many more have an uncertain position."""
-    from vislam2tag.core.status import Status, labelled_share
+    from vislam2tag.core.status import labelled_share
 
     share = labelled_share(counts)
     if share is None:
         return "none"
-    uncertain = counts.get(Status.UNCERTAIN.label, 0)
+    uncertain = counts.get(api.Status.UNCERTAIN.label, 0)
     return f"{100 * share:.1f} %" + (f" ({uncertain} uncertain)" if uncertain else "")
 
 
@@ -254,29 +248,23 @@ def run_command(
       vislam2tag run survey --out out
       vislam2tag run survey --out out --config settings.toml
     """
-    from vislam2tag.pipeline.survey_run import run_survey
 
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with interrupted_with(lambda: contents_there(out, _PARTS)), session_bar("sessions") as bar:
-
-        def advance(step: tuple[str, str | None], total: int) -> None:
-            bar.enter(f"sessions: {step[0]}")
-            bar.advance(total, step[1])
-
-        made = run_survey(
+        made = api.run_survey(
             survey,
             out,
             settings,
             landmarks=landmarks,
             follow_links=follow_links,
             jobs=jobs,
-            progress=advance,
+            progress=lambda step, total: bar.step(f"sessions: {step[0]}", total, step[1]),
             tell=print_warnings,
         )
     answer(made, json, lambda: _print_run(made, survey, out), failed=made.labels.problem is not None)
 
 
-def _print_run(made: SurveyRun, survey: Path, out: Path) -> None:
+def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
     labelled = share_text(made.labels.frames)
     say(f"{made.labels.sessions} sessions ({made.labels.failed} failed); frames labelled: {labelled}")
     for floor in made.check.floors:
@@ -292,7 +280,7 @@ def _print_run(made: SurveyRun, survey: Path, out: Path) -> None:
     next_step(_after_run(made), survey=survey, dataset=out / "dataset")
 
 
-def _after_run(made: SurveyRun) -> str:
+def _after_run(made: api.SurveyRun) -> str:
     """Name what to go on with."""
     if made.faults:
         return "run, faults" if made.correctable else "run, by hand"
@@ -317,13 +305,12 @@ def demo_command(
       vislam2tag demo
       vislam2tag demo somewhere --seed 7
     """
-    from vislam2tag.pipeline.demo import run_demo
 
-    scores = run_demo(out, jobs=jobs, seed=seed, say=lambda line: say(line, err=json))
+    scores = api.demo(out, jobs=jobs, seed=seed, say=lambda line: say(line, err=json))
     answer(scores, json, lambda: _print_demo(scores, out))
 
 
-def _print_demo(scores: dict[str, ErrorSummary], out: Path) -> None:
+def _print_demo(scores: dict[str, api.ErrorSummary], out: Path) -> None:
     from vislam2tag.pipeline.demo import SURVEY
 
     visible_console().print(_table(scores))
@@ -332,7 +319,7 @@ def _print_demo(scores: dict[str, ErrorSummary], out: Path) -> None:
     next_step("demo", survey=out / SURVEY)
 
 
-def _table(scores: dict[str, ErrorSummary]) -> Table:
+def _table(scores: dict[str, api.ErrorSummary]) -> Table:
     from rich.table import Table
 
     table = Table(title="Label error at every camera frame (each walk counts once)")

@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SessionOptions, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, interrupted_with, outputs_of_interrupted, session_bar
@@ -19,8 +20,8 @@ from vislam2tag.common.plugins import STRATEGIES
 if TYPE_CHECKING:
     from rich.text import Text
 
-    from vislam2tag.quality.evaluation.record import ErrorRow, FigureWithInterval, SessionEvaluation, SurveyEvaluation
-    from vislam2tag.quality.self_check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
+    from vislam2tag.quality.evaluation.record import ErrorRow, FigureWithInterval
+    from vislam2tag.quality.self_check_record import BadLandmark, FloorCheck
     from vislam2tag.site.walkable.walked import WalkedFloor
 
 
@@ -64,12 +65,12 @@ def check_command(given: CheckOptions) -> None:
       vislam2tag check survey --out checked --floor 1
       vislam2tag check survey --landmarks completed.csv --max-sigma-m inf
     """
-    from vislam2tag.pipeline.labels.check import CHECK_FILE, PAGE_FILE, check
+    from vislam2tag.pipeline.labels.check import CHECK_FILE, PAGE_FILE
 
     settings = settings_from(given, given.survey)
     written = () if given.out is None else (given.out / CHECK_FILE, given.out / PAGE_FILE)
     with outputs_of_interrupted(*written), session_bar("sessions") as bar:
-        found = check(
+        found = api.check(
             given.survey,
             settings,
             out=given.out,
@@ -85,7 +86,7 @@ def check_command(given: CheckOptions) -> None:
     answer(found, given.json, lambda: _print_check(found, given, after), failed=after != "check")
 
 
-def _after(found: SurveyCheck) -> str:
+def _after(found: api.SurveyCheck) -> str:
     """Name what to go on with."""
     from vislam2tag.common.judgement import Answer
 
@@ -94,7 +95,7 @@ def _after(found: SurveyCheck) -> str:
     return "process, faults" if found.judgement.answer is Answer.WRONG else "check"
 
 
-def _print_check(found: SurveyCheck, given: CheckOptions, after: str) -> None:
+def _print_check(found: api.SurveyCheck, given: CheckOptions, after: str) -> None:
     from vislam2tag.pipeline.labels.check import PAGE_FILE
 
     _print_sessions(found)
@@ -120,14 +121,14 @@ def _print_check(found: SurveyCheck, given: CheckOptions, after: str) -> None:
     next_step(after, survey=given.survey)
 
 
-def _print_sessions(found: SurveyCheck) -> None:
+def _print_sessions(found: api.SurveyCheck) -> None:
     title = f"Mean error of the labels (sigma at most {found.max_sigma_m} m)"
     errors = ("left out", "their errors, median", "labelled", "stated", "estimated", "90 % interval")
     rows = [(str(each.floor), each.device, each.session, *_session_cells(each)) for each in found.sessions]
     print_table(title, ("floor", "device", "session"), ("landmarks or fixes", *errors), rows)
 
 
-def _session_cells(session: SessionCheck) -> tuple[str | Text, ...]:
+def _session_cells(session: api.SessionCheck) -> tuple[str | Text, ...]:
     from vislam2tag.views.check_page import median_left_out_m
 
     if session.error is not None:
@@ -154,7 +155,7 @@ def _print_bad(found: list[BadLandmark]) -> None:
     print_table("Bad landmarks", ("floor", "landmark", "what it may be"), heads, rows)
 
 
-def _print_doubtful(sessions: list[SessionCheck]) -> None:
+def _print_doubtful(sessions: list[api.SessionCheck]) -> None:
     rows = (
         (str(session.floor), session.device, session.session, fix.name, metres(fix.size_m), metres(fix.sigma_m))
         for session in sessions
@@ -262,11 +263,10 @@ def evaluate_command(given: EvaluateOptions) -> None:
           --strategy local --floor 1
       vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma-m inf
     """
-    from vislam2tag.pipeline.labels.evaluate import evaluate
 
     settings = settings_from(given, given.survey)
     with interrupted_with(lambda: _there(given.out)), session_bar("walks") as bar:
-        found = evaluate(
+        found = api.evaluate(
             given.survey,
             given.out,
             settings,
@@ -290,13 +290,13 @@ def _there(out: Path) -> str:
     return f"{out} contains {'an' if (out / RECORD_FILE).is_file() else 'no'} evaluation"
 
 
-def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
+def _advance(bar: SessionBar, session: api.SessionEvaluation, total: int) -> None:
     bar.advance(total, session.error)
     for reason in session.missing:
         bar.print_line("no truth", "yellow", f"floor {session.floor} / {session.device} / {session.session}: {reason}")
 
 
-def _print_evaluate(found: SurveyEvaluation, given: EvaluateOptions) -> None:
+def _print_evaluate(found: api.SurveyEvaluation, given: EvaluateOptions) -> None:
     from vislam2tag.pipeline.labels.evaluate import PAGE_FILE
     from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS
     from vislam2tag.quality.evaluation.text import truth_name
@@ -339,7 +339,7 @@ def _cell(figure: FigureWithInterval, *, with_interval: bool) -> str:
     return figure_text(figure if with_interval else FigureWithInterval(value=figure.value))
 
 
-def _print_strategies(found: SurveyEvaluation) -> None:
+def _print_strategies(found: api.SurveyEvaluation) -> None:
     """What each strategy keeps, and, with dense truth, how its error grows with the distance walked."""
     heads = ["kept of what local labels", *(["error grows since the last landmark"] if found.drift else [])]
     rows = []

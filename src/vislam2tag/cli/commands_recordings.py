@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, SurveyFolder, one_of
 from vislam2tag.cli.progress import interrupted_with, session_bar
@@ -17,11 +18,6 @@ from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
     import polars as pl
-
-    from vislam2tag.common.progress import Stage
-    from vislam2tag.pipeline.labels.attach import Attached
-    from vislam2tag.pipeline.labels.label_table import TableLabels
-    from vislam2tag.pipeline.labels.sightings import SightingsFound
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +38,7 @@ class LabelOptions:
     )
     zone: str | None = option(None, "Of dates that name none, such as Europe/Berlin.", metavar="ZONE")
     offset_s: float | None = option(None, "How far the table's clock is ahead of boot.", metavar="SECONDS")
-    align: str | None = option(
+    by: str | None = option(
         None, "Find the clock by motion or by levels (Wi-Fi), whatever its times look like.", metavar="BY"
     )
     session: str | None = option(None, "Only walks whose name in labels/sessions holds this.", metavar="NAME")
@@ -71,13 +67,12 @@ def label_command(given: LabelOptions) -> None:
       vislam2tag label ble.csv --labels labels
       vislam2tag label co2.parquet --labels labels --survey survey \\
           --out co2-labelled.parquet
-      vislam2tag label headset.csv --labels labels --align motion --session LG
+      vislam2tag label headset.csv --labels labels --by motion --session LG
       vislam2tag label uwb.csv --labels labels --clock boot --unit ms \\
           --session LG
     """
-    from vislam2tag.pipeline.labels.label_table import label
 
-    made = label(
+    made = api.label(
         given.table,
         given.labels,
         time_name=given.time_column,
@@ -85,7 +80,7 @@ def label_command(given: LabelOptions) -> None:
         unit=given.unit,
         zone=given.zone,
         offset_s=given.offset_s,
-        align=given.align,
+        align=given.by,
         session=given.session,
         survey=given.survey,
     )
@@ -96,12 +91,11 @@ def label_command(given: LabelOptions) -> None:
     answer(found, given.json, lambda: _print_label(made, labelled, written, given.labels), failed=not labelled)
 
 
-def _print_label(made: TableLabels, labelled: int, written: Path, labels: Path) -> None:
-    from vislam2tag.core.status import Status
+def _print_label(made: api.TableLabels, labelled: int, written: Path, labels: Path) -> None:
 
     for sentence in made.notes:
         say(sentence)
-    outside = made.counts.get(Status.OUTSIDE_FRAMES.label, 0)
+    outside = made.counts.get(api.Status.OUTSIDE_FRAMES.label, 0)
     say(f"{made.table.height} rows: {labelled} have a position, {outside} lie outside every walk")
     for status, count in made.counts.items():
         say(f"  {status}: {count}")
@@ -155,15 +149,13 @@ def attach_command(given: AttachOptions) -> None:
       vislam2tag attach survey/floor_1/iPhone/walk-1 2021-12-20_13-25-23.zip
       vislam2tag attach survey/floor_1/iPhone/walk-1 co2.csv --by motion
     """
-    from vislam2tag.pipeline.labels.attach import attach
-    from vislam2tag.sessions.companion_ties import TableColumns
 
     if given.time_column is None and given.unit is not None:
         raise UsageError("--unit needs --time-column: which column is in it")
     columns = None
     if given.time_column is not None:
-        columns = TableColumns(time_column=given.time_column, unit=given.unit, zone=given.zone)
-    made = attach(
+        columns = api.TableColumns(time_column=given.time_column, unit=given.unit, zone=given.zone)
+    made = api.attach(
         given.walk,
         given.other,
         by=given.by,
@@ -176,7 +168,7 @@ def attach_command(given: AttachOptions) -> None:
     answer(made, given.json, lambda: _print_attach(made, given.walk))
 
 
-def _print_attach(made: Attached, walk: Path) -> None:
+def _print_attach(made: api.Attached, walk: Path) -> None:
     tie = made.tie
     say(made.taken_for)
     say(
@@ -201,7 +193,7 @@ def sightings_command(
     qr_side_m: float | None = option(
         None, "Side of QR codes whose text ends in the landmark's id, metres.", least=0.01
     ),
-    again: bool = option(False, "Look anew where sightings.csv is there already."),
+    replace: bool = option(False, "Look anew where sightings.csv is there already."),
     json: AsJson = False,
 ) -> None:
     """Find landmarks in the pictures of walks that an iPhone or another camera recorded.
@@ -222,30 +214,28 @@ def sightings_command(
       vislam2tag sightings survey --images sheets/images
       vislam2tag sightings survey --tags apriltag-36h11 --tag-side-m 0.16
     """
-    from vislam2tag.pipeline.labels.sightings import sightings
-
-    done = 0
 
     def there() -> str:
+        done = bar.done - bar.failed
         return f"{done} sessions have their sightings; the same command goes on" if done else "no session was finished"
 
-    with interrupted_with(there), session_bar("sessions", lines=True) as bar:
-
-        def finished(one: SightingsFound, total: int) -> None:
-            nonlocal done
-            done += not one.error
-            bar.advance(total, error=one.error or None)
-
-        def within(stage: Stage, total: int) -> None:
-            bar.reach(stage.done, total)
-
-        found = sightings(survey, images, tags, tag_side_m, qr_side_m, again, finished, within)
+    with session_bar("sessions", lines=True) as bar, interrupted_with(there):
+        found = api.sightings(
+            survey,
+            images,
+            tags,
+            tag_side_m,
+            qr_side_m,
+            replace,
+            lambda one, total: bar.advance(total, one.error or None),
+            lambda stage, total: bar.reach(stage.done, total),
+        )
     failed = any(one.error for one in found) or all(one.skipped and not one.landmarks for one in found)
     after = "sightings, failed" if failed else "sightings"
     answer(found, json, lambda: _print_sightings(found, survey, after), failed=failed)
 
 
-def _print_sightings(found: Sequence[SightingsFound], survey: Path, after: str) -> None:
+def _print_sightings(found: Sequence[api.SightingsFound], survey: Path, after: str) -> None:
     rows = []
     for one in found:
         what = ", ".join(one.landmarks) or one.skipped or one.error or "none"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, FollowLinks
 from vislam2tag.cli.records import argument, command, option
@@ -17,8 +18,7 @@ from vislam2tag.cli.terminal import answer, print_line, say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from vislam2tag.preparation.registration.record import RegisteredPoint, Registration
-    from vislam2tag.site.model import Floor, Site
+    from vislam2tag.preparation.registration.record import RegisteredPoint
 
 
 WORST = 10
@@ -81,7 +81,6 @@ def register_command(given: RegisterOptions) -> None:
       vislam2tag register site --floor 1 --clicks clicks_floor_1.csv --write
     """
     from vislam2tag.pipeline.site import register as registering
-    from vislam2tag.preparation.registration.names import NameRules
     from vislam2tag.preparation.registration.point_file import parse_columns
 
     whole, chosen = registering.floor_of(given.site, given.floor)
@@ -101,7 +100,7 @@ def register_command(given: RegisterOptions) -> None:
         clicks=given.clicks,
         columns=None if given.columns is None else parse_columns(given.columns),
         codes=given.code,
-        rules=NameRules(given.landmark_names, given.control_points, given.ties),
+        rules=api.NameRules(given.landmark_names, given.control_points, given.ties),
         free_scale=given.scale == "free",
     )
     found = registering.register(whole, chosen, sources, settings)
@@ -109,7 +108,7 @@ def register_command(given: RegisterOptions) -> None:
     answer(found, given.json, lambda: _print(found, given, settings.shot_sigma_m, written), failed=not found.complete)
 
 
-def _written(found: Registration, given: RegisterOptions, floor: Floor) -> list[Path]:
+def _written(found: api.Registration, given: RegisterOptions, floor: api.Floor) -> list[Path]:
     """Write what is to be written; return the files."""
     from vislam2tag.pipeline.site.register import write_folder, write_into_site
 
@@ -121,7 +120,7 @@ def _written(found: Registration, given: RegisterOptions, floor: Floor) -> list[
     return written
 
 
-def _write_page(page: Path, given: RegisterOptions, site: Site, floor: Floor) -> None:
+def _write_page(page: Path, given: RegisterOptions, site: api.Site, floor: api.Floor) -> None:
     """Write the page to click landmarks on, and end."""
     import numpy as np
 
@@ -138,7 +137,7 @@ def _write_page(page: Path, given: RegisterOptions, site: Site, floor: Floor) ->
     answer({"floor": floor.number, "page": page}, given.json, show)
 
 
-def _print(found: Registration, given: RegisterOptions, shot_sigma_m: float, written: Sequence[Path]) -> None:
+def _print(found: api.Registration, given: RegisterOptions, shot_sigma_m: float, written: Sequence[Path]) -> None:
     if found.landmarks or found.control_points:
         _print_points(found)
     if found.residuals or found.tape_residuals:
@@ -161,7 +160,7 @@ def _print(found: Registration, given: RegisterOptions, shot_sigma_m: float, wri
     _print_next(found, given)
 
 
-def _print_next(found: Registration, given: RegisterOptions) -> None:
+def _print_next(found: api.Registration, given: RegisterOptions) -> None:
     after = "register" if given.write else "register, not written"
     if found.has_other_names:
         after = "register, other names"
@@ -170,7 +169,7 @@ def _print_next(found: Registration, given: RegisterOptions) -> None:
     next_step(after, site=given.site)
 
 
-def _print_summary(found: Registration) -> None:
+def _print_summary(found: api.Registration) -> None:
     if found.stations:
         sigma0 = or_dash(found.sigma0, "{:.2f}")
         text = f"{len(found.stations)} stations; sigma0 {sigma0} of {found.redundancy} redundant measurements"
@@ -183,7 +182,7 @@ def _print_summary(found: Registration) -> None:
     )
 
 
-def _print_points(found: Registration) -> None:
+def _print_points(found: api.Registration) -> None:
     rows = [_cells("", one) for one in found.landmarks]
     rows += [_cells("control point ", one) for one in found.control_points]
     numbers = ("x", "y", "z", "sigma", "heading", "measurements", "checked")
@@ -197,7 +196,7 @@ def _cells(kind: str, one: RegisteredPoint) -> tuple[str, ...]:
     return (kind + one.point, by, *place, heading, str(one.measurements), f"{100 * one.checked:.0f} %")
 
 
-def _print_residuals(found: Registration) -> None:
+def _print_residuals(found: api.Registration) -> None:
     rows = []
     every = sorted((*found.residuals, *found.tape_residuals), key=lambda one: -abs(one.sigmas))
     for one in every[:WORST]:

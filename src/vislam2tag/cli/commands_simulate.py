@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.progress import session_bar
@@ -27,10 +28,6 @@ from vislam2tag.simulation.choices import (
     SeverityLevel,
     SiteColumn,
 )
-
-if TYPE_CHECKING:
-    from vislam2tag.simulation.scenario import Scenario
-
 
 EPILOG = f"Traps: {', '.join(TRAP_FINDINGS)}."
 _IGNORED = {
@@ -72,7 +69,7 @@ class SimulateOptions:
         None, "Walk on the plans of this site, past its landmarks, instead of a made one.", metavar="SITE"
     )
     floor: tuple[int, ...] = option((), "With --site: only this floor; repeatable.")
-    landmark_file: Path | None = option(
+    landmarks: Path | None = option(
         None, "With --site: its landmarks.csv or the like instead of its own landmarks.", metavar="FILE"
     )
     mask: Path | None = option(None, "With --site and one --floor: green can be walked, red cannot.", metavar="IMAGE")
@@ -112,9 +109,8 @@ def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
           --column elevation --column z
       vislam2tag simulate again --seed 7 --later 2022-06-01
       vislam2tag simulate trial --site building --floor 4 \\
-          --landmark-file plan/landmarks.csv
+          --landmarks plan/landmarks.csv
     """
-    from vislam2tag.simulation.survey import WritingOptions, simulate
     from vislam2tag.simulation.traps import check_traps
 
     if given.scripts and given.layout is not SessionLayout.PHONE:
@@ -129,7 +125,7 @@ def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
         scenario = _like_the_paper(given)
     else:
         scenario = _regular(given, settings)
-    options = WritingOptions(
+    options = api.WritingOptions(
         given.locale,
         given.names is FileNames.PAPER,
         traps,
@@ -139,7 +135,7 @@ def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
         given.scripts,
     )
     with session_bar("sessions") as bar:
-        simulate(scenario, given.out, options, bar.count)
+        api.simulate(scenario, given.out, options, bar.count)
     made = {"survey": given.out, "seed": given.seed, "sessions": [session.key for session in scenario.sessions]}
     answer(made, given.json, lambda: _print(scenario, given.out))
 
@@ -162,20 +158,20 @@ def _refuse_ignored(context: typer.Context, given: SimulateOptions) -> None:
                 instead = " (name floors of the site by --floor)" if floors else ""
                 typed = name.replace("_", "-")
                 raise UsageError(f"--{typed}: has no effect with {option_name}; leave one of the two out{instead}")
-    if given.site is None and (given.floor or given.landmark_file or given.mask):
-        raise UsageError("--floor, --landmark-file and --mask: need --site")
+    if given.site is None and (given.floor or given.landmarks or given.mask):
+        raise UsageError("--floor, --landmarks and --mask: need --site")
     if given.mask is not None and len(given.floor) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
 
 
-def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> Scenario:
+def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> api.Scenario:
     """Walks on the plans of a site, past its landmarks."""
     from vislam2tag.simulation.phones import device_names
     from vislam2tag.simulation.scenario import SITE_SEED, site_survey
     from vislam2tag.simulation.site_building import site_building, site_floors
 
     masks = {} if given.mask is None else dict.fromkeys(given.floor, given.mask)
-    floors = site_floors(site, given.floor, given.landmark_file, masks, settings.walkable)
+    floors = site_floors(site, given.floor, given.landmarks, masks, settings.walkable)
     walks = site_survey(
         site_building(floors, SITE_SEED, settings.simulation.site),
         site,
@@ -189,20 +185,19 @@ def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> Scenario
     return replace(walks, pressure=given.pressure, ble=given.ble, rtt=given.rtt, settings=settings.simulation.site)
 
 
-def _like_the_paper(given: SimulateOptions) -> Scenario:
+def _like_the_paper(given: SimulateOptions) -> api.Scenario:
     """A copy of the paper's evaluation."""
-    from vislam2tag.simulation.scenario import paper_evaluation
 
-    walks = paper_evaluation(given.seed, given.severity.value)
+    walks = api.paper_evaluation(given.seed, given.severity.value)
     return replace(walks, pressure=given.pressure, ble=given.ble, rtt=given.rtt)
 
 
-def _regular(given: SimulateOptions, settings: Settings) -> Scenario:
+def _regular(given: SimulateOptions, settings: Settings) -> api.Scenario:
     """Walks through a made building."""
     from vislam2tag.simulation.phones import device_names
-    from vislam2tag.simulation.scenario import WALKING_DAY, regular_survey
+    from vislam2tag.simulation.scenario import WALKING_DAY
 
-    return regular_survey(
+    return api.regular_survey(
         given.seed,
         given.severity.value,
         tuple(range(given.floors)),
@@ -218,7 +213,7 @@ def _regular(given: SimulateOptions, settings: Settings) -> Scenario:
     )
 
 
-def _print(scenario: Scenario, out: Path) -> None:
+def _print(scenario: api.Scenario, out: Path) -> None:
     floors, walks = len(scenario.building.floors), len(scenario.sessions)
     say(
         f"{out}: {walks} walk{'' if walks == 1 else 's'} on {floors} floor{'' if floors == 1 else 's'}; where each "

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, Floors, FollowLinks, Replace, SiteFolder
 from vislam2tag.cli.progress import interrupted_with
@@ -16,10 +16,6 @@ from vislam2tag.cli.tables import or_dash, print_findings, print_table, print_wa
 from vislam2tag.cli.terminal import answer, say, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.judgement import Answer
-
-if TYPE_CHECKING:
-    from vislam2tag.pipeline.site.show import SiteSummary, WalkableFloor
-    from vislam2tag.site.frame_change import FrameChanges
 
 
 @command
@@ -41,16 +37,16 @@ def show_command(
       vislam2tag site show survey
       vislam2tag site show survey --floor 1 --out floor-1.pdf
     """
-    from vislam2tag.pipeline.site.show import draw_site, summarise_site, title_of
+    from vislam2tag.pipeline.site.show import draw_site, title_of
 
-    summary = summarise_site(site, floor, follow_links=follow_links)
+    summary = api.site_show(site, floor, follow_links=follow_links)
     if out is not None:
         draw_site(summary, title_of(site, follow_links=follow_links), out)
     wrong = summary.judgement.answer is Answer.WRONG
     answer(site_record(summary), json, lambda: _print_shown(summary, site, out), failed=wrong)
 
 
-def _print_shown(summary: SiteSummary, site: Path, out: Path | None) -> None:
+def _print_shown(summary: api.SiteSummary, site: Path, out: Path | None) -> None:
     print_site(summary)
     if out is not None:
         say(f"drawn: {out}")
@@ -82,9 +78,8 @@ def write_command(
     Example:
       vislam2tag site write survey --out published
     """
-    from vislam2tag.pipeline.site.rebase import write_published
 
-    changes, findings = write_published(site, out, follow_links=follow_links)
+    changes, findings = api.site_write(site, out, follow_links=follow_links)
 
     def show() -> None:
         for change in changes.floors:
@@ -134,14 +129,13 @@ def rebase_command(given: RebaseOptions) -> None:
           --out fingerprints-now
       vislam2tag site rebase survey --by rebase.toml --out new-landmarks
     """
-    from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
 
     changes = _changes(given)
     changes = changes.inverse if given.back else changes
     if not given.json:
         _print_changes(changes)
     with interrupted_with(f"nothing was written to {given.out}"), visible_console(stderr=True).status("rebasing"):
-        kind = rebase(
+        kind = api.site_rebase(
             given.source,
             given.out,
             changes,
@@ -159,7 +153,7 @@ def rebase_command(given: RebaseOptions) -> None:
     answer({"kind": kind, "out": given.out, "changes": changes}, given.json, show)
 
 
-def _changes(given: RebaseOptions) -> FrameChanges:
+def _changes(given: RebaseOptions) -> api.FrameChanges:
     """The change as given, or estimated."""
     from vislam2tag.site.discover import read_site
     from vislam2tag.site.frame_change import estimated_changes, read_changes
@@ -174,7 +168,7 @@ def _changes(given: RebaseOptions) -> FrameChanges:
     return estimated_changes(*sites, rigid=given.rigid, without=given.without)
 
 
-def _print_changes(changes: FrameChanges) -> None:
+def _print_changes(changes: api.FrameChanges) -> None:
     rows = []
     for change in changes.floors:
         residuals = list(change.residuals_m.values())
@@ -221,14 +215,14 @@ def walkable_command(
       vislam2tag site walkable survey --floor 4 --mask corrected.png \\
           --out walkable
     """
-    from vislam2tag.pipeline.site.show import floor_record, write_walkable
+    from vislam2tag.pipeline.site.show import floor_record
 
     settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
-    found = write_walkable(site, out, floor, settings, mask, follow_links=follow_links, tell=print_warnings)
+    found = api.site_walkable(site, out, floor, settings, mask, follow_links=follow_links, tell=print_warnings)
     answer([floor_record(one) for one in found], json, lambda: _print_walkable(found, site, out))
 
 
-def _print_walkable(found: tuple[WalkableFloor, ...], site: Path, out: Path) -> None:
+def _print_walkable(found: tuple[api.WalkableFloor, ...], site: Path, out: Path) -> None:
     from vislam2tag.site.walkable.graph import NodeKind
 
     kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]

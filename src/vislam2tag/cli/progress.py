@@ -50,6 +50,11 @@ class SessionBar:
             self.done, self._reached = 0, 0.0
             self._bar.reset(self._task, description=name, total=None)
 
+    def step(self, stage: str, total: int, error: str | None = None) -> None:
+        """Count one step of ``total`` of a stage, and say why it failed if it did."""
+        self.enter(stage)
+        self.advance(total, error)
+
     def show(self, stage: Stage, total: int) -> None:
         """Show a stage by its name, and how far it is."""
         self.enter(stage.name)

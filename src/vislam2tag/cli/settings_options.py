@@ -31,13 +31,23 @@ from vislam2tag.site.settings import SETTINGS_FILE
 ConfigFile: TypeAlias = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/reference/settings.md); options win.")
 ]
-_NAMES = {"simulation.building.landmarks": "landmark-count", "labels.rule": "label-rule", "plan.sheets": "sheet"}
+OPTION_NAMES = {
+    "simulation.building.landmarks": "landmark-count",
+    "labels.rule": "label-rule",
+    "plan.sheets": "paper",
+    "dataset.wifi_window_s": "window",
+    "dataset.ble_window_s": "ble-window",
+    "dataset.magnetic_window_s": "magnetic-window",
+    "dataset.imu.length_s": "imu-window",
+    "radio_maps.cell_m": "cell",
+    "radio_maps.reach_m": "reach",
+}
 """Options that are not named like their setting, hyphens for underscores."""
 
 
 def option_of(name: str) -> str:
     """The option that gives a setting: ``--max-sigma-m`` for ``labels.max_sigma_m``."""
-    return "--" + _NAMES.get(name, name.rpartition(".")[2].replace("_", "-"))
+    return "--" + OPTION_NAMES.get(name, name.rpartition(".")[2].replace("_", "-"))
 
 
 def setting(name: str, *, hidden: bool = False) -> Any:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, SiteFolder
 from vislam2tag.cli.records import command, option
@@ -18,10 +19,7 @@ from vislam2tag.common.errors import UsageError
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from vislam2tag.pipeline.site.init import NewFloor
-    from vislam2tag.pipeline.site.show import SiteSummary
     from vislam2tag.site.plans.source import PlanSource
-    from vislam2tag.site.site_file import GeoreferencePart
 
     Made = TypeVar("Made", bound=BaseModel)
 
@@ -68,9 +66,8 @@ def _point(text: str, name: str) -> dict[str, list[float]]:
     return {"plan": read(plan, name), "bcs_m": read(bcs, name)}
 
 
-def _georeference(text: str, name: str) -> GeoreferencePart:
+def _georeference(text: str, name: str) -> api.GeoreferencePart:
     """Read ``EPSG:CODE,EASTING,NORTHING[,ROTATION]`` or ``LATITUDE,LONGITUDE[,BEARING]``; raises UsageError."""
-    from vislam2tag.site.site_file import GeoreferencePart
 
     system = re.fullmatch(r"EPSG:(\d+),(.*)", text, re.IGNORECASE)
     numbers = _found(system.group(2) if system else text)
@@ -81,7 +78,7 @@ def _georeference(text: str, name: str) -> GeoreferencePart:
     values: dict[str, Any] = dict(zip(names, numbers, strict=False))
     if system:
         values["epsg"] = int(system.group(1))
-    return _made(GeoreferencePart, values, f"{name} {text}: ")
+    return _made(api.GeoreferencePart, values, f"{name} {text}: ")
 
 
 def _made(kind: type[Made], values: Mapping[str, Any], blamed: str = "") -> Made:
@@ -133,8 +130,8 @@ class InitOptions:
         metavar="X,Y,X,Y",
         parse=_area,
     )
-    stretch: bool = option(False, "Take width and height though the plan has another shape.")
-    measure: Path | None = option(
+    stretch: bool = option(False, "Take width and height though the plan has another shape.", hidden=True)
+    click: Path | None = option(
         None, "Write no site but an HTML page to click a known distance on, and open it.", metavar="FILE"
     )
     unit_m: float | None = option(None, "A unit of the file, whose axes are the BCS's.", metavar="METRES")
@@ -160,7 +157,7 @@ def init_command(given: InitOptions) -> None:
 
     PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor's folder of the Indoor Location Competition 2.0;
     it is copied into SITE. Its scale: the size of what it shows (--width-m, --height-m), two known points (--point,
-    twice), a known distance (--measure writes a page to click it on), the scale on paper (--scale 1:100), or metres a
+    twice), a known distance (--click writes a page to click it on), the scale on paper (--scale 1:100), or metres a
     unit. DXF files with units, and GeoJSON and IMDF on a site with a georeference, need none. Of a page with a frame,
     the drawing in it is taken (--area). Without --plan a survey in the published layout is described.
 
@@ -171,25 +168,24 @@ def init_command(given: InitOptions) -> None:
       vislam2tag site init survey --plan ground.pdf --page 2 --floor 0 \\
           --width-m 62.5 --height-m 31
       vislam2tag site init survey --plan first.pdf --floor 1 --scale 1:100
-      vislam2tag site init survey --plan first.svg --measure scale.html
+      vislam2tag site init survey --plan first.svg --click scale.html
       vislam2tag site init survey --plan first.png --floor 1 \\
           --point 120,840=0,0 --point 1950,850=45.6,0
       vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL \\
           --georeference EPSG:25832,294405,5628801,-12
       vislam2tag site init old-survey
     """
-    from vislam2tag.pipeline.site.init import add_floor, describe_published
-    from vislam2tag.pipeline.site.show import summarise_site
+    from vislam2tag.pipeline.site.init import describe_published
     from vislam2tag.site.site_file import SITE_FILE
 
     file = given.site / SITE_FILE
     if given.plan is None:
         describe_published(given.site, given.building, given.georeference)
-        lines, summary = [f"written: {file}"], summarise_site(given.site)
+        lines, summary = [f"written: {file}"], api.site_show(given.site)
     else:
         new, notes = _new_floor(given, given.plan)
-        add_floor(given.site, new, given.building, given.georeference)
-        summary = _before_landmarks(summarise_site(given.site))
+        api.site_init(given.site, new, given.building, given.georeference)
+        summary = _before_landmarks(api.site_show(given.site))
         notes += [
             f"floor {each.floor.number} is {each.floor.width_m:g} m wide: were its sizes in metres?"
             for each in summary.floors
@@ -199,16 +195,16 @@ def init_command(given: InitOptions) -> None:
     answer(site_record(summary) | {"notes": lines}, given.json, lambda: _print(lines, summary, given.site))
 
 
-def _print(lines: list[str], summary: SiteSummary, site: Path) -> None:
+def _print(lines: list[str], summary: api.SiteSummary, site: Path) -> None:
     for line in lines:
         say(line)
     print_site(summary)
     next_step("site init", site=site)
 
 
-def _new_floor(given: InitOptions, plan: Path) -> tuple[NewFloor, list[str]]:
+def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]:
     """The floor to add, and notes about how its plan is read."""
-    from vislam2tag.pipeline.site.init import NewFloor, competition_floor, is_competition_floor, settled_source
+    from vislam2tag.pipeline.site.init import competition_floor, is_competition_floor, settled_source
     from vislam2tag.site.site_file import FloorPart
 
     if is_competition_floor(plan):
@@ -216,12 +212,12 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[NewFloor, list[str]]:
     if plan.is_dir():
         raise UsageError(f"--plan {plan}: is a folder; give the file of the floor's plan")
     source = _source(given, plan)
-    if given.measure is not None:
-        _measure(given, plan, source, given.measure)
+    if given.click is not None:
+        _measure(given, plan, source, given.click)
     source, notes = settled_source(plan, source, whole=given.area == _PAGE, stretch=given.stretch)
     number = 1 if given.floor is None else given.floor
     values = {"number": number, "name": given.name, "elevation_m": given.elevation_m, "plan": source}
-    return NewFloor(plan, _made(FloorPart, values)), notes
+    return api.NewFloor(plan, _made(FloorPart, values)), notes
 
 
 def _source(given: InitOptions, plan: Path) -> PlanSource:
@@ -251,7 +247,7 @@ def _source(given: InitOptions, plan: Path) -> PlanSource:
     return _made(PlanSource, values)
 
 
-def _before_landmarks(summary: SiteSummary) -> SiteSummary:
+def _before_landmarks(summary: api.SiteSummary) -> api.SiteSummary:
     """Leave out that floors have no landmarks yet: to plan or measure them is the next step, which is told."""
     from vislam2tag.site.landmark_file import LANDMARK_FILE
 
@@ -280,7 +276,7 @@ def _measure(given: InitOptions, plan: Path, source: PlanSource, page: Path) -> 
     answer({"page": page}, given.json, show)
 
 
-def print_site(summary: SiteSummary) -> None:
+def print_site(summary: api.SiteSummary) -> None:
     """Print a site's floors and what is odd about them on standard output."""
     rows = []
     for each in summary.floors:
@@ -299,7 +295,7 @@ def print_site(summary: SiteSummary) -> None:
     print_findings(summary.findings)
 
 
-def site_record(summary: SiteSummary) -> dict[str, Any]:
+def site_record(summary: api.SiteSummary) -> dict[str, Any]:
     """A site's floors and findings, as JSON has them."""
     floors = [
         {

@@ -20,8 +20,8 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.datasets.model import Dataset, Split, Storey
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.datasets.model import Dataset, Split
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
 from vislam2tag.positioning.benchmark_record import RunRecord, RunTime, versions
 from vislam2tag.positioning.learning_data import LearningData
@@ -100,17 +100,6 @@ class BenchmarkRun:
         return parameters
 
 
-@dataclass(frozen=True)
-class RunOutcome:
-    """A run that was made: its record, how long it took, and every scan of the test part."""
-
-    record: RunRecord
-    time: RunTime
-    ids: TextArray
-    truth: ScanPlaces
-    found: Positions
-
-
 def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) -> Iterator[BenchmarkRun]:
     """List all runs, fold after fold, so that models compared stand next to each other."""
     for split in splits:
@@ -119,8 +108,12 @@ def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) 
                 yield from (BenchmarkRun(model, split, fold.name, seed) for seed in model.seeds(seeds))
 
 
-def execute(run: BenchmarkRun, data: LearningData, key: str, progress: Progress[float] = silent) -> RunOutcome:
-    """Train and score; raises DatasetError where a part is empty or the model cannot learn from it."""
+def execute(
+    run: BenchmarkRun, data: LearningData, key: str, progress: Progress[float] = silent
+) -> tuple[RunRecord, RunTime, pl.DataFrame]:
+    """Train and score; the table has every scan of the test part (:func:`predictions_table`).
+
+    Raises DatasetError where a part is empty or the model cannot learn from it."""
     train, test = data.train_test(run.split, run.split.fold(run.fold))
     for what, part in (("trains", train), ("tests", test)):
         if not len(part):
@@ -145,21 +138,14 @@ def execute(run: BenchmarkRun, data: LearningData, key: str, progress: Progress[
         versions=versions(),
     )
     taken = RunTime(fit_s=fitted - begun, predict_s=ended - fitted)
-    return RunOutcome(record, taken, test.ids, test.places, found)
+    return record, taken, predictions_table(test.ids, test.places, found)
 
 
+_PLACE = {"building": pl.String, "floor": pl.Int64, "x": pl.Float64, "y": pl.Float64, "z": pl.Float64}
 PREDICTIONS = {
     "scan_id": pl.String,
-    "building": pl.String,
-    "floor": pl.Int64,
-    "x": pl.Float64,
-    "y": pl.Float64,
-    "z": pl.Float64,
-    "found_building": pl.String,
-    "found_floor": pl.Int64,
-    "found_x": pl.Float64,
-    "found_y": pl.Float64,
-    "found_z": pl.Float64,
+    **_PLACE,
+    **{f"found_{name}": kind for name, kind in _PLACE.items()},
     "radius_68_m": pl.Float64,
     "radius_95_m": pl.Float64,
 }
@@ -168,21 +154,16 @@ PREDICTIONS = {
 
 def predictions_table(ids: TextArray, truth: ScanPlaces, found: Positions) -> pl.DataFrame:
     """Put truth (n,) and positions (n,) of the scans with these ids (n,) side by side; columns :data:`PREDICTIONS`."""
-    building, floor = _storeys(truth.storeys, truth.storey)
-    found_building, found_floor = _storeys(found.storeys, found.storey)
-    numbers = {
-        "x": truth.xy[:, 0],
-        "y": truth.xy[:, 1],
-        "z": truth.z,
-        "found_x": found.xy[:, 0],
-        "found_y": found.xy[:, 1],
-        "found_z": found.z,
-        "radius_68_m": found.radius_68_m,
-        "radius_95_m": found.radius_95_m,
-    }
-    places = {"building": building, "floor": floor, "found_building": found_building, "found_floor": found_floor}
-    columns = {"scan_id": ids.tolist()} | places | {name: _nullable(values) for name, values in numbers.items()}
-    return pl.DataFrame({name: columns[name] for name in PREDICTIONS}, schema=PREDICTIONS)
+    places = (column for one in (truth, found) for column in _columns(one))
+    columns = [ids.tolist(), *places, _nullable(found.radius_68_m), _nullable(found.radius_95_m)]
+    return pl.DataFrame(dict(zip(PREDICTIONS, columns, strict=True)), schema=PREDICTIONS)
+
+
+def _columns(places: ScanPlaces | Positions) -> tuple[Any, ...]:
+    """Building, floor, x, y and z of places (n); None or null where they are unknown."""
+    named = [places.storeys[index] if index >= 0 else None for index in places.storey.tolist()]
+    storeys = [one.building if one else None for one in named], [one.floor if one else None for one in named]
+    return (*storeys, *map(_nullable, (*places.xy.T, places.z)))
 
 
 def with_errors(predictions: pl.DataFrame) -> pl.DataFrame:
@@ -190,12 +171,6 @@ def with_errors(predictions: pl.DataFrame) -> pl.DataFrame:
     error_m = ((pl.col("found_x") - pl.col("x")).pow(2) + (pl.col("found_y") - pl.col("y")).pow(2)).sqrt()
     same = [pl.col(name) == pl.col(f"found_{name}") for name in ("building", "floor")]
     return predictions.with_columns(error_m=error_m, on_floor=pl.all_horizontal(same).fill_null(value=False))
-
-
-def _storeys(storeys: Sequence[Storey], storey: IntArray) -> tuple[list[str | None], list[int | None]]:
-    """Building and floor of each index (n,); None where it is -1."""
-    named = [storeys[index] if index >= 0 else None for index in storey.tolist()]
-    return [one.building if one else None for one in named], [one.floor if one else None for one in named]
 
 
 def _nullable(values: FloatArray) -> pl.Series:

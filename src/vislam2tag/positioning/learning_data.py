@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,17 +89,11 @@ def _places(labelled: pl.DataFrame, dataset: Dataset) -> ScanPlaces:
     storeys = sorted({*here, *(Storey(info.building, info.number) for info in dataset.info.floors)})
     return ScanPlaces(
         storeys=tuple(storeys),
-        storey=_numbered(here, storeys),
+        storey=np.array([storeys.index(storey) for storey in here], dtype=np.int64),
         xy=labelled.select("x", "y").to_numpy().astype(np.float64),
         z=labelled["z"].cast(pl.Float64).fill_null(float("nan")).to_numpy(),
         sigma_m=labelled["sigma"].cast(pl.Float64).fill_null(float("nan")).to_numpy(),
     )
-
-
-def _numbered(here: Sequence[Storey], storeys: Sequence[Storey]) -> np.ndarray:
-    """(n,) index of each storey among all."""
-    number = {storey: index for index, storey in enumerate(storeys)}
-    return np.array([number[storey] for storey in here], dtype=np.int64)
 
 
 def _text(column: pl.Series) -> TextArray:

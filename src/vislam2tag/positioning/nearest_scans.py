@@ -297,17 +297,7 @@ class VotedPositions:
         self, places: ScanPlaces, radii_m: tuple[FloatArray, FloatArray], unlike: BoolArray | None = None
     ) -> Positions:
         """Say it as a model does, with radii (n,) of 68 % and 95 %, metres, and which scans are unlike all (n,)."""
-        radius_68_m, radius_95_m = radii_m
-        return Positions(
-            storeys=places.storeys,
-            storey=self.storey,
-            xy=self.xy,
-            z=self.z,
-            storey_probability=self.storey_probability,
-            radius_68_m=radius_68_m,
-            radius_95_m=radius_95_m,
-            unlike=unlike,
-        )
+        return Positions(places.storeys, self.storey, self.xy, self.z, self.storey_probability, *radii_m, unlike)
 
 
 def counted_votes(votes: Votes, places: ScanPlaces) -> VotedPositions:
@@ -340,16 +330,6 @@ def _counted(votes: Votes, places: ScanPlaces, middle: Middle, further: FloatArr
         z=_mean(here * np.isfinite(z_of), np.nan_to_num(z_of)[..., None])[:, 0],
         spread_m=np.sqrt((share * away_m2).sum(axis=1)),
         torn=1.0 - by_votes.max(axis=1),
-    )
-
-
-def joined_answers(answers: list[VotedPositions]) -> VotedPositions:
-    """Put answers for some scans after those for others."""
-    return VotedPositions(
-        **{
-            name: np.concatenate([getattr(one, name) for one in answers])
-            for name in VotedPositions.__dataclass_fields__
-        }
     )
 
 

@@ -16,7 +16,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -30,21 +30,16 @@ INPUT = "level_dbm"
 OPSET = 20
 
 
-@runtime_checkable
-class Exportable(Protocol):
-    """A fitted model that is, or can be made, a PyTorch module."""
-
-    def torch_module(self) -> Any:
-        """Return the module; its outputs are those of :mod:`.networks.layers`."""
-
-
 def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = None) -> None:
     """Write a fitted model, whole or not at all; ``about`` adds entries to the file's metadata.
 
     The same model gives the same bytes. Raises UsageError where the model has no such form or ONNX is not installed,
     and OutputError where the file cannot be written.
     """
-    graph = _graph(_module(model), len(model.access_points_))
+    module = model.torch_module()
+    if module is None:
+        raise UsageError(f"{type(model).__name__} is not exported to ONNX; only networks and cell-density are")
+    graph = _graph(module, len(model.access_points_))
     graph.producer_name, graph.producer_version = "vislam2tag", __version__
     known = {
         "access_points": json.dumps(model.access_points_),
@@ -53,12 +48,6 @@ def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = 
     for key, value in (known | dict(about or {})).items():
         graph.metadata_props.add(key=key, value=value)
     write_file(path, graph.SerializeToString(deterministic=True))
-
-
-def _module(model: Positioner) -> Any:
-    if not isinstance(model, Exportable):
-        raise UsageError(f"{type(model).__name__} is not exported to ONNX; only networks and cell-density are")
-    return model.torch_module()
 
 
 def _graph(module: Any, access_points: int) -> Any:
@@ -97,14 +86,8 @@ def _quiet() -> Iterator[None]:
 
 def _without_traces(graph: Any) -> Any:
     """Remove where in which file each node came from: it differs between machines."""
-    for part in (
-        graph,
-        graph.graph,
-        *graph.graph.node,
-        *graph.graph.value_info,
-        *graph.graph.input,
-        *graph.graph.output,
-    ):
+    inner = graph.graph
+    for part in (graph, inner, *inner.node, *inner.value_info, *inner.input, *inner.output):
         del part.metadata_props[:]
         part.doc_string = ""
     return graph

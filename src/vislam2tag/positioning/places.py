@@ -14,7 +14,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vislam2tag.datasets.model import Storey
-from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Rows
+from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Rows, joined_rows, rows_of
 
 SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
 
@@ -43,7 +43,7 @@ class ScanPlaces:
         return len(self), 2
 
     def __getitem__(self, rows: Rows) -> ScanPlaces:
-        return replace(self, storey=self.storey[rows], xy=self.xy[rows], z=self.z[rows], sigma_m=self.sigma_m[rows])
+        return rows_of(self, rows)
 
     def arrays(self) -> dict[str, AnyArray]:
         """Return storeys, positions and heights, for saving; how sure the labels were is not kept."""
@@ -87,9 +87,7 @@ class ScanPlaces:
 def joined_places(parts: Sequence[ScanPlaces]) -> ScanPlaces:
     """Put places after others, over the storeys of all, in order."""
     storeys = tuple(sorted({storey for part in parts for storey in part.storeys}))
-    whole = [part.over(storeys) for part in parts]
-    names = ("storey", "xy", "z", "sigma_m")
-    return ScanPlaces(storeys, **{name: np.concatenate([getattr(part, name) for part in whole]) for name in names})
+    return joined_rows([part.over(storeys) for part in parts])
 
 
 LabelledScans = tuple[RadioScans, ScanPlaces]
@@ -120,16 +118,7 @@ class Positions:
         return len(self.storey)
 
     def __getitem__(self, rows: Rows) -> Positions:
-        return replace(
-            self,
-            storey=self.storey[rows],
-            xy=self.xy[rows],
-            z=self.z[rows],
-            storey_probability=self.storey_probability[rows],
-            radius_68_m=self.radius_68_m[rows],
-            radius_95_m=self.radius_95_m[rows],
-            unlike=None if self.unlike is None else self.unlike[rows],
-        )
+        return rows_of(self, rows)
 
     @property
     def known(self) -> BoolArray:
@@ -143,16 +132,12 @@ class Positions:
 
     def without(self, rows: BoolArray) -> Self:
         """Make the scans of the mask (n,) unknown."""
-        return replace(
-            self,
-            storey=np.where(rows, -1, self.storey),
-            xy=np.where(rows[:, None], np.nan, self.xy),
-            z=np.where(rows, np.nan, self.z),
-            storey_probability=np.where(rows[:, None], np.nan, self.storey_probability),
-            radius_68_m=np.where(rows, np.nan, self.radius_68_m),
-            radius_95_m=np.where(rows, np.nan, self.radius_95_m),
-            unlike=None if self.unlike is None else self.unlike & ~rows,
-        )
+        names = ("xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
+        values = {name: getattr(self, name).copy() for name in names}
+        for array in values.values():
+            array[rows] = np.nan
+        unlike = None if self.unlike is None else self.unlike & ~rows
+        return replace(self, storey=np.where(rows, -1, self.storey), unlike=unlike, **values)
 
 
 CALIBRATED_WITH = 2000

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 Size = int | str
 """Of an axis: a number, or a letter that stands for the same number in all arrays; the first array sets it."""
@@ -53,9 +56,8 @@ class CheckedArrays:
         """Take truth values."""
         return self._taken(name, "b", shape)
 
-    def count(self, prefix: str) -> int:
-        """How many arrays' names begin so."""
-        return sum(name.startswith(prefix) for name in self._arrays)
+    def __contains__(self, name: str) -> bool:
+        return name in self._arrays
 
     def _taken(self, name: str, kinds: str, shape: tuple[Size, ...]) -> AnyArray:
         if name not in self._arrays:
@@ -74,6 +76,21 @@ class CheckedArrays:
 
 TextArray = npt.NDArray[np.str_]
 Rows = IntArray | BoolArray | slice
+RecordT = TypeVar("RecordT", bound="DataclassInstance")
+
+
+def rows_of(record: RecordT, rows: Rows) -> RecordT:
+    """Take some rows of a record whose arrays all have as many; what is no array stays."""
+    values = {each.name: getattr(record, each.name) for each in fields(record)}
+    return replace(record, **{name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)})
+
+
+def joined_rows(parts: Sequence[RecordT]) -> RecordT:
+    """Put the rows of some records after those of others; there is at least one."""
+    names = [each.name for each in fields(parts[0]) if isinstance(getattr(parts[0], each.name), np.ndarray)]
+    return replace(parts[0], **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
 _DEVICE, _WALK = "device", "walk"
 
 
@@ -192,14 +209,8 @@ def joined_scans(parts: Sequence[RadioScans]) -> RadioScans:
     """Put scans after others, over the access points of all, in order of their names."""
     access_points = sorted({name for part in parts for name in part.access_points})
     whole = [part.over(access_points) for part in parts]
-    return RadioScans(
-        access_points=tuple(access_points),
-        start=np.concatenate([[0], np.cumsum(np.concatenate([part.heard for part in whole]))]),
-        **{
-            name: np.concatenate([getattr(part, name) for part in whole])
-            for name in ("column", "rssi_dbm", "device", "session", "time_ns")
-        },
-    )
+    heard = np.concatenate([part.heard for part in whole])
+    return replace(joined_rows(whole), start=np.concatenate([[0], np.cumsum(heard)]))
 
 
 def _numbered(names: TextArray) -> IntArray:
@@ -209,7 +220,7 @@ def _numbered(names: TextArray) -> IntArray:
 
 def _named(arrays: CheckedArrays, kind: str, n: int) -> TextArray:
     """(n,) names that nothing else has, by number; empty where none is told."""
-    if not arrays.count(kind):
+    if kind not in arrays:
         return np.full(n, "", dtype=np.str_)
     number = arrays.integers(kind, "n", least=-1)
     return np.where(number < 0, "", np.char.add(f"learned {kind} ", number.astype(np.str_)))

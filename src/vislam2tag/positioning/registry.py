@@ -113,6 +113,10 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Return the scans that the model keeps, and where they were taken; None where it keeps none."""
         return None
 
+    def torch_module(self) -> Any:
+        """Return the fitted model as a PyTorch module with the outputs of :mod:`.networks.layers`; None without one."""
+        return None
+
     @abstractmethod
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         """Learn; the scans' columns are ``access_points_``, every scan hears one of them and has a place."""

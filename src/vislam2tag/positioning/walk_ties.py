@@ -25,7 +25,7 @@ from vislam2tag.core.context import PlaceTies
 from vislam2tag.positioning.heard_floor import LEAST_AWAY, HeardFloor, scan_weights
 from vislam2tag.positioning.nearest_scans import NearestScans
 from vislam2tag.positioning.places import calibration_rows
-from vislam2tag.positioning.radio_scans import RadioScans
+from vislam2tag.positioning.radio_scans import RadioScans, rows_of
 from vislam2tag.positioning.walk_traces import WalkTrace
 
 PATH_REACH_M = 25.0
@@ -74,15 +74,7 @@ class Fixes:
 
     def __getitem__(self, rows: IntArray) -> Fixes:
         """Only those of some rows (k,)."""
-        return Fixes(
-            self.time_ns[rows],
-            self.position[rows],
-            self.path[rows],
-            self.way_m[rows],
-            self.path_m[rows],
-            self.label_m[rows],
-            self.unit_m[rows],
-        )
+        return rows_of(self, rows)
 
     def covariance(self, errors: MatchErrors) -> FloatArray:
         """(n, n) of each axis of the fixes, m^2."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import signal
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,12 +9,9 @@ from typing import Any
 import polars as pl
 import pytest
 
-from tests.cli.command import vislam2tag
 from tests.datasets.formats.test_fingerprint_tables import quartet_in
 from tests.positioning.benchmarked import MODELS, benchmark_dataset, known_models
-from tests.struck import Strike, struck
 from tests.surveys import bytes_of
-from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.progress import Stage
 from vislam2tag.datasets.model import Dataset
@@ -134,13 +129,6 @@ def test_a_damaged_record_is_made_again(dataset: Dataset, tmp_path: Path) -> Non
     assert untimed(tmp_path / "out") == before
 
 
-def test_elsewhere_the_same_comes_out_but_for_times(
-    dataset: Dataset, whole: tuple[Path, Benchmark], tmp_path: Path
-) -> None:
-    benchmark(dataset, tmp_path / "again", plan_of("test-loudest", "test-drawn", beside_paper=True))
-    assert untimed(tmp_path / "again") == untimed(whole[0])
-
-
 def test_what_was_stopped_and_goes_on_comes_to_the_same_bytes(
     dataset: Dataset, whole: tuple[Path, Benchmark], tmp_path: Path
 ) -> None:
@@ -172,12 +160,7 @@ def test_where_all_fail_there_is_a_page_without_figures(dataset: Dataset, tmp_pa
     assert "it takes a Pixel" in (tmp_path / "out" / "report.html").read_text()
 
 
-def test_wrong_plans_are_told_before_anything_is_written(dataset: Dataset, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"--split weather: small has no such split; it has: block, "):
-        benchmark(dataset, tmp_path / "out", plan_of("test-loudest", splits=["weather"]))
-    with pytest.raises(UsageError, match="no positioning model is called 'psychic'"):
-        benchmark(dataset, tmp_path / "out", plan_of("psychic"))
-    assert list(tmp_path.iterdir()) == []
+def test_a_folder_that_is_not_ours_is_refused(dataset: Dataset, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("keep")
     with pytest.raises(OutputError, match="was not made by vislam2tag benchmark"):
@@ -207,39 +190,3 @@ def test_half_a_public_set_is_told(tmp_path: Path) -> None:
     quartet_in(tmp_path)
     with pytest.raises(DatasetError, match="holds only a part of tampere; put its training and test files together"):
         public_dataset("tampere", tmp_path).__enter__()
-
-
-PROGRAM = """
-import vislam2tag.pipeline.positioning.benchmark
-from tests.positioning.benchmarked import register_all
-from vislam2tag.cli import main
-register_all()
-vislam2tag.pipeline.positioning.benchmark.benchmark_figures = lambda *_: iter(())
-main()
-"""
-
-
-def test_killed_and_continued_it_comes_to_the_same(tmp_path: Path) -> None:
-    folder = tmp_path / "ds"
-    benchmark_dataset(folder)
-    command = ("benchmark", folder, "--model", "test-drawn", "--split", "device", "--seeds", "3", "--out")
-
-    def runs_kept(step: int, sent: signal.Signals, code: int) -> dict[str, int]:
-        """When the runs were written that are there after a strike; a run takes nine steps for its two files."""
-        out = tmp_path / "killed"
-        done = struck(out, Strike(step, "/runs/", sent), *command, out, main=PROGRAM)
-        assert done.returncode == code, done.stderr
-        assert not (out / "benchmark.json").exists()
-        return {path.name: path.stat().st_mtime_ns for path in out.glob("runs/*.json")}
-
-    kept = runs_kept(19, signal.SIGKILL, -signal.SIGKILL)
-    assert len(kept) == 2
-    assert len(runs_kept(10, signal.SIGINT, INTERRUPTED)) == 3
-    for out in ("killed", "whole"):
-        done = vislam2tag(*command, tmp_path / out)
-        assert done.returncode == 0, done.stderr
-    assert untimed(tmp_path / "killed") == untimed(tmp_path / "whole")
-    again = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "killed" / "runs").glob("*.json")}
-    assert {name: again[name] for name in kept} == kept, "runs that were done are not repeated"
-    scores = [json.loads((tmp_path / out / "benchmark.json").read_text())["rows"] for out in ("killed", "whole")]
-    assert scores[0] == scores[1]

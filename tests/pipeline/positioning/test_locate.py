@@ -13,7 +13,7 @@ import pytest
 
 from tests.datasets.factory import bssid, small_dataset
 from tests.positioning.radio_world import STOREYS
-from vislam2tag.common.errors import DatasetError, ModelError, UsageError
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.privacy import Privacy, hashed, key_name, with_privacy
 from vislam2tag.datasets.splits import standard_splits
@@ -125,13 +125,6 @@ def test_what_is_hashed_otherwise_is_told(
 ) -> None:
     with pytest.raises(UsageError, match=message):
         located(places / model, places / scans, key=key)
-
-
-def test_what_is_no_model_and_no_scans_is_told(places: Path, tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="is no model"):
-        located(places / "scans.csv", places / "scans.csv")
-    with pytest.raises(DatasetError, match="cannot be read"):
-        located(places / "plain.v2t", tmp_path)
 
 
 def written_walks(rows: pl.DataFrame, path: Path) -> Path:

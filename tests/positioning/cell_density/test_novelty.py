@@ -75,12 +75,7 @@ def test_radii_stop_growing_where_nothing_was_tried() -> None:
 
 
 def test_without_any_error_nothing_is_promised() -> None:
-    nothing = HeldOutErrors.joined([])
+    nothing = HeldOutErrors(*np.empty((3, 0)))
     r68, r95 = fitted_novelty_radii(nothing, held_out(9, 0.1, 1.0, 0)).radii_m(np.zeros(2), np.zeros(2))
     assert (r68 >= UNKNOWN_M).all()
     assert (r95 > r68).all()
-
-
-def test_held_out_parts_are_joined() -> None:
-    both = HeldOutErrors.joined([held_out(3, 0.1, 1.0, 0), held_out(2, 0.1, 1.0, 1)])
-    assert len(both) == len(both.scale_m) == len(both.novelty) == 5

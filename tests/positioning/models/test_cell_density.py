@@ -39,36 +39,6 @@ def test_a_scan_like_nothing_that_was_learned_says_so() -> None:
     assert_says_what_is_unlike(CellDensity().fit(*radio_world(seed=1)))
 
 
-def test_it_comes_back_from_its_arrays_and_repeats() -> None:
-    scans, places = surveyed(60)
-    model = CellDensity(seed=3).fit(scans, places)
-    again = CellDensity(seed=3).fit(scans, places)
-    back = CellDensity()
-    back.access_points_, back.storeys_ = model.access_points_, model.storeys_
-    back.restore(model.arrays())
-    for other in (again, back):
-        np.testing.assert_array_equal(other.predict(scans).xy, model.predict(scans).xy)
-        np.testing.assert_array_equal(other.predict(scans).radius_95_m, model.predict(scans).radius_95_m)
-        np.testing.assert_array_equal(other.predict(scans).unlike, model.predict(scans).unlike)
-
-
-@pytest.mark.parametrize("rows", [[0], [0, 1], [0, 2, 4]])
-def test_tiny_sets(rows: list[int]) -> None:
-    scans, places = surveyed(20)
-    found = CellDensity().fit(scans[np.array(rows)], places[np.array(rows)]).predict(scans)
-    known = found.known
-    assert known.any()
-    assert np.isfinite(found.xy[known]).all()
-    assert np.isfinite(found.radius_95_m[known]).all()
-
-
-def test_one_access_point_and_constant_levels() -> None:
-    scans, places = surveyed(40)
-    flat = replace(scans, rssi_dbm=np.full_like(scans.rssi_dbm, -60.0)).over(scans.access_points[:1])
-    found = CellDensity().fit(flat, places).predict(flat)
-    assert np.isfinite(found.xy[found.known]).all()
-
-
 def test_unsure_labels_reach_further() -> None:
     scans, places = surveyed(40)
     unsure = replace(places, sigma_m=np.full(len(places), 8.0))

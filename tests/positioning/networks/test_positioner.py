@@ -5,6 +5,7 @@ The training loop learns, stops and repeats; which device trains, and that PyTor
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 from sklearn.base import clone
 
-from tests.positioning.radio_fields import TWO_FLOORS, surveyed
+from tests.positioning.radio_fields import TWO_BUILDINGS, TWO_FLOORS, surveyed
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.places import Positions, ScanPlaces
@@ -23,8 +24,8 @@ pytest.importorskip("torch", reason="networks need the extra 'models'")
 import torch
 
 from vislam2tag.positioning.networks.positioner import (
+    NetworkSettings,
     TrainingExamples,
-    TrainingSchedule,
     batch_for,
     repeatable,
     train,
@@ -96,6 +97,29 @@ def test_radii_hold_their_shares_of_new_scans(name: str) -> None:
     result = score(model.predict(fresh), truth)
     assert result.inside_68 == pytest.approx(0.68, abs=0.08)
     assert result.inside_95 == pytest.approx(0.95, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "floors", "floor_hit", "mean_m"),
+    [
+        ("multi-cel", TWO_FLOORS, 0.95, 3.5),
+        ("multi-cel", TWO_BUILDINGS, 0.85, 4.5),
+        ("regression-net", TWO_FLOORS, 0.95, 4.0),
+        ("regression-net", TWO_BUILDINGS, 0.85, 6.0),
+    ],
+)
+def test_floors_of_different_size_and_buildings_whose_frames_overlap_are_learned(
+    name: str, floors: Any, floor_hit: float, mean_m: float
+) -> None:
+    widths = dict.fromkeys(WIDTHS[name], (64,))
+    model = tiny(name, **widths, epochs=25, learning_rate=1e-2).fit(*surveyed(240, floors))
+    fresh, truth = surveyed(100, floors, seed=1)
+    found = model.predict(fresh)
+    result = score(found, truth)
+    assert result.building_hit == 1.0
+    assert (result.floor_hit or 0.0) > floor_hit
+    assert (result.plane.mean_m or math.inf) < mean_m
+    np.testing.assert_allclose(found.storey_probability.sum(axis=1), 1.0)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -189,15 +213,6 @@ def test_no_hidden_layer_is_a_linear_model() -> None:
         assert model.fit(scans, places).predict(scans).known.all()
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_batch_that_was_asked_for_is_kept_on_a_gpu_with_its_learning_rate(name: str) -> None:
-    gpu = torch.device("cuda")
-    chosen = model_named(name)._schedule(100_000, gpu)
-    asked_for = model_named(name, batch_size=64)._schedule(100_000, gpu)
-    assert (chosen.batch_size, chosen.learning_rate) == (512, 4e-3)
-    assert (asked_for.batch_size, asked_for.learning_rate) == (64, 1e-3)
-
-
 class Scripted:
     """Held-out examples with these losses, epoch after epoch; keeps the weight that each was asked with."""
 
@@ -218,7 +233,7 @@ def line(network: torch.nn.Linear) -> TrainingExamples:
 
 def test_it_learns_a_line() -> None:
     network = torch.nn.Linear(1, 1)
-    history = train(network, line(network), line(network), TrainingSchedule(epochs=100, learning_rate=0.05))
+    history = train(network, line(network), line(network), NetworkSettings(epochs=100, learning_rate=0.05))
     assert network.weight.tolist()[0][0] == pytest.approx(3.0, abs=0.01)
     assert history.held_out_loss[-1] < 1e-3
 
@@ -227,7 +242,7 @@ def test_best_weights_are_kept_and_patience_ends_it() -> None:
     network = torch.nn.Linear(1, 1)
     held_out = Scripted(network, [5, 4, 2, 3, 3, 3, 3, 3])
     steps: list[tuple[int, int]] = []
-    schedule = TrainingSchedule(epochs=8, patience=3)
+    schedule = NetworkSettings(epochs=8, patience=3)
     examples = TrainingExamples(5, held_out)
     history = train(network, line(network), examples, schedule, lambda done, total: steps.append((done, total)))
     assert history.best_epoch == 2
@@ -240,7 +255,7 @@ def test_best_weights_are_kept_and_patience_ends_it() -> None:
 def test_a_loss_that_is_no_number_ends_it() -> None:
     network = torch.nn.Linear(1, 1)
     with pytest.raises(DatasetError, match="lower the learning rate"):
-        train(network, line(network), TrainingExamples(5, Scripted(network, [1, float("nan")])), TrainingSchedule())
+        train(network, line(network), TrainingExamples(5, Scripted(network, [1, float("nan")])), NetworkSettings())
 
 
 def test_a_gpu_gets_larger_batches_where_there_are_examples_for_them_and_a_processor_the_published_ones() -> None:
@@ -251,12 +266,13 @@ def test_a_gpu_gets_larger_batches_where_there_are_examples_for_them_and_a_proce
     assert faster**2 == pytest.approx(100 / 32)
     assert batch_for(500, gpu) == (32, 1.0)
     assert batch_for(100_000, processor) == (32, 1.0)
+    assert batch_for(100_000, gpu, asked_for=64) == (64, 1.0)
 
 
 def test_batch_of_one_and_one_example() -> None:
     network = torch.nn.Linear(1, 1)
     one = TrainingExamples(1, line(network).losses)
-    assert len(train(network, one, one, TrainingSchedule(epochs=3, batch_size=1)).held_out_loss) == 3
+    assert len(train(network, one, one, NetworkSettings(epochs=3, batch_size=1)).held_out_loss) == 3
 
 
 def test_the_same_seed_draws_the_same_and_leaves_no_trace() -> None:

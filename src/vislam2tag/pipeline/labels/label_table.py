@@ -55,7 +55,7 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
     Raises UsageError where a table has no columns for what is wanted, or that is not known.
     """
     if wanted not in (None, MOTION, LEVELS):
-        raise UsageError(f"--align {wanted}: there are {MOTION}, {LEVELS}")
+        raise UsageError(f"--by {wanted}: there are {MOTION}, {LEVELS}")
     found: dict[str, Aligner] = {}
     for sensor in MOTION_COLUMNS if wanted != LEVELS else ():
         axes = three_axes(rows.columns, sensor)
@@ -71,7 +71,7 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
             if wanted == MOTION
             else ("a column bssid and one of levels, such as rssi")
         )
-        raise UsageError(f"--align {wanted}: the table lacks {needed}; there are: {', '.join(rows.columns)}")
+        raise UsageError(f"--by {wanted}: the table lacks {needed}; there are: {', '.join(rows.columns)}")
     return found
 
 

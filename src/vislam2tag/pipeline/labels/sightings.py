@@ -111,7 +111,7 @@ def _of_session(
         return SightingsFound(str(ref.key), skipped="its app logs landmarks itself")
     target = ref.folder / SIGHTINGS_FILE
     if target.exists() and not again:
-        return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} is there; --again looks anew")
+        return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} is there; --replace looks anew")
     from vislam2tag.preparation.detect_landmarks import search
 
     try:

@@ -126,23 +126,15 @@ def _confusion(tables: Mapping[str, pl.DataFrame]) -> tuple[list[str], dict[str,
     for name, pair in pairs.items():
         for building, floor, found_building, found_floor, count in pair.iter_rows():
             counts[name][number[building, floor], number[found_building, found_floor]] = count
-    return [_storey_name(building, floor) for building, floor in storeys], counts
+    return [f"{building} {floor}".strip() for building, floor in storeys], counts
 
 
 def _floors(dataset: Dataset, table: pl.DataFrame) -> Sequence[ErrorFloor]:
     groups = table.partition_by("building", "floor", as_dict=True)
     return [
-        ErrorFloor(_title(str(building), int(floor)), dataset.site_floor(Storey(str(building), int(floor))), part)
+        ErrorFloor(f"{building} floor {floor}".strip(), dataset.site_floor(Storey(str(building), int(floor))), part)
         for (building, floor), part in sorted(groups.items())
     ]
-
-
-def _title(building: str, floor: int) -> str:
-    return f"{building} floor {floor}".strip()
-
-
-def _storey_name(building: str, floor: int) -> str:
-    return f"{building} {floor}".strip()
 
 
 PROGRAM = "vislam2tag benchmark"
@@ -219,7 +211,15 @@ def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Pro
         progress(Stage("figures", len(runs)), len(runs))
         predictions = {folder.root / RUNS / f"{stem}.parquet": record for stem, (record, _) in made.items()}
         found = _summed(dataset, plan, predictions, failed)
-        _write(folder, dataset, plan, found, made)
+        table = table_4(found.rows) if plan.beside_paper else None
+        if table is not None:
+            write_table_4(folder, table)
+        folder.put_text(SCORES_FILE, rows_csv(found.rows))
+        folder.put_text(LATEX_FILE, latex_text(found.rows))
+        folder.put_text(TIMES_FILE, times_csv(model_times(list(made.values()))))
+        figures = list(_drawn(folder, dataset, predictions))
+        folder.write(PAGE_FILE, lambda path: write_benchmark_page(path, found, figures, table))
+        folder.put_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")  # last: the mark that all is there
     return found
 
 
@@ -270,16 +270,15 @@ def _made(
     kept = _kept(folder.root, stem, key)
     if kept is not None:
         return stem, kept
-    outcome = execute(run, data, key, progress)
-    table = predictions_table(outcome.ids, outcome.truth, outcome.found)
+    record, time, table = execute(run, data, key, progress)
     folder.add_own(f"{TIMES}/{stem}.json", f"{RUNS}/{stem}.parquet", f"{RUNS}/{stem}.json")
-    folder.put_text(f"{TIMES}/{stem}.json", outcome.time.model_dump_json(indent=1) + "\n")
+    folder.put_text(f"{TIMES}/{stem}.json", time.model_dump_json(indent=1) + "\n")
     folder.write(
         f"{RUNS}/{stem}.parquet",
         lambda path: write_parquet(table, Folder.at(path.parent), path.name, compression="zstd"),
     )
-    folder.put_text(f"{RUNS}/{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
-    return stem, (outcome.record, outcome.time)
+    folder.put_text(f"{RUNS}/{stem}.json", record.model_dump_json(indent=1) + "\n")
+    return stem, (record, time)
 
 
 def _kept(root: Path, stem: str, key: str) -> tuple[RunRecord, RunTime] | None:
@@ -317,36 +316,16 @@ def _summed(dataset: Dataset, plan: BenchmarkPlan, made: Predictions, failed: Se
     )
 
 
-def _write(
-    folder: OutputFolder,
-    dataset: Dataset,
-    plan: BenchmarkPlan,
-    found: Benchmark,
-    made: Mapping[str, tuple[RunRecord, RunTime]],
-) -> None:
-    """Write tables, figures, the page, and last the record, which is the mark that all is there."""
-    folder.put_text(SCORES_FILE, rows_csv(found.rows))
-    folder.put_text(LATEX_FILE, latex_text(found.rows))
-    folder.put_text(TIMES_FILE, times_csv(model_times(list(made.values()))))
-    table = table_4(found.rows) if plan.beside_paper else None
-    if table is not None:
-        write_table_4(folder, table)
-    figures = []
-    predictions = {folder.root / RUNS / f"{stem}.parquet": record for stem, (record, _) in made.items()}
+def _drawn(folder: OutputFolder, dataset: Dataset, predictions: Predictions) -> Iterator[FigurePart]:
+    """Write each figure, and yield it."""
     for figure, files in benchmark_figures(dataset, predictions):
         folder.add_own(*(f"{FIGURES}/{figure.stem}.{kind}" for kind in files))
         for kind, content in files.items():
             folder.write(f"{FIGURES}/{figure.stem}.{kind}", partial(write_file, content=content))
-        figures.append(figure)
-    folder.write(PAGE_FILE, lambda path: write_benchmark_page(path, found, figures, table))
-    folder.put_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")
+        yield figure
 
 
 def write_table_4(folder: OutputFolder, table: Table4) -> None:
     """Write the paper's Table IV as CSV, LaTeX and Markdown."""
     for kind, text in table.texts().items():
         folder.put_text(f"{TABLE_4}.{kind}", text)
-
-
-def _fill(table: pl.DataFrame, path: Path) -> None:
-    write_parquet(table, Folder.at(path.parent), path.name, compression="zstd")

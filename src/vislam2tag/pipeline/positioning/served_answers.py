@@ -132,20 +132,13 @@ class ServedAnswers:
         for storey in saved.model.storeys_:
             info = infos.get((storey.building, storey.floor))
             file = None if dataset is None or info is None or info.plan is None else dataset.files.get(info.plan)
-            if info is None or file is None:
-                floors.append(ServedFloor(building=storey.building, floor=storey.floor, plan=None))
-                continue
-            floors.append(
-                ServedFloor(
-                    building=storey.building,
-                    floor=storey.floor,
-                    plan=f"/plans/{len(self.plans)}",
-                    width_m=info.width_m,
-                    height_m=info.height_m,
-                    lower_left_m=info.lower_left_m,
-                )
-            )
-            self.plans.append(Path(file))
+            shown = ServedFloor(building=storey.building, floor=storey.floor, plan=None)
+            if info is not None and file is not None:
+                plan = {"plan": f"/plans/{len(self.plans)}", "lower_left_m": info.lower_left_m}
+                size = {"width_m": info.width_m, "height_m": info.height_m}
+                shown = shown.model_copy(update=plan | size)
+                self.plans.append(Path(file))
+            floors.append(shown)
         self.model = ServedModel(
             model=saved.name,
             dataset=saved.origin.dataset,

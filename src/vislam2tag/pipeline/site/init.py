@@ -190,7 +190,7 @@ def no_scale(path: Path, source: PlanSource) -> str:
         paper = f" ({width:.0f} mm x {height:.0f} mm on paper: --scale 1:100, or as it says, will do)"
     return (
         f"tells no scale{paper}; give --width-m or --height-m or both, two --point, --distance, --scale or --unit-m; "
-        "--measure FILE.html writes a page to click a known distance on"
+        "--click FILE.html writes a page to click a known distance on"
     )
 
 

@@ -90,17 +90,6 @@ class HeldOutErrors:
     def __len__(self) -> int:
         return len(self.error_m)
 
-    @classmethod
-    def joined(cls, parts: list[HeldOutErrors]) -> HeldOutErrors:
-        """Put some after the others; none are no scans."""
-        empty = np.empty(0)
-        return HeldOutErrors(
-            *(
-                np.concatenate([empty, *(getattr(part, name) for part in parts)])
-                for name in ("error_m", "scale_m", "novelty")
-            )
-        )
-
 
 @dataclass(frozen=True)
 class RadiusGrowth:

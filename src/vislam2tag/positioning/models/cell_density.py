@@ -45,7 +45,7 @@ from vislam2tag.positioning.places import (
     usable_validation,
     walk_numbers,
 )
-from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans
+from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, joined_rows
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 
 MOST_COPIES = 1000
@@ -182,18 +182,11 @@ class CellDensity(Positioner):
 
     def _predict(self, scans: RadioScans) -> Positions:
         answer = self.density_.answer(scans)
-        storey = answer.storey_probability.argmax(axis=1)
-        radius_68_m, radius_95_m = self.radii_.radii_m(answer.spread_m, answer.novelty)
-        return Positions(
-            storeys=self.storeys_,
-            storey=storey,
-            xy=answer.blended(self.half_novelty_),
-            z=self.height_m_[storey],
-            storey_probability=answer.storey_probability,
-            radius_68_m=radius_68_m,
-            radius_95_m=radius_95_m,
-            unlike=answer.novelty > self.like_,
-        )
+        probability, novelty = answer.storey_probability, answer.novelty
+        storey, xy = probability.argmax(axis=1), answer.blended(self.half_novelty_)
+        radii_m = self.radii_.radii_m(answer.spread_m, novelty)
+        unlike = novelty > self.like_
+        return Positions(self.storeys_, storey, xy, self.height_m_[storey], probability, *radii_m, unlike)
 
     def remarks(self) -> Sequence[str]:
         """Say how many scans were left out."""
@@ -258,9 +251,8 @@ def _answered(model: DensityModel, labelled: LabelledScans) -> HeldOutAnswers:
 
 
 def _errors(answers: Sequence[HeldOutAnswers], half_novelty: float) -> HeldOutErrors:
-    return HeldOutErrors.joined(
-        [HeldOutErrors(one.error_m(half_novelty), one.answer.spread_m, one.answer.novelty) for one in answers]
-    )
+    errors = [HeldOutErrors(one.error_m(half_novelty), one.answer.spread_m, one.answer.novelty) for one in answers]
+    return joined_rows([HeldOutErrors(*np.empty((3, 0))), *errors])
 
 
 def _half_novelty(familiar: Sequence[HeldOutAnswers], strange: Sequence[HeldOutAnswers]) -> float:

@@ -33,7 +33,6 @@ from vislam2tag.positioning.nearest_scans import (
     SignalDistance,
     VotedPositions,
     Votes,
-    joined_answers,
     median_votes,
 )
 from vislam2tag.positioning.places import (
@@ -47,7 +46,13 @@ from vislam2tag.positioning.places import (
     usable_validation,
     walk_numbers,
 )
-from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented_levels
+from vislam2tag.positioning.radio_scans import (
+    CheckedArrays,
+    RadioScans,
+    Representation,
+    joined_rows,
+    represented_levels,
+)
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 
 EXPONENTS = (1.3, 1.7, 2.2, 2.7)
@@ -191,7 +196,7 @@ class LocalKriging(Positioner):
             further = STOREY_REGRESSION * self._regressed(block) if apart is None else None
             answers.append(median_votes(votes, self._places, further))
         away = np.where(np.isfinite(near.away), near.away, 1.0)
-        return KrigedAnswer(joined_answers(answers), away)
+        return KrigedAnswer(joined_rows(answers), away)
 
     def _regressed(self, scans: RadioScans) -> FloatArray:
         """(n, s) shares of storeys by the regression."""

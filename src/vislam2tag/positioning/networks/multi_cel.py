@@ -6,31 +6,45 @@ Trained on all cells that reach a place, so that a neighbour of the right cell d
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.networks.layers import InputScale, Locator, NetworkAnswer, dense, linear
+from vislam2tag.positioning.networks.layers import Locator, NetworkAnswer, dense, linear
 from vislam2tag.positioning.networks.overlapping_cells import CellCodes, CellLattice, decoded, lattice_over
-from vislam2tag.positioning.networks.positioner import NetworkPositioner
+from vislam2tag.positioning.networks.positioner import NetworkPositioner, NetworkSettings
 from vislam2tag.positioning.places import ScanPlaces
-from vislam2tag.positioning.radio_scans import RadioScans
 
 _SHORTEST_CODE = 1e-3
 """A place nearer to a cell's centre weighs no more than this one."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class MultiCelSettings(NetworkSettings):
+    """Parameters; by default as in the paper's table (other published settings: models/multi_cel.py)."""
+
+    cell_m: float = 10.0
+    """Side of a cell."""
+    overlap: float = 0.3
+    """How far a cell reaches past its side, as a share of the side."""
+    heads: Sequence[int] = (512,)
+    class_weight: float = 1.0
+    """Of its loss, as ``code_weight``."""
+    code_weight: float = 1.0
+
+
 class TwoHeads(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     """A common part, then a head that classifies cells and one that says a code for each."""
 
-    def __init__(self, inputs: int, cells: int, model: MultiCel) -> None:
+    def __init__(self, inputs: int, cells: int, settings: MultiCelSettings) -> None:
         super().__init__()
-        width = model.backbone[-1] if len(model.backbone) else inputs
-        ends = model.heads[-1] if len(model.heads) else width
-        self.backbone = dense(inputs, model.backbone, model.dropout)
-        self.class_head = dense(width, model.heads, model.head_dropout).append(linear(ends, cells))
-        self.code_head = dense(width, model.heads, model.head_dropout).append(linear(ends, 2 * cells))
+        width = settings.backbone[-1] if len(settings.backbone) else inputs
+        ends = settings.heads[-1] if len(settings.heads) else width
+        self.backbone = dense(inputs, settings.backbone, settings.dropout)
+        self.class_head = dense(width, settings.heads, settings.head_dropout).append(linear(ends, cells))
+        self.code_head = dense(width, settings.heads, settings.head_dropout).append(linear(ends, 2 * cells))
 
     def forward(self, inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return logits (n, c) and codes (n, c, 2)."""
@@ -41,9 +55,9 @@ class TwoHeads(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
 class MultiCelLocator(Locator):
     """Decodes the best cell's code; the floor is the cell's."""
 
-    def __init__(self, inputs: int, cells: int, storeys: int, model: MultiCel) -> None:
-        super().__init__(TwoHeads(inputs, cells, model), storeys)
-        self.class_weight, self.code_weight = model.class_weight, model.code_weight
+    def __init__(self, inputs: int, cells: int, storeys: int, settings: MultiCelSettings) -> None:
+        super().__init__(TwoHeads(inputs, cells, settings), storeys)
+        self.class_weight, self.code_weight = settings.class_weight, settings.code_weight
         self.constant("centre_m", torch.zeros(cells, 2))
         self.constant("reach_m", torch.ones(()))
         self.constant("on_storey", torch.zeros(cells, storeys))
@@ -82,60 +96,24 @@ class MultiCelLocator(Locator):
 
 
 class MultiCel(NetworkPositioner):
-    """The model; parameters as in the paper's table by default (other published settings: models/multi_cel.py)."""
+    """The model."""
 
+    kind = MultiCelSettings
+    settings: MultiCelSettings
     lattice_: CellLattice
     """Of the training data; a model that was loaded has none, as its locator knows the cells."""
 
-    def __init__(
-        self,
-        *,
-        cell_m: float = 10.0,
-        overlap: float = 0.3,
-        backbone: Sequence[int] = (512,),
-        heads: Sequence[int] = (512,),
-        dropout: float = 0.5,
-        head_dropout: float = 0.25,
-        class_weight: float = 1.0,
-        code_weight: float = 1.0,
-        input_scale: str = "min-max",
-        epochs: int = 50,
-        batch_size: int = 0,
-        learning_rate: float = 1e-3,
-        weight_decay: float = 0.0,
-        patience: int = 30,
-        validation_share: float = 0.1,
-        seed: int = 0,
-        device: str = "auto",
-    ) -> None:
-        """Take the side of cells and by which share of it they reach further; widths of layers; the losses' weights."""
-        self.cell_m = cell_m
-        self.overlap = overlap
-        self.backbone = backbone
-        self.heads = heads
-        self.dropout = dropout
-        self.head_dropout = head_dropout
-        self.class_weight = class_weight
-        self.code_weight = code_weight
-        self.input_scale = input_scale
-        self.epochs = epochs
-        self.batch_size = batch_size
-        self.learning_rate = learning_rate
-        self.weight_decay = weight_decay
-        self.patience = patience
-        self.validation_share = validation_share
-        self.seed = seed
-        self.device = device
-
-    def _new_locator(self, scans: RadioScans, places: ScanPlaces) -> Locator:
-        self.lattice_ = lattice_over(places, self.cell_m, self.overlap)
-        locator = MultiCelLocator(len(self.access_points_), self.lattice_.count, len(self.storeys_), self)
+    def _new_locator(self, places: ScanPlaces) -> Locator:
+        self.lattice_ = lattice_over(places, self.settings.cell_m, self.settings.overlap)
+        locator = self._locator(self.lattice_.count)
         locator.set_cells(self.lattice_)
-        locator.scaling.fit(scans, InputScale(self.input_scale))
         return locator
 
     def _empty_locator(self, arrays: Mapping[str, FloatArray]) -> Locator:
-        return MultiCelLocator(len(self.access_points_), len(arrays["centre_m"]), len(self.storeys_), self)
+        return self._locator(len(arrays["centre_m"]))
+
+    def _locator(self, cells: int) -> MultiCelLocator:
+        return MultiCelLocator(len(self.access_points_), cells, len(self.storeys_), self.settings)
 
     def _targets(self, places: ScanPlaces) -> Sequence[AnyArray]:
         codes = self.lattice_.codes(places.storey, places.xy)

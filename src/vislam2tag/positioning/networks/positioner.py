@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
@@ -31,6 +31,31 @@ _LARGEST_BATCH, _LEAST_STEPS = 512, 40
 _CHECKED_AT_ONCE = 1024
 
 
+@dataclass(frozen=True, kw_only=True)
+class NetworkSettings:
+    """Parameters that all networks have."""
+
+    backbone: Sequence[int] = (512,)
+    """Widths of layers, as ``heads`` and ``head``."""
+    dropout: float = 0.5
+    head_dropout: float = 0.25
+    input_scale: str = "min-max"
+    epochs: int = 50
+    batch_size: int = 0
+    """0: 32, on a GPU up to 512 with a learning rate to fit (:func:`.batch_for`)."""
+    learning_rate: float = 1e-3
+    weight_decay: float = 0.0
+    """Decoupled from the gradient (AdamW); 0 is Adam."""
+    patience: int = 30
+    """Epochs without a better held-out loss after which training ends."""
+    validation_share: float = 0.1
+    """Share of the training data, drawn at random, that is held out for early stopping and calibration where
+    ``fit`` gets no validation part; at least one scan."""
+    seed: int = 0
+    device: str = "auto"
+    """Where to train: ``auto`` (the GPU where there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
+
+
 @dataclass(frozen=True)
 class TrainingExamples:
     """What a network learns from or is checked with."""
@@ -38,21 +63,6 @@ class TrainingExamples:
     count: int
     losses: Callable[[torch.Tensor], torch.Tensor]
     """From indices (b,) on the network's device to the loss of each of these examples (b,), through the network."""
-
-
-@dataclass(frozen=True)
-class TrainingSchedule:
-    """How long and in which steps to train."""
-
-    epochs: int = 50
-    batch_size: int = PUBLISHED_BATCH
-    learning_rate: float = 1e-3
-    weight_decay: float = 0.0
-    """Decoupled from the gradient (AdamW); 0 is Adam."""
-    patience: int = 30
-    """Epochs without a better held-out loss after which training ends."""
-    seed: int = 0
-    """Of the order of examples."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +79,7 @@ def train(
     network: torch.nn.Module,
     examples: TrainingExamples,
     held_out: TrainingExamples,
-    schedule: TrainingSchedule,
+    settings: NetworkSettings,
     progress: Progress[int] = silent,
 ) -> TrainingHistory:
     """Train the network; it ends with the weights that were best on the held-out examples, in evaluation mode.
@@ -77,19 +87,20 @@ def train(
     Raises DatasetError where the loss is no number any more. Nothing waits for a GPU within an epoch.
     """
     device = next(network.parameters()).device
+    size, faster = batch_for(examples.count, device, settings.batch_size)
     optimiser = torch.optim.AdamW(
         network.parameters(),
-        lr=schedule.learning_rate,
-        weight_decay=schedule.weight_decay,
+        lr=faster * settings.learning_rate,
+        weight_decay=settings.weight_decay,
         fused=device.type == "cuda" or None,
     )
-    order = np.random.default_rng(schedule.seed)
+    order = np.random.default_rng(settings.seed)
     losses: list[float] = []
     best_epoch, best = 0, copy.deepcopy(network.state_dict())
-    for epoch in range(schedule.epochs):
+    for epoch in range(settings.epochs):
         network.train()
         shuffled = torch.from_numpy(order.permutation(examples.count)).to(device)
-        for rows in shuffled.split(schedule.batch_size):
+        for rows in shuffled.split(size):
             optimiser.zero_grad()
             examples.losses(rows).mean().backward()
             optimiser.step()
@@ -98,8 +109,8 @@ def train(
             raise DatasetError(f"the loss grew without bound in epoch {epoch + 1}; lower the learning rate")
         if losses[-1] < min(losses[:-1], default=math.inf):
             best_epoch, best = epoch, copy.deepcopy(network.state_dict())
-        progress(epoch + 1, schedule.epochs)
-        if epoch - best_epoch >= schedule.patience:
+        progress(epoch + 1, settings.epochs)
+        if epoch - best_epoch >= settings.patience:
             break
     network.load_state_dict(best)
     network.eval()
@@ -113,12 +124,16 @@ def _mean_loss(network: torch.nn.Module, examples: TrainingExamples, device: tor
         return sum(float(examples.losses(rows).sum()) for rows in batches) / examples.count
 
 
-def batch_for(count: int, device: torch.device) -> tuple[int, float]:
+def batch_for(count: int, device: torch.device, asked_for: int = 0) -> tuple[int, float]:
     """Return how many of ``count`` examples a step takes, and what to multiply the learning rate by.
+
+    A number that was asked for is kept, with its rate.
 
     A GPU computes a large batch as quickly as a small one, so that it gets 512, but leaves 40 steps an epoch; the rate
     of Adam grows with the root of the batch (Malladi et al. 2022). A processor keeps to the published batches.
     """
+    if asked_for:
+        return asked_for, 1.0
     most = _LARGEST_BATCH if device.type == "cuda" else PUBLISHED_BATCH
     size = max(PUBLISHED_BATCH, min(most, count // _LEAST_STEPS))
     return size, math.sqrt(size / PUBLISHED_BATCH)
@@ -198,30 +213,29 @@ def _between(least: float, most: float) -> str:
 
 
 class NetworkPositioner(Positioner):
-    """A model whose answers come from a :class:`Locator`; parameters that all have are declared here.
+    """A model whose answers come from a :class:`Locator`; its parameters are the fields of its ``kind`` of settings.
 
     A model builds its locator from training data (``_new_locator``) and from saved arrays (``_empty_locator``), and
     says what its loss needs to know of places (``_targets``).
     """
 
-    epochs: int
-    batch_size: int
-    """0: 32, on a GPU up to 512 with a learning rate to fit (:func:`.batch_for`)."""
-    learning_rate: float
-    weight_decay: float
-    patience: int
-    validation_share: float
-    """Share of the training data, drawn at random, that is held out for early stopping and calibration where
-    ``fit`` gets no validation part; at least one scan."""
-    seed: int
-    device: str
-    """Where to train: ``auto`` (the GPU where there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
+    kind: ClassVar[type[NetworkSettings]]
+    settings: NetworkSettings
     locator_: Locator
     history_: TrainingHistory
 
+    def __init__(self, **parameters: Any) -> None:
+        """Take the parameters that differ from the settings' own."""
+        self.settings = self.kind(**parameters)
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Return all parameters, in order of their names."""
+        del deep
+        return dict(sorted(vars(self.settings).items()))
+
     @abstractmethod
-    def _new_locator(self, scans: RadioScans, places: ScanPlaces) -> Locator:
-        """Make an untrained locator for these scans and places."""
+    def _new_locator(self, places: ScanPlaces) -> Locator:
+        """Make an untrained locator for these places."""
 
     @abstractmethod
     def _empty_locator(self, arrays: Mapping[str, FloatArray]) -> Locator:
@@ -233,17 +247,18 @@ class NetworkPositioner(Positioner):
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         refuse_impossible(self.get_params())
-        device = training_device(self.device)
+        device = training_device(self.settings.device)
         learned, held_out = self._parts(scans, places, validation)
-        with repeatable(self.seed, device):
-            locator = self._new_locator(scans, places)
+        with repeatable(self.settings.seed, device):
+            locator = self._new_locator(places)
+            locator.scaling.fit(scans, InputScale(self.settings.input_scale))
             locator.set_heights(places.storey_height_m)
             locator.to(device)
             self.history_ = train(
                 locator.network,
                 self._examples(locator, learned, device),
                 self._examples(locator, held_out, device),
-                self._schedule(len(learned[0]), device),
+                self.settings,
                 self.progress,
             )
             self.locator_ = locator.cpu().double().eval()
@@ -257,8 +272,8 @@ class NetworkPositioner(Positioner):
             taught = np.isin(given[1].storey, places.storey)
             if taught.any():
                 return (scans, places), (given[0][taught], given[1][taught])
-        order = np.random.default_rng(self.seed).permutation(len(scans))
-        count = max(1, round(self.validation_share * len(scans)))
+        order = np.random.default_rng(self.settings.seed).permutation(len(scans))
+        count = max(1, round(self.settings.validation_share * len(scans)))
         held_out, learned = np.sort(order[:count]), np.sort(order[count:])
         if not len(learned):
             learned = held_out
@@ -276,11 +291,6 @@ class NetworkPositioner(Positioner):
 
         return TrainingExamples(len(scans), losses)
 
-    def _schedule(self, count: int, device: torch.device) -> TrainingSchedule:
-        size, faster = (self.batch_size, 1.0) if self.batch_size else batch_for(count, device)
-        rate = faster * self.learning_rate
-        return TrainingSchedule(self.epochs, size, rate, self.weight_decay, self.patience, self.seed)
-
     def _calibrate(self, scans: RadioScans, places: ScanPlaces) -> None:
         """Fit the radii to the errors on held-out scans.
 
@@ -291,7 +301,7 @@ class NetworkPositioner(Positioner):
         locator.calibrate(fitted_radii(np.hypot(*(xy - places.xy).T), spread_m))
 
     def _predict(self, scans: RadioScans) -> Positions:
-        with repeatable(self.seed, torch.device("cpu")):
+        with repeatable(self.settings.seed, torch.device("cpu")):
             found = dict(zip(OUTPUTS, in_batches(scans, self.locator_), strict=True))
         return Positions(storeys=self.storeys_, **found)
 

@@ -6,29 +6,36 @@ Of several buildings each has one more number, 1 for the building and 0 for the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.networks.layers import InputScale, Locator, NetworkAnswer, dense, linear
-from vislam2tag.positioning.networks.positioner import NetworkPositioner
+from vislam2tag.positioning.networks.layers import Locator, NetworkAnswer, dense, linear
+from vislam2tag.positioning.networks.positioner import NetworkPositioner, NetworkSettings
 from vislam2tag.positioning.places import ScanPlaces
-from vislam2tag.positioning.radio_scans import RadioScans
 
 FLOOR_DEVIATION = 0.5
 """Standard deviation of the number that stands for the floor, in floors; for the probabilities of floors only."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class RegressionSettings(NetworkSettings):
+    """Parameters; by default as in the paper's table (other published settings: models/regression_net.py)."""
+
+    head: Sequence[int] = (512,)
+
+
 class RegressionLocator(Locator):
     """Answers with the floor of the likeliest building that is nearest to the third number."""
 
-    def __init__(self, inputs: int, buildings: int, storeys: int, model: RegressionNet) -> None:
-        width = model.backbone[-1] if len(model.backbone) else inputs
-        ends = model.head[-1] if len(model.head) else width
+    def __init__(self, inputs: int, buildings: int, storeys: int, settings: RegressionSettings) -> None:
+        width = settings.backbone[-1] if len(settings.backbone) else inputs
+        ends = settings.head[-1] if len(settings.head) else width
         network = torch.nn.Sequential(
-            *dense(inputs, model.backbone, model.dropout),
-            *dense(width, model.head, model.head_dropout),
+            *dense(inputs, settings.backbone, settings.dropout),
+            *dense(width, settings.head, settings.head_dropout),
             linear(ends, 3 + buildings),
         )
         super().__init__(network, storeys)
@@ -77,55 +84,24 @@ class RegressionLocator(Locator):
 
 
 class RegressionNet(NetworkPositioner):
-    """The model; parameters as in the paper's table by default (other published settings: models/regression_net.py)."""
+    """The model."""
 
+    kind = RegressionSettings
+    settings: RegressionSettings
     buildings_: FloatArray
     """(s, buildings) 1 where a storey is in a building; no column where there is one building."""
 
-    def __init__(
-        self,
-        *,
-        backbone: Sequence[int] = (512,),
-        head: Sequence[int] = (512,),
-        dropout: float = 0.5,
-        head_dropout: float = 0.25,
-        input_scale: str = "min-max",
-        epochs: int = 50,
-        batch_size: int = 0,
-        learning_rate: float = 1e-3,
-        weight_decay: float = 0.0,
-        patience: int = 30,
-        validation_share: float = 0.1,
-        seed: int = 0,
-        device: str = "auto",
-    ) -> None:
-        """Take the widths of layers, whose dropouts differ, and how to train."""
-        self.backbone = backbone
-        self.head = head
-        self.dropout = dropout
-        self.head_dropout = head_dropout
-        self.input_scale = input_scale
-        self.epochs = epochs
-        self.batch_size = batch_size
-        self.learning_rate = learning_rate
-        self.weight_decay = weight_decay
-        self.patience = patience
-        self.validation_share = validation_share
-        self.seed = seed
-        self.device = device
-
-    def _new_locator(self, scans: RadioScans, places: ScanPlaces) -> Locator:
+    def _new_locator(self, places: ScanPlaces) -> Locator:
         self.buildings_ = _buildings(places)
         locator = self._locator(self.buildings_.shape[1])
         locator.set_places(places, self.buildings_)
-        locator.scaling.fit(scans, InputScale(self.input_scale))
         return locator
 
     def _empty_locator(self, arrays: Mapping[str, FloatArray]) -> Locator:
         return self._locator(arrays["in_building"].shape[1])
 
     def _locator(self, buildings: int) -> RegressionLocator:
-        return RegressionLocator(len(self.access_points_), buildings, len(self.storeys_), self)
+        return RegressionLocator(len(self.access_points_), buildings, len(self.storeys_), self.settings)
 
     def _targets(self, places: ScanPlaces) -> Sequence[AnyArray]:
         return _targets(places), self.buildings_[places.storey].astype(np.float32)

@@ -217,7 +217,7 @@ def _candidates(
     places = find_sheet_places(space, corridors, stations, settings, constraints.forbidden)
     fixed_station = _stations_of(space, stations, constraints.fixed)
     if not len(places.station) and not (fixed_station >= 0).any():
-        raise SurveyError("has no wall for a sheet; allow larger sheets (--sheet A1) or fewer forbidden places")
+        raise SurveyError("has no wall for a sheet; allow larger sheets (--paper A1) or fewer forbidden places")
     return FloorCandidates(space, corridors, stations, places, constraints, fixed_station, settings)
 
 

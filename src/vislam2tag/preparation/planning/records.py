@@ -207,7 +207,7 @@ def _unmet(
     if kind == "spacing":
         message = (
             f"from {here} one can walk {length_m:.0f} m without a wall for a sheet; put up a stand there, allow walls "
-            f"or larger sheets (--sheet), or take a --spacing-m above {settings.spacing_m:g} m"
+            f"or larger sheets (--paper), or take a --spacing-m above {settings.spacing_m:g} m"
         )
     elif kind == "turn":
         message = f"between the turns at {here} and {there} there is no wall for a sheet; put up a stand there"
