@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.image import AxesImage
 from matplotlib.patches import Polygon
 
 from tests.datasets.changing import Survey, surveyed, usual_places
@@ -24,11 +25,16 @@ def corridor(building: str = "", counts: tuple[int, ...] = (3, 0, 0, 0, 25)) -> 
     return FloorCoverage(Storey(building, 1), CellGrid((20.0, -4.0), 2.0, 1, 5), {"A": found}, walkable, near, 0)
 
 
+def cells_of(image: AxesImage) -> np.ndarray:
+    """What is painted of five cells, 0 where nothing is."""
+    return np.asarray(np.ma.filled(np.ma.asarray(image.get_array()), 0)).ravel()
+
+
 def test_cells_are_coloured_by_count_gap_and_walk() -> None:
     covered = corridor()
     figure = coverage_map([CoveredFloor("Floor 1", FLOOR, covered, gap_walks(covered))])
     (axes,) = figure.axes
-    near, gap, *classes = (np.ma.filled(np.ma.asarray(image.get_array()), 0).ravel().tolist() for image in axes.images)
+    near, gap, *classes = (cells_of(image).tolist() for image in axes.images)
     assert (near, gap) == ([1, 1, 0, 1, 1], [0, 0, 1, 0, 0])
     assert [classes[2], classes[5]] == [[1, 0, 0, 0, 0], [0, 0, 0, 0, 1]]
     assert tuple(axes.images[0].get_extent()) == (20.0, 30.0, -4.0, -2.0)

@@ -20,7 +20,7 @@ from vislam2tag.studio.outputs import LABELS, WINDOW_POINTS
 _View = TypeVar("_View", bound=FiniteRecord)
 
 
-def seen_as(kind: type[_View], source: object, **more: object) -> _View:
+def seen_as(kind: type[_View], source: object, /, **more: object) -> _View:
     """A record for the page with the fields that it shares with a value, and further ones."""
     shared = {name: getattr(source, name) for name in kind.model_fields if name not in more and hasattr(source, name)}
     return kind.model_validate(shared | more)

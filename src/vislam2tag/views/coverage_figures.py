@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -105,7 +106,7 @@ def walk_layers(walks: Sequence[GapWalk]) -> list[Trace]:
         return []
     name = f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m"
     line = joined(np.round(walk.points_m, 2) for walk in walks)
-    look = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
+    look: dict[str, Any] = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
     return [scatter("lines+markers", name, line, **look)]
 
 

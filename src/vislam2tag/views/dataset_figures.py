@@ -52,7 +52,7 @@ def _numbered(chart: Chart) -> Chart:
     *labelled, missing = chart.layers
     counts = np.sum([layer["x"] for layer in labelled], axis=0)
     ends = (counts + missing["x"]).tolist()
-    wide = _with(chart, written(None, map(str, counts), "middle right") | {"x": ends, "y": missing["y"]})
+    wide = _with(chart, written(None, list(map(str, counts)), "middle right") | {"x": ends, "y": missing["y"]})
     return replace(wide, x=chart.x | {"range": (0, 1.13 * max([*ends, 1]))})
 
 

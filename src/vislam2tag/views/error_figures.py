@@ -130,7 +130,7 @@ STEPS = 5
 
 def landmark_distances(camera: CameraTrack, log: LandmarkLog, visits: Sequence[Visit], radius_m: float) -> Figure:
     """Draw the 3-D distance from the camera to each logged landmark over time, and the visits found within a radius."""
-    time_s = (camera.time_ns - int(camera.time_ns[camera.usable][0])) * 1e-9
+    time_s = np.asarray((camera.time_ns - int(camera.time_ns[camera.usable][0])) * 1e-9, dtype=np.float64)
     end_s = float(time_s[camera.usable][-1])
     layers = []
     for index, name in enumerate(log.ids):

@@ -124,7 +124,7 @@ def curve_layers(curve: ErrorCurve, name: str, colour: str, dash: str = "solid")
         "lines",
         name,
         np.column_stack((curve.error_m, curve.share)).round(5),
-        "%{y:.1%} within %{x:.2f} m",
+        hovertemplate="%{y:.1%} within %{x:.2f} m",
         legendgroup=name,
         line={"color": colour, "width": 2.2, "dash": dash},
     )
@@ -151,7 +151,7 @@ def movement_layer(points: Any, name: str, colour: str, symbol: int, texts: Sequ
     """Mean errors of walks against the movement of their landmarks (n, 2), metres."""
     look = {"color": colour, "size": 8, "symbol": symbol, "opacity": 0.8}
     hover = "%{text}<br>moved %{x:.2f} m, error %{y:.2f} m"
-    return scatter("markers", name, points, hover, text=list(texts), marker=look)
+    return scatter("markers", name, points, text=list(texts), marker=look, hovertemplate=hover)
 
 
 def drift_figure(evaluation: SurveyEvaluation) -> str | None:

@@ -67,7 +67,7 @@ def dots(name: str, xy: Any, colour: Any, size: float = 6.0, symbol: str = "circ
 
 def written(xy: Any, text: Sequence[str], side: str = "middle center", colour: str = "#000000") -> Trace:
     """Texts beside places (n, 2)."""
-    return scatter("text", "", xy, text=list(text), textposition=side, textfont={"color": colour, "size": 12})
+    return scatter("text", "", xy, text=text, textposition=side, textfont={"color": colour, "size": 12})
 
 
 def cells(name: str, x: NDArray[Any], y: NDArray[Any], z: Any, hover: str, **look: Any) -> Trace:

@@ -143,7 +143,7 @@ def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) ->
     known = sigma[np.isfinite(sigma)]
     low, high = (float(np.quantile(known, share)) for share in (0.02, 0.98)) if known.size else (0.0, 1.0)
     bar = {"title": {"text": "label sigma to expect, per axis / m"}}
-    scale = {"colorscale": "viridis", "zmin": low, "zmax": max(high, low + 0.01), "colorbar": bar}
+    scale: dict[str, Any] = {"colorscale": "viridis", "zmin": low, "zmax": max(high, low + 0.01), "colorbar": bar}
     gains = [f"+{number}: {100 * one.gain_m:.2f} cm" for number, one in enumerate(summary.further, start=1)]
     places = [(one.x_m, one.y_m) for one in summary.further]
     layers = [

@@ -131,7 +131,13 @@ def _panel(title: str, maps: FloorMaps, floor: Floor, layer: str, number: int) -
     left, right, low, high = maps.grid.extent_m
     unit = f" / {scale.unit}" if scale.unit else ""
     bar = {"title": {"text": f"{scale.title}{unit}"}}
-    look = {"colorscale": scale.colours, "zmin": scale.low, "zmax": scale.high, "colorbar": bar, "opacity": 0.85}
+    look: dict[str, Any] = {
+        "colorscale": scale.colours,
+        "zmin": scale.low,
+        "zmax": scale.high,
+        "colorbar": bar,
+        "opacity": 0.85,
+    }
     layers = [grid_cells("", maps.grid, getattr(maps, layer)[number], **look)]
     return PlanPanel(title, floor, layers, (np.array([left, low]), np.array([right, high])))
 
