@@ -33,7 +33,7 @@ EVIL = "</script><script>alert(1)</script><!--\"'&amp;"
 
 
 def written(folder: Path, survey: Survey, results: list[SessionResult], settings: Settings | None = None) -> str:
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     out_file = folder / "report.html"
     summary = summarise(results, "local-corrected", "0.1.0")
     write_report(out_file, survey, settings or Settings(), iter(results), summary)
