@@ -71,6 +71,8 @@ def rendered(figure: Figure, kind: str) -> bytes:
 PLAN_PIXELS = 1600
 """Longer side of a plan in print, pixels: 300 dots an inch over most of a page."""
 MARGIN_M = 3.0
+_LETTERS_IN, _KEY_LETTERS = 21.0, 7
+"""Letters of a legend on an inch, and the width of an entry's symbol and gaps in letters."""
 LEAST_ASPECT, GREATEST_ASPECT = 0.3, 1.2
 """Height over width that a panel may have."""
 
@@ -126,8 +128,8 @@ def draw_panels(figure: Figure, axes: Sequence[Axes], panels: Sequence[PlanPanel
             handles, labels = one.get_legend_handles_labels()
             shown.update(dict(zip(labels, handles, strict=True)))
     if shown:
-        columns = min(len(shown), max(2, round(0.7 * figure.get_figwidth())))
-        figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=columns)
+        columns = int(_LETTERS_IN * figure.get_figwidth() / (max(map(len, shown)) + _KEY_LETTERS))
+        figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=max(1, columns))
 
 
 def draw_plan_panel(axes: Axes, panel: PlanPanel) -> Scales:
