@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from matplotlib.patches import Rectangle
+from matplotlib.image import AxesImage
+from matplotlib.patches import Polygon
 
 from tests.datasets.changing import Survey, surveyed, usual_places
 from vislam2tag.core.cell_grid import CellGrid
@@ -12,7 +13,6 @@ from vislam2tag.datasets.coverage import FloorCoverage, gap_walks
 from vislam2tag.datasets.model import Storey
 from vislam2tag.site.model import ControlPoints, Floor
 from vislam2tag.views.coverage_figures import PLACES, ChangedFloor, CoveredFloor, change_map, coverage_map
-from vislam2tag.views.panels import rendered
 
 FLOOR = Floor(1, "first", 30.0, 10.0, None, None, ControlPoints((), np.zeros((0, 2))))
 
@@ -25,16 +25,21 @@ def corridor(building: str = "", counts: tuple[int, ...] = (3, 0, 0, 0, 25)) -> 
     return FloorCoverage(Storey(building, 1), CellGrid((20.0, -4.0), 2.0, 1, 5), {"A": found}, walkable, near, 0)
 
 
+def cells_of(image: AxesImage) -> np.ndarray:
+    """What is painted of five cells, 0 where nothing is."""
+    return np.asarray(np.ma.filled(np.ma.asarray(image.get_array()), 0)).ravel()
+
+
 def test_cells_are_coloured_by_count_gap_and_walk() -> None:
     covered = corridor()
     figure = coverage_map([CoveredFloor("Floor 1", FLOOR, covered, gap_walks(covered))])
     (axes,) = figure.axes
-    kinds, classes = (np.ma.filled(np.ma.asarray(image.get_array()), -1).tolist() for image in axes.images)
-    assert kinds == [[0, 0, 1, 0, 0]]
-    assert classes == [[2, -1, -1, -1, 5]]
+    near, gap, *classes = (cells_of(image).tolist() for image in axes.images)
+    assert (near, gap) == ([1, 1, 0, 1, 1], [0, 0, 1, 0, 0])
+    assert [classes[2], classes[5]] == [[1, 0, 0, 0, 0], [0, 0, 0, 0, 1]]
     assert tuple(axes.images[0].get_extent()) == (20.0, 30.0, -4.0, -2.0)
-    assert axes.get_title("left") == "(a) Floor 1: 80 % covered, one place lacks"
-    assert len(axes.lines) == 2
+    assert axes.get_title("left") == "Floor 1: 80 % covered, one place lacks"
+    assert len(axes.lines) == 1
 
 
 def test_floors_of_a_building_show_the_same_part_and_plan_and_cells_are_whole() -> None:
@@ -49,7 +54,7 @@ def test_floors_of_a_building_show_the_same_part_and_plan_and_cells_are_whole() 
     assert three.get_xlim() == (0, 2)
 
 
-@pytest.mark.parametrize(("counts", "title"), [((1, 1, 1, 1, 1), "(a) F"), ((1, 0, 0, 0, 1), "(a) F: 80 % covered")])
+@pytest.mark.parametrize(("counts", "title"), [((1, 1, 1, 1, 1), "F"), ((1, 0, 0, 0, 1), "F: 80 % covered")])
 def test_a_share_is_told_where_more_is_walkable_than_holds_fingerprints(counts: tuple[int, ...], title: str) -> None:
     (axes,) = coverage_map([CoveredFloor("F", FLOOR, corridor(counts=counts))]).axes
     assert axes.get_title("left") == title
@@ -70,7 +75,7 @@ def floors(*numbers: int) -> list[ChangedFloor]:
 
 def test_each_place_has_the_colour_of_its_change(changes: Changes) -> None:
     (axes,) = change_map(floors(0), changes).axes
-    drawn = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
+    drawn = [patch for patch in axes.patches if isinstance(patch, Polygon)]
     assert len(drawn) == changes.places.height
     colour = to_rgb(PLACES[CHANGED][0])
     changed = sum(np.allclose(patch.get_facecolor()[:3], colour) for patch in drawn)
@@ -79,11 +84,6 @@ def test_each_place_has_the_colour_of_its_change(changes: Changes) -> None:
 
 def test_access_points_are_marked_and_a_move_is_an_arrow(changes: Changes) -> None:
     (axes,) = change_map(floors(0), changes).axes
-    assert sorted(str(line.get_marker()) for line in axes.lines) == ["X", "o"]
-    assert len(axes.texts) == 1
-
-
-def test_equal_changes_give_equal_bytes(changes: Changes) -> None:
-    one, other = (rendered(change_map(floors(0), changes), "svg") for _ in range(2))
-    assert one == other
-    assert b"access point vanished" in one or b"<path" in one
+    moved, *points = axes.lines
+    assert len(np.asarray(moved.get_xydata())) == 6
+    assert sorted(str(line.get_marker()) for line in points) == ["X", "o"]

@@ -16,7 +16,6 @@ from vislam2tag.preparation.planning.floor import FloorDesign, plan_floor
 from vislam2tag.preparation.planning.records import FloorPlanRecord, PlannedLandmark, floor_summary, new_ids
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.site.model import ControlPoints, Floor
-from vislam2tag.views.panels import rendered
 from vislam2tag.views.plan_page import ASIDE_M, SHEET_IN, _sheets, landmark_plan, sigma_figure
 
 
@@ -84,10 +83,3 @@ def test_the_map_shows_the_sigma_and_what_would_gain(design: FloorDesign, summar
     assert np.nanmin(shown) == np.nanmin(design.sigma.sigma_m)
     texts = {text.get_text() for text in axes.texts}
     assert f"+1: {100 * summary.further[0].gain_m:.2f} cm" in texts
-
-
-def test_equal_drawings_have_equal_bytes(design: FloorDesign, summary: FloorPlanRecord) -> None:
-    for kind in ("png", "pdf"):
-        assert rendered(landmark_plan(design, FLOOR, summary), kind) == rendered(
-            landmark_plan(design, FLOOR, summary), kind
-        )

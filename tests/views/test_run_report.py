@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from vislam2tag.quality.evaluation.reliability import CoverageCurve, Reliability
 from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
 from vislam2tag.settings import Settings
 from vislam2tag.site.model import Floor, SessionKey, Survey
-from vislam2tag.views.run_report import FloorView, write_report
+from vislam2tag.views.run_report import floor_view, write_report
 from vislam2tag.views.run_summary import summarise
 from vislam2tag.views.uncertainty import coverage_figure, reliability_figure
 
@@ -32,12 +33,19 @@ EVIL = "</script><script>alert(1)</script><!--\"'&amp;"
 
 
 def written(folder: Path, survey: Survey, results: list[SessionResult], settings: Settings | None = None) -> str:
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     out_file = folder / "report.html"
     summary = summarise(results, "local-corrected", "0.1.0")
     write_report(out_file, survey, settings or Settings(), iter(results), summary)
     assert [path.name for path in folder.iterdir()] == ["report.html"]
     return out_file.read_text(encoding="utf-8")
+
+
+def page_of_one(folder: Path, settings: Settings | None = None, **changes: object) -> str:
+    """The own part of a page about one session, changed."""
+    survey = make_survey(folder, floors=1, sessions=1, plan=False)
+    result = make_result(survey.sessions[0]).model_copy(update=changes)
+    return own_part(written(folder / "out", survey, [result], settings))
 
 
 def test_page_names_every_session_landmark_visit_and_cause(tmp_path: Path) -> None:
@@ -120,9 +128,7 @@ def test_text_of_the_users_stays_text(tmp_path: Path) -> None:
 
 
 def test_broken_bytes_in_a_folder_name_do_not_stop_the_report(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
-    result = make_result(survey.sessions[0]).model_copy(update={"session": "caf\udce9"})
-    assert "caf?" in written(tmp_path / "out", survey, [result])
+    assert "caf?" in page_of_one(tmp_path, session="caf\udce9")
 
 
 def test_an_empty_run_and_a_bare_site_have_a_page(tmp_path: Path) -> None:
@@ -178,10 +184,8 @@ def test_a_hundred_sessions_fit_in_twenty_megabytes(tmp_path: Path) -> None:
 
 
 def test_a_session_without_drawing_still_has_its_row(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
     nothing = Drawing(mapped=[Stretch(status="ok", points=[])], discarded=[], raw=[], wifi=[])
-    result = make_result(survey.sessions[0]).model_copy(update={"drawing": nothing, "visits": [], "readings": {}})
-    assert survey.sessions[0].slug in written(tmp_path / "out", survey, [result])
+    assert '<tbody id="session-' in page_of_one(tmp_path, drawing=nothing, visits=[], readings={})
 
 
 def test_uncertainty_errors_events_and_contradictions_are_told(tmp_path: Path) -> None:
@@ -205,23 +209,17 @@ def test_uncertainty_errors_events_and_contradictions_are_told(tmp_path: Path) -
 
 
 def test_without_truth_the_page_says_so_and_what_to_do(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
-    page = own_part(
-        written(tmp_path / "out", survey, [make_result(survey.sessions[0]).model_copy(update={"errors": None})])
-    )
+    page = page_of_one(tmp_path, errors=None)
     assert "No truth is known for these walks" in page
     assert "<code>vislam2tag check SURVEY</code>" in page
     assert 'class="plot chart"' not in page
 
 
 def test_a_strategy_without_uncertainty_is_told_with_its_errors(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
     errors = reduce_errors(
         "truth.csv", np.array([[3.0, 4.0], [0.0, 1.0]]), np.full((2, 2, 2), np.nan), np.zeros((2, 2, 2))
     )
-    silent: dict[str, object] = {"sigma": None, "errors": errors, "events": [], "contradictions": []}
-    result = make_result(survey.sessions[0]).model_copy(update=silent)
-    page = own_part(written(tmp_path / "out", survey, [result]))
+    page = page_of_one(tmp_path, sigma=None, errors=errors, events=[], contradictions=[])
     assert "The strategy local-corrected states no uncertainty." in page
     assert "on average <b>3.00\u00a0m</b> off" in page
     for absent in ('class="plot chart"', "median sigma", "contradict the rest", "Events of the tracker"):
@@ -229,29 +227,22 @@ def test_a_strategy_without_uncertainty_is_told_with_its_errors(tmp_path: Path) 
 
 
 def test_errors_at_control_points_are_told_to_be_small(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
     for source, told in ((CONTROL_POINTS, True), ("truth.csv", False)):
         errors = reduce_errors(source, np.ones((5, 2)), np.repeat(np.eye(2)[None], 5, axis=0), np.zeros((5, 2, 2)))
-        result = make_result(survey.sessions[0]).model_copy(update={"errors": errors})
-        page = own_part(written(tmp_path / source, survey, [result]))
+        page = page_of_one(tmp_path / source, errors=errors)
         assert f"({source}: 1 session)" in page
         assert ("the nearest control point" in page) is told
 
 
 def test_uncertain_time_is_not_lost_time(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
-    seconds = {"ok": 60.0, "uncertain": 30.0, "gap": 10.0}
-    result = make_result(survey.sessions[0]).model_copy(update={"frame_seconds": seconds})
-    page = own_part(written(tmp_path / "out", survey, [result]))
+    page = page_of_one(tmp_path, frame_seconds={"ok": 60.0, "uncertain": 30.0, "gap": 10.0})
     assert "60\u00a0% of the walked time is labelled with a position, 30\u00a0% more with an uncertain one." in page
     assert "10.0\u00a0s (10\u00a0% of the time) without a position: gap" in page
 
 
 def test_without_a_limit_nothing_is_uncertain_and_the_page_says_why(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
-    result = make_result(survey.sessions[0])
-    result = result.model_copy(update={"sigma": sigma_statistics(np.array([0.2, 3.0]), float("inf"))})
-    page = own_part(written(tmp_path / "o", survey, [result], Settings(labels=LabelSettings(max_sigma_m=float("inf")))))
+    settings = Settings(labels=LabelSettings(max_sigma_m=float("inf")))
+    page = page_of_one(tmp_path, settings, sigma=sigma_statistics(np.array([0.2, 3.0]), float("inf")))
     assert "None is <i>uncertain</i>: no limit is set." in page
 
 
@@ -271,15 +262,15 @@ def test_a_floor_that_walks_only_led_to_has_its_map(tmp_path: Path) -> None:
     )
 
 
-def view_of(survey: Survey, floor: Floor | None = None) -> FloorView:
-    return FloorView(floor or survey.site.floors[0], survey.site.landmarks, iter(()))
+def view_of(survey: Survey, floor: Floor | None = None) -> dict[str, Any]:
+    return floor_view(floor or survey.site.floors[0], survey.site.landmarks, iter(()))
 
 
 def test_a_floor_with_its_plan_needs_no_note(tmp_path: Path) -> None:
     view = view_of(make_survey(tmp_path, floors=1, sessions=1))
-    assert view.notes == []
-    assert "images" in json.loads(view.figure)["layout"]
-    assert view.unplaced == ["7", "8"]
+    assert view["notes"] == []
+    assert "images" in json.loads(view["figure"])["layout"]
+    assert view["unplaced"] == ["7", "8"]
 
 
 @pytest.mark.parametrize("content", [b"", b"<html>", b"\xff\xd8\xff\xe0half a JPEG"])
@@ -289,19 +280,19 @@ def test_a_plan_that_is_no_image_is_said(tmp_path: Path, content: bytes) -> None
     assert plan is not None
     plan.write_bytes(content)
     view = view_of(survey)
-    assert view.notes == ["floorplan.jpg cannot be read as an image: a grid is drawn instead."]
-    assert "images" not in json.loads(view.figure)["layout"]
+    assert view["notes"] == ["floorplan.jpg cannot be read as an image: a grid is drawn instead."]
+    assert "images" not in json.loads(view["figure"])["layout"]
 
 
 def test_a_missing_plan_and_a_plan_of_unknown_size_are_said(tmp_path: Path) -> None:
     survey = make_survey(tmp_path, floors=1, sessions=1)
     floor = survey.site.floors[0]
-    assert view_of(survey, replace(floor, plan=None)).notes == [
+    assert view_of(survey, replace(floor, plan=None))["notes"] == [
         "There is no plan of this floor: a grid is drawn instead."
     ]
     view = view_of(survey, replace(floor, width_m=None))
-    assert view.notes == ["floorplan.jpg is not drawn, as no file gives the floor's size: a grid is drawn instead."]
-    assert "images" not in json.loads(view.figure)["layout"]
+    assert view["notes"] == ["floorplan.jpg is not drawn, as no file gives the floor's size: a grid is drawn instead."]
+    assert "images" not in json.loads(view["figure"])["layout"]
 
 
 def test_surveyed_landmarks_outside_the_plan_are_named(tmp_path: Path) -> None:
@@ -309,7 +300,7 @@ def test_surveyed_landmarks_outside_the_plan_are_named(tmp_path: Path) -> None:
     position = survey.site.landmarks.position_bcs
     for landmark, place in {0: (-38, 5), 2: (5, 43.5), 3: (84.5, -0.5), 6: (-9, 9), 8: (-9, 9)}.items():
         position[landmark] = place
-    (note,) = view_of(survey).notes
+    (note,) = view_of(survey)["notes"]
     assert note == "Surveyed landmarks outside the plan of 84 m x 42 m: 1, 3. Check their positions or its size."
 
 

@@ -35,7 +35,7 @@ def plan(tmp_path: Path) -> Path:
 def test_configuration_shows_plan_ids_and_control_points(plan: Path) -> None:
     empty = floor_with(np.zeros((0, 2)), number=5)
     (axes,) = landmark_configuration(Site((planned_floor(plan), empty), LANDMARKS)).axes
-    assert [text.get_text() for text in axes.texts] == ["7", "9"]
+    assert [text.get_text() for text in axes.texts] == ["a", "7", "9"]
     assert list(axes.images[0].get_extent()) == [0, 20, 0, 10]
     assert axes.get_xlim() == (0, 20)
     assert {line.get_label() for line in axes.lines} == {"landmark", "control point"}

@@ -22,12 +22,13 @@ from vislam2tag.core.status import Status
 from vislam2tag.pipeline.labels.walked_floors import floor_areas
 from vislam2tag.site.floors import read_room_names
 from vislam2tag.site.walkable.walked import Areas, WalkedFloor, WalkedSpace, filling_walk, walked_floor, walked_space
-from vislam2tag.studio.messages import Point
+from vislam2tag.studio.messages import Point, seen_as
 from vislam2tag.studio.outputs import LABELS, Track
 from vislam2tag.studio.receiving.filing import FiledSession
 from vislam2tag.studio.receiving.server import Listener, Receiver
 from vislam2tag.studio.receiving.token import Guard, grouped, new_token
 from vislam2tag.studio.receiving.uploads import Uploads
+from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.work_messages import JobRequest
 from vislam2tag.studio.workspace import Workspace, plan_stamp
 
@@ -87,6 +88,7 @@ _covered: OrderedDict[str, FloorCovered] = OrderedDict()
 _lock = threading.Lock()
 
 
+@endpoint("GET", "/api/covered")
 def covered_floors(workspace: Workspace) -> CoveredFloors:
     """Tell it of each floor with a plan."""
     floors = [floor.number for floor in workspace.now.survey.site.floors if floor.plan is not None]
@@ -156,12 +158,10 @@ def _places(track: Track, floor: int) -> FloatArray:
 
 def _view(record: WalkedFloor) -> Covered:
     walk = record.walk
-    return Covered(
+    return seen_as(
+        Covered,
+        record,
         floor=record.number,
-        note=record.note,
-        walkable_m2=record.walkable_m2,
-        walked=record.walked,
-        scanned=record.scanned,
         never_entered=[area.name for area in record.never_entered],
         minutes_left=None if walk is None else walk.minutes,
         next_m=None if walk is None or not walk.stops_m else walk.stops_m[0],
@@ -222,7 +222,7 @@ class Handover:
         )
 
     def _filed(self, _name: str, filed: FiledSession) -> None:
-        self._received.append(ReceivedSession(path=filed.path, already=filed.already))
+        self._received.append(seen_as(ReceivedSession, filed))
         self._workspace.refresh()
         with suppress(UsageError):  # so many jobs wait that one of them maps this session, too
             self._jobs.submit(JobRequest(kind="process"))

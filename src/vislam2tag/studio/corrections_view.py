@@ -16,85 +16,69 @@ from vislam2tag.pipeline.labels.label_run import kept_faults
 from vislam2tag.pipeline.labels.survey_evidence import thinned
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
-from vislam2tag.site.corrections.edits import (
-    AddEntry,
-    change_text,
-    changed_text,
-    corrections_of,
-    corrections_text,
-    difference,
-    entries_of,
-    save_text,
-)
+from vislam2tag.site.corrections import edits
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.corrections.merging import merged
 from vislam2tag.site.model import Survey
-from vislam2tag.studio.messages import Point
+from vislam2tag.studio import work_messages
+from vislam2tag.studio.messages import Point, seen_as
 from vislam2tag.studio.outputs import LABELS
-from vislam2tag.studio.work_messages import (
-    CorrectionsView,
-    CorrectionTable,
-    CorrectionTables,
-    DiagnosisView,
-    Entry,
-    FaultPlace,
-    FaultView,
-    Preview,
-    PreviewRequest,
-    Undone,
-    UndoRequest,
-)
+from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.workspace import Snapshot, Workspace
 
 
-def corrections_view(workspace: Workspace) -> CorrectionsView:
+@endpoint("GET", "/api/corrections")
+def corrections_view(workspace: Workspace) -> work_messages.CorrectionsView:
     """The file as it is."""
-    text, version = corrections_text(workspace.root)
+    text, version = edits.corrections_text(workspace.root)
     try:
-        survey = workspace.corrected(workspace.now.files, corrections_of(text))
-        return CorrectionsView(version=version, text=text, entries=_entries(text, survey), problem=None)
+        survey = workspace.corrected(workspace.now.files, edits.corrections_of(text))
+        return work_messages.CorrectionsView(version=version, text=text, entries=_entries(text, survey), problem=None)
     except SurveyError as error:
-        return CorrectionsView(version=version, text=text, entries=[], problem=str(error))
+        return work_messages.CorrectionsView(version=version, text=text, entries=[], problem=str(error))
 
 
-def preview(workspace: Workspace, request: PreviewRequest) -> Preview:
+@endpoint("POST", "/api/corrections/preview")
+def preview(workspace: Workspace, body: work_messages.PreviewRequest) -> work_messages.Preview:
     """What changes would make of the file.
 
     Raises SurveyError where it could not be used then, ConflictError where someone else changed the same entries after
     the text that the changes were made from.
     """
     workspace.refresh()
-    saved, version = corrections_text(workspace.root)
-    base = saved if request.base is None else request.base
-    changed = base if request.text is None else request.text
-    if request.changes:
-        changed = changed_text(changed, request.changes)
+    saved, version = edits.corrections_text(workspace.root)
+    base = saved if body.base is None else body.base
+    changed = base if body.text is None else body.text
+    if body.changes:
+        changed = edits.changed_text(changed, body.changes)
     text = merged(base, changed, saved)
-    corrections = corrections_of(text)
+    corrections = edits.corrections_of(text)
     survey = workspace.corrected(workspace.now.files, corrections)
-    return Preview(
+    return work_messages.Preview(
         before=saved,
         text=text,
         version=version,
         entries=_entries(text, survey),
-        lines=difference(saved, text),
+        lines=edits.difference(saved, text),
         touched=workspace.touched(survey, corrections),
     )
 
 
-def saved(workspace: Workspace, text: str, version: str) -> CorrectionsView:
+@endpoint("PUT", "/api/corrections")
+def saved(workspace: Workspace, body: work_messages.CorrectionsText, version: str) -> work_messages.CorrectionsView:
     """Save a text that was made from a version of the file.
 
     Raises ChangedMeanwhileError where the file is another now, SurveyError where the text cannot be used for this
     survey, OutputError where it cannot be written.
     """
-    workspace.corrected(workspace.now.files, corrections_of(text))
-    save_text(workspace.root, text, version)
+    workspace.corrected(workspace.now.files, edits.corrections_of(body.text))
+    edits.save_text(workspace.root, body.text, version.strip('"'))
     workspace.refresh()
     return corrections_view(workspace)
 
 
-def undone(workspace: Workspace, request: UndoRequest) -> Undone:
+@endpoint("POST", "/api/corrections/undo")
+def undone(workspace: Workspace, body: work_messages.UndoRequest) -> work_messages.Undone:
     """Take a saved change back in the file as it is now; all that others changed since then stays.
 
     Raises ConflictError where someone else changed the same entries, SurveyError where the file could not be used then,
@@ -102,38 +86,37 @@ def undone(workspace: Workspace, request: UndoRequest) -> Undone:
     """
 
     def without_change(current: str) -> str:
-        text = merged(request.after, request.before, current)
-        workspace.corrected(workspace.now.files, corrections_of(text))
+        text = merged(body.after, body.before, current)
+        workspace.corrected(workspace.now.files, edits.corrections_of(text))
         return text
 
-    before = change_text(workspace.root, without_change)
+    before = edits.change_text(workspace.root, without_change)
     workspace.refresh()
-    return Undone(before=before, corrections=corrections_view(workspace))
+    return work_messages.Undone(before=before, corrections=corrections_view(workspace))
 
 
-def correction_tables() -> CorrectionTables:
+@endpoint("GET", "/api/corrections/tables")
+def correction_tables() -> work_messages.CorrectionTables:
     """All kinds of corrections with the JSON schemas of their values."""
     tables = []
     for name, field in Corrections.model_fields.items():
         record = field.annotation.__args__[0]  # type: ignore[union-attr]  # each is tuple[KIND, ...]
         schema = TypeAdapter(record).json_schema(by_alias=True)
-        tables.append(CorrectionTable(name=name, summary=inspect.getdoc(record) or "", values=schema))
-    return CorrectionTables(tables=tables)
+        tables.append(work_messages.CorrectionTable(name=name, summary=inspect.getdoc(record) or "", values=schema))
+    return work_messages.CorrectionTables(tables=tables)
 
 
-def _entries(text: str, survey: Survey) -> list[Entry]:
+def _entries(text: str, survey: Survey) -> list[work_messages.Entry]:
     """Entries of a text that is the survey's, with why one has no effect."""
     idle = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
     return [
-        Entry(
-            table=entry.table,
-            number=entry.number,
+        seen_as(
+            work_messages.Entry,
+            entry,
             values={name: _plain(value) for name, value in entry.values.items()},
-            first_line=entry.first_line,
-            last_line=entry.last_line,
             findings=[message for message in idle if message.startswith(f"[[{entry.table}]] number {entry.number} ")],
         )
-        for entry in entries_of(text)
+        for entry in edits.entries_of(text)
     ]
 
 
@@ -150,31 +133,36 @@ class Diagnoses:
         self._workspace = workspace
         self._quick: tuple[str, list[Fault], Judgement] | None = None
 
-    def view(self) -> DiagnosisView:
+    def view(self) -> work_messages.DiagnosisView:
         """The list."""
         version, full = self._workspace.refresh().sessions, self._workspace.diagnosis
         if full is not None and full[1] == version:
-            faults = fault_views(full[0].faults, self._workspace.now)
-            return DiagnosisView(state="full", stale=False, faults=faults, judgement=full[0].judgement)
+            return self._seen("full", full[0].faults, full[0].judgement, stale=False)
         open_before = [] if full is None else self._not_answered(full[0].faults)
         if not self._workspace.outputs[LABELS].stamp():
-            faults = fault_views(open_before, self._workspace.now)
             judgement = _with_open(self._not_looked_at(), open_before)
-            return DiagnosisView(state="none", stale=full is not None, faults=faults, judgement=judgement)
+            return self._seen("none", open_before, judgement, stale=full is not None)
         if self._quick is None or self._quick[0] != version:
             now, folder = self._workspace.now, OutputFolder(self._workspace.out)
             refs = [ref for ref in now.survey.sessions if not now.corrections.excludes(ref.key)]
             results = folder.results(ref.slug for ref in thinned(refs))
             passes = {result.slug: result.passes for result in results if result.passes is not None}
             self._quick = version, *kept_faults(now.survey, refs, passes)
-        faults = fault_views(_together(self._quick[1], open_before), self._workspace.now)
-        judgement = _with_open(self._quick[2], open_before)
-        return DiagnosisView(state="quick", stale=full is not None, faults=faults, judgement=judgement)
+        faults, judgement = _together(self._quick[1], open_before), _with_open(self._quick[2], open_before)
+        return self._seen("quick", faults, judgement, stale=full is not None)
+
+    def _seen(
+        self, state: str, faults: list[Fault], judgement: Judgement, *, stale: bool
+    ) -> work_messages.DiagnosisView:
+        views = fault_views(faults, self._workspace.now)
+        return work_messages.DiagnosisView.model_validate(
+            {"state": state, "stale": stale, "faults": views, "judgement": judgement}
+        )
 
     def _not_answered(self, faults: list[Fault]) -> list[Fault]:
         """Those whose corrections are not all in the file; all of them while the file cannot be read."""
         try:
-            written = tomllib.loads(corrections_text(self._workspace.root)[0])
+            written = tomllib.loads(edits.corrections_text(self._workspace.root)[0])
         except (SurveyError, tomllib.TOMLDecodeError):
             return faults
         return [
@@ -211,7 +199,7 @@ def _together(now: list[Fault], before: list[Fault]) -> list[Fault]:
     return [*now, *(one for one in before if (one.kind, one.floor, *one.landmarks, *one.sessions) not in known)]
 
 
-def fault_views(faults: list[Fault], now: Snapshot) -> list[FaultView]:
+def fault_views(faults: list[Fault], now: Snapshot) -> list[work_messages.FaultView]:
     """Faults in the order of what their corrections bring."""
     places = {
         (floor, name): (float(x), float(y))
@@ -235,19 +223,14 @@ def _order(fault: Fault) -> tuple[float, float, float]:
     return -labelled, -better, -(fault.odds or 0.0)
 
 
-def _fault_view(fault: Fault, places: Mapping[tuple[int, str], Point], now: Snapshot) -> FaultView:
-    return FaultView(
+def _fault_view(fault: Fault, places: Mapping[tuple[int, str], Point], now: Snapshot) -> work_messages.FaultView:
+    return seen_as(
+        work_messages.FaultView,
+        fault,
         id=f"{fault.kind.value}:{fault.floor}:{','.join(fault.landmarks)}:{','.join(fault.sessions)}",
         kind=fault.kind.value,
-        floor=fault.floor,
-        landmarks=fault.landmarks,
         sessions=[now.id_of_key[key] for key in fault.sessions if key in now.id_of_key],
-        summary=fault.summary,
-        evidence=fault.evidence,
-        odds=fault.odds,
-        gain=fault.gain,
-        lines=fault.lines,
-        changes=[AddEntry(table=entry.table, values=_plain_values(entry.values)) for entry in fault.corrections],
+        changes=[edits.AddEntry(table=entry.table, values=_plain_values(entry.values)) for entry in fault.corrections],
         places=_places(fault, places),
     )
 
@@ -261,7 +244,7 @@ def _plain_values(values: Mapping[str, object]) -> dict[str, object]:
     }
 
 
-def _places(fault: Fault, places: Mapping[tuple[int, str], Point]) -> list[FaultPlace]:
+def _places(fault: Fault, places: Mapping[tuple[int, str], Point]) -> list[work_messages.FaultPlace]:
     """Where its landmarks are by the table, and where they are by the walks, where that is told."""
     if fault.floor is None:
         return []
@@ -277,5 +260,5 @@ def _places(fault: Fault, places: Mapping[tuple[int, str], Point]) -> list[Fault
     for name in known:
         x, y = places[fault.floor, name]
         to_x, to_y = to.get(name, (None, None))
-        found.append(FaultPlace(floor=fault.floor, landmark=name, x=x, y=y, to_x=to_x, to_y=to_y))
+        found.append(work_messages.FaultPlace(floor=fault.floor, landmark=name, x=x, y=y, to_x=to_x, to_y=to_y))
     return found

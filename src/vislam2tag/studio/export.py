@@ -40,6 +40,7 @@ from vislam2tag.studio.answers import (
 from vislam2tag.studio.guard import CONTENT_POLICY, PAGE
 from vislam2tag.studio.outputs import FULL, joined
 from vislam2tag.studio.radio import NUMBER, STRONGEST, Radio, made_radio, radio_job
+from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.series import scans_table, series_columns, session_series
 from vislam2tag.studio.session_view import overview
 from vislam2tag.studio.survey_view import plan_png
@@ -270,6 +271,7 @@ def make_page(workspace: Workspace, progress: Progress[str] = silent) -> None:
     export_survey(workspace, beside(workspace.root, SHARED_PAGE), progress=progress)
 
 
+@endpoint("GET", "/api/shared")
 def shared_view(workspace: Workspace) -> SharedView:
     """What lies beside the survey."""
     dataset, page = (beside(workspace.root, name) for name in (DATASET, SHARED_PAGE))

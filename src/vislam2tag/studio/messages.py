@@ -6,7 +6,7 @@ addresses; metres, seconds and radians unless a name says else.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias, TypeVar
 
 from pydantic import Field, field_validator
 
@@ -16,6 +16,15 @@ from vislam2tag.labeling.results import ContradictionMark
 from vislam2tag.sessions.corrected import SAME_TAP_S
 from vislam2tag.site.model import SessionKey
 from vislam2tag.studio.outputs import LABELS, WINDOW_POINTS
+
+_View = TypeVar("_View", bound=FiniteRecord)
+
+
+def seen_as(kind: type[_View], source: object, /, **more: object) -> _View:
+    """A record for the page with the fields that it shares with a value, and further ones."""
+    shared = {name: getattr(source, name) for name in kind.model_fields if name not in more and hasattr(source, name)}
+    return kind.model_validate(shared | more)
+
 
 Point: TypeAlias = tuple[float, float]
 Box: TypeAlias = tuple[float, float, float, float]

@@ -32,19 +32,8 @@ from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
 from vislam2tag.site.walkable.plan_cells import plan_grid
 from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.studio import preparing
 from vislam2tag.studio.layers.walkable import rings_of
-from vislam2tag.studio.preparing import (
-    HeldLandmark,
-    PlanChange,
-    PlannedMark,
-    PlannedView,
-    PlanWish,
-    SheetsView,
-    SheetsWish,
-    Stroke,
-    WallsRequest,
-    WallsView,
-)
 from vislam2tag.studio.workspace import beside, plan_stamp
 
 KEPT = 4
@@ -54,7 +43,7 @@ KEPT = 4
 class _Plan:
     """A floor's plan and what may be changed of it."""
 
-    def __init__(self, root: Path, wish: PlanWish, settings: Settings) -> None:
+    def __init__(self, root: Path, wish: preparing.PlanWish, settings: Settings) -> None:
         """Plan the floor of a survey; raises SurveyError or UsageError as ``vislam2tag plan`` does."""
         site, _ = read_site(root, follow_links=True)
         self.floor: Floor = site.floor(wish.floor)
@@ -69,22 +58,22 @@ class _Plan:
         ids = self.ids(self.fewest, [])
         self.record = floor_summary(design, self.floor.number, self.floor.name, ids)
 
-    def ids(self, count: int, held: list[HeldLandmark]) -> list[str]:
+    def ids(self, count: int, held: list[preparing.HeldLandmark]) -> list[str]:
         """Ids of ``count`` landmarks more than those that are held."""
         return new_ids(count, 1, (*self.taken, *(one.id for one in held)))
 
-    def view(self, number: int, held: list[HeldLandmark]) -> PlannedView:
+    def view(self, number: int, held: list[preparing.HeldLandmark]) -> preparing.PlannedView:
         """What the page shows of the plan with these landmarks."""
         design, place = self.changed.design, _places(held)
         found = self.changed.expectation(place)
         error_m, grid = mean_error_m(found.expected), found.sigma.grid
         cm = np.nan_to_num(np.round(100 * found.sigma.sigma_m), nan=-1).astype(int)
         positions = design.places.position[place].round(3).tolist()
-        return PlannedView(
+        return preparing.PlannedView(
             plan=number,
             floor=self.floor.number,
             landmarks=[
-                PlannedMark(id=one.id, place=one.place, x=x, y=y, sheet=design.places.sheet[one.place])
+                preparing.PlannedMark(id=one.id, place=one.place, x=x, y=y, sheet=design.places.sheet[one.place])
                 for one, (x, y) in zip(held, positions, strict=True)
             ],
             fixed=len(design.constraints.names),
@@ -98,7 +87,7 @@ class _Plan:
             notes=[*(one.message for one in self.record.findings), *(one.message for one in self.record.unmet)],
         )
 
-    def written(self, held: list[HeldLandmark]) -> PlanSummary:
+    def written(self, held: list[preparing.HeldLandmark]) -> PlanSummary:
         """The plan with these landmarks as ``vislam2tag plan`` writes it."""
         design = self.changed.designed(_places(held))
         ids = [one.id for one in held]
@@ -109,25 +98,25 @@ class _Plan:
 _plans: dict[int, _Plan] = {}
 
 
-def _places(held: list[HeldLandmark]) -> IntArray:
+def _places(held: list[preparing.HeldLandmark]) -> IntArray:
     return np.array([one.place for one in held], dtype=np.int64)
 
 
-def make_plan(number: int, root: Path, wish: PlanWish, settings: Settings) -> PlannedView:
+def make_plan(number: int, root: Path, wish: preparing.PlanWish, settings: Settings) -> preparing.PlannedView:
     """Plan a floor, and remember the plan by a number."""
     plan = _Plan(root, wish, settings)
     place = plan.changed.design.place.tolist()
     more = (wish.number or 0) - len(place) - int((plan.changed.design.fixed_station >= 0).sum())
     if more > 0:
         place += plan.changed.further(np.array(place, dtype=np.int64), more)
-    held = [HeldLandmark(id=id, place=at) for id, at in zip(plan.ids(len(place), []), place, strict=True)]
+    held = [preparing.HeldLandmark(id=id, place=at) for id, at in zip(plan.ids(len(place), []), place, strict=True)]
     _plans[number] = plan
     for old in list(_plans)[:-KEPT]:
         del _plans[old]
     return plan.view(number, held)
 
 
-def change_plan(change: PlanChange) -> PlannedView:
+def change_plan(change: preparing.PlanChange) -> preparing.PlannedView:
     """The plan with other landmarks, or one of them moved to or added at the place nearest to a point."""
     plan, held = _plan(change.plan), list(change.landmarks)
     if max((one.place for one in held), default=0) >= len(plan.changed.design.places.station):
@@ -135,13 +124,13 @@ def change_plan(change: PlanChange) -> PlannedView:
     if change.to is not None:
         others = [one for one in held if one.id != change.moved]
         place = plan.changed.nearest_place(np.array(change.to), _places(others))
-        moved = HeldLandmark(id=change.moved or plan.ids(1, held)[0], place=place)
+        moved = preparing.HeldLandmark(id=change.moved or plan.ids(1, held)[0], place=place)
         held = [moved if one.id == change.moved else one for one in held]
         held += [] if change.moved else [moved]
     return plan.view(change.plan, held)
 
 
-def write_plan(change: PlanChange, root: Path) -> int:
+def write_plan(change: preparing.PlanChange, root: Path) -> int:
     """Add the landmarks to the floor's own file; returns how many."""
     summary = _plan(change.plan).written(list(change.landmarks))
     add_to_site(root, summary)
@@ -158,7 +147,7 @@ _last_plan: dict[str, FloorPlan] = {}
 """The plan looked at last, by what tells it."""
 
 
-def corrected_floor(root: Path, request: WallsRequest, settings: WalkableSettings) -> WallsView:
+def corrected_floor(root: Path, request: preparing.WallsRequest, settings: WalkableSettings) -> preparing.WallsView:
     """The floor with its corrections and these strokes over them; with ``write`` they are kept beside its plan.
 
     Raises SurveyError where nothing can be walked then, OutputError where they cannot be written.
@@ -170,7 +159,7 @@ def corrected_floor(root: Path, request: WallsRequest, settings: WalkableSetting
     space = walkable_space(plan, settings, mask)
     if request.write:
         _write(root, f"floor_{floor.number}/{MASK_FILE}", mask)
-    return WallsView(
+    return preparing.WallsView(
         floor=floor.number,
         area_m2=float(space.area.mask.sum()) * space.area.cell_m**2,
         rings=rings_of(space),
@@ -188,7 +177,7 @@ def _plan_of(floor: Floor) -> FloorPlan:
 
 
 def _painted(
-    before: npt.NDArray[np.uint8] | None, plan: FloorPlan, strokes: list[Stroke], settings: WalkableSettings
+    before: npt.NDArray[np.uint8] | None, plan: FloorPlan, strokes: list[preparing.Stroke], settings: WalkableSettings
 ) -> npt.NDArray[np.uint8] | None:
     """A correction (rows, columns, 4) over the plan's extent with strokes painted on it; None where there is none."""
     if before is None and not strokes:
@@ -228,12 +217,12 @@ def sheets_folder(root: Path) -> Path:
     return beside(root, "sheets")
 
 
-def made_sheets(root: Path, wish: SheetsWish, settings: SheetSettings) -> SheetsView:
+def made_sheets(root: Path, wish: preparing.SheetsWish, settings: SheetSettings) -> preparing.SheetsView:
     """Make them; raises what ``vislam2tag sheets`` raises."""
     out = sheets_folder(root)
     options = SheetOptions(root, wish.ids or None, None, wish.tag, settings.model_copy(update={"paper": wish.paper}))
     found = make_sheets(options, out)
-    return SheetsView(folder=str(out), pages=len(found.pages), notes=[one.message for one in found.findings])
+    return preparing.SheetsView(folder=str(out), pages=len(found.pages), notes=[one.message for one in found.findings])
 
 
 def sheets_pdf(root: Path) -> bytes:

@@ -9,7 +9,7 @@ import threading
 from contextlib import ExitStack
 from itertools import count
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -17,12 +17,13 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
-from vislam2tag.preparation.registration.record import Registration, RegistrationSettings
+from vislam2tag.preparation.registration.record import Registration
 from vislam2tag.site.model import portable_name
 from vislam2tag.site.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
 from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.site.site_file import FloorPart, has_site_file, read_site_file
-from vislam2tag.studio.messages import Box, Point
+from vislam2tag.studio.messages import Box, Point, seen_as
+from vislam2tag.studio.routing import Binary, endpoint
 from vislam2tag.studio.workspace import Workspace
 
 Name = Annotated[str, Field(min_length=1, max_length=300)]
@@ -246,20 +247,18 @@ class DroppedFiles:
         return self._files[number]
 
 
-def look(path: Path, source: PlanSource, root: Path) -> PlanLookView:
+PlanPage: TypeAlias = Annotated[int, Field(ge=1)]
+
+
+@endpoint("GET", "/api/prepare/files/{number:short}/look")
+def look(
+    workspace: Workspace, dropped: DroppedFiles, number: int, page: PlanPage = 1, level: str | None = None
+) -> PlanLookView:
     """What a plan shows before it has a scale; raises SurveyError where it cannot be read."""
+    path, source = dropped.path(number), PlanSource(file="plan", page=page, level=level)
     with plan_called(path.name):
         found = look_at_plan(path, source)
-    return PlanLookView(
-        name=path.name,
-        box=found.box,
-        building=found.building,
-        is_picture=found.is_picture,
-        downwards=found.downwards,
-        paper_m=found.paper_m,
-        has_scale=_has_scale(path, source, root),
-        levels=list(found.levels),
-    )
+    return seen_as(PlanLookView, found, name=path.name, has_scale=_has_scale(path, source, workspace.root))
 
 
 def _has_scale(path: Path, source: PlanSource, root: Path) -> bool:
@@ -271,47 +270,51 @@ def _has_scale(path: Path, source: PlanSource, root: Path) -> bool:
     return True
 
 
-def picture_png(path: Path, source: PlanSource) -> bytes:
+@endpoint("GET", "/api/prepare/files/{number:short}/picture")
+def picture(dropped: DroppedFiles, number: int, page: PlanPage = 1, level: str | None = None) -> Binary:
     """The plan between its box as PNG; raises SurveyError where it cannot be drawn."""
+    path, source = dropped.path(number), PlanSource(file="plan", page=page, level=level)
     buffer = io.BytesIO()
     with plan_called(path.name):
         unplaced_picture(path, source, _SIDE_PX).save(buffer, "png")
-    return buffer.getvalue()
+    return Binary(buffer.getvalue(), "image/png")
 
 
-def add_dropped(workspace: Workspace, path: Path, request: FloorRequest) -> AddedFloor:
+@endpoint("POST", "/api/prepare/floors")
+def add_dropped(workspace: Workspace, dropped: DroppedFiles, body: FloorRequest) -> AddedFloor:
     """Make a dropped plan a floor as ``vislam2tag site init`` does; raises what that raises."""
-    if request.part.plan is None:
+    path = dropped.path(body.file)
+    if body.part.plan is None:
         raise UsageError("say how the plan is to be read")
-    asked = request.part.plan.model_copy(update={"file": path.name})
-    source, notes = settled_source(path, asked, whole=request.whole)
-    add_floor(workspace.root, NewFloor(path, request.part.model_copy(update={"plan": source})))
+    asked = body.part.plan.model_copy(update={"file": path.name})
+    source, notes = settled_source(path, asked, whole=body.whole)
+    add_floor(workspace.root, NewFloor(path, body.part.model_copy(update={"plan": source})))
     workspace.refresh()
-    return AddedFloor(floor=request.part.number, notes=notes)
+    return AddedFloor(floor=body.part.number, notes=notes)
 
 
-def registered(
-    root: Path, dropped: DroppedFiles, request: RegisterRequest, settings: RegistrationSettings
-) -> RegistrationView:
+@endpoint("POST", "/api/prepare/positions")
+def registered(workspace: Workspace, dropped: DroppedFiles, body: RegisterRequest) -> RegistrationView:
     """Adjust what the files say, and write it into the site where that is asked for; raises what registering raises."""
     from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
     from vislam2tag.preparation.registration.names import NameRules
 
-    site, floor = floor_of(root, request.floor)
+    site, floor = floor_of(workspace.root, body.floor)
 
     def path(number: int | None) -> Path | None:
         return None if number is None else dropped.path(number)
 
     sources = FloorFiles(
-        stations=[dropped.path(number) for number in request.stations],
-        control=path(request.control),
-        known=request.known,
-        tape=path(request.tape),
-        targets=path(request.targets),
-        clicks=path(request.clicks),
-        rules=NameRules(landmarks=request.landmark_names),
-        free_scale=request.free_scale,
+        stations=[dropped.path(number) for number in body.stations],
+        control=path(body.control),
+        known=body.known,
+        tape=path(body.tape),
+        targets=path(body.targets),
+        clicks=path(body.clicks),
+        rules=NameRules(landmarks=body.landmark_names),
+        free_scale=body.free_scale,
     )
-    found = register(site, floor, sources, settings)
-    written = write_into_site(root, floor, found, replace=request.replace) if request.write else []
-    return RegistrationView(found=found, written=[path.relative_to(root).as_posix() for path in written])
+    found = register(site, floor, sources, workspace.settings.registration)
+    written = write_into_site(workspace.root, floor, found, replace=body.replace) if body.write else []
+    workspace.refresh()
+    return RegistrationView(found=found, written=[path.relative_to(workspace.root).as_posix() for path in written])

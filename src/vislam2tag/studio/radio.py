@@ -21,7 +21,7 @@ from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.datasets.radio_maps import FloorMaps, MapLayer, radio_maps
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.settings import Settings
-from vislam2tag.studio.messages import Box, Point
+from vislam2tag.studio.messages import Box, Point, seen_as
 from vislam2tag.studio.outputs import BEFORE, LABELS
 from vislam2tag.studio.workspace import Workspace
 
@@ -169,11 +169,4 @@ def _point(maps: FloorMaps, number: int) -> RadioPoint:
         cell = np.array(np.unravel_index(int(np.nanargmax(mean)), mean.shape))
         x, y = maps.grid.centres_m(cell[None])[0].tolist()
         place = (round(x, 2), round(y, 2))
-    return RadioPoint(
-        bssid=one.bssid,
-        ssid=one.ssid,
-        readings=one.readings,
-        loudest_dbm=one.loudest_dbm,
-        rms_db=one.errors.rms_db,
-        place_m=place,
-    )
+    return seen_as(RadioPoint, one, rms_db=one.errors.rms_db, place_m=place)

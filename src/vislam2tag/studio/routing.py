@@ -35,8 +35,9 @@ class Endpoint:
     method: str
     path: str
     answer: Callable[..., FiniteRecord | Binary]
-    """Takes the studio, and by name: what stands in the path, ``body`` (a record), ``version`` (the header If-Match),
-    ``content`` (a file in place of JSON), and the parameters of the query, each alone or all as a record ``query``.
+    """Takes by name: parts of the studio (:data:`PARTS`), what stands in the path, ``body`` (a record), ``version``
+    (the header If-Match), ``content`` (a file in place of JSON), and the parameters of the query, each alone or all as
+    a record ``query``.
     """
     status: int
     query: type[FiniteRecord]
@@ -50,13 +51,15 @@ class Endpoint:
 
     def answered(self, studio: object, query: FiniteRecord, asked: dict[str, object]) -> FiniteRecord | Binary:
         """Answer with those of the things asked by name that the function takes."""
-        named = {**asked, **dict(query), "query": query}
+        named = {**vars(studio), **asked, **dict(query), "query": query}
         names = inspect.signature(self.answer).parameters
-        return self.answer(studio, **{name: value for name, value in named.items() if name in names})
+        return self.answer(**{name: value for name, value in named.items() if name in names})
 
 
 ENDPOINTS: list[Endpoint] = []
 """All that can be asked, once ``endpoints`` is imported."""
+PARTS = frozenset(("workspace", "jobs", "diagnoses", "events", "guard", "handover", "dropped", "worker"))
+"""What answers are made of, by name (:class:`.endpoints.Studio`)."""
 
 
 def endpoint(method: str, path: str, status: int = 200) -> Callable[[_Answering], _Answering]:
@@ -76,11 +79,10 @@ def endpoint(method: str, path: str, status: int = 200) -> Callable[[_Answering]
 
 def _query(path: str, function: Callable[..., object], kinds: dict[str, Any]) -> type[FiniteRecord]:
     """Record of a function's parameters that come neither from the path nor from the request's body or headers."""
-    _, *parameters = inspect.signature(function).parameters.values()
-    others = {"body", "version", "content", *re.findall(r"\{(\w+)", path)}
+    others = {"body", "version", "content", *PARTS, *re.findall(r"\{(\w+)", path)}
     fields: dict[str, Any] = {
         one.name: (kinds[one.name], ... if one.default is one.empty else one.default)
-        for one in parameters
+        for one in inspect.signature(function).parameters.values()
         if one.name not in others
     }
     return create_model("Query", __base__=FiniteRecord, **fields)

@@ -16,20 +16,10 @@ from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.site.corrections.file import session_start
 from vislam2tag.site.model import SessionKey
-from vislam2tag.studio import outputs
-from vislam2tag.studio.messages import (
-    Box,
-    DiscardedView,
-    EventView,
-    FileView,
-    SessionDetail,
-    SessionList,
-    SessionView,
-    TapsView,
-    TapView,
-    VisitView,
-)
+from vislam2tag.studio import messages, outputs
+from vislam2tag.studio.messages import seen_as
 from vislam2tag.studio.outputs import Columns
+from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.workspace import Workspace
 
 DRAWN_M = 5.0
@@ -37,43 +27,35 @@ DRAWN_M = 5.0
 _WORST = (Severity.ERROR, Severity.WARNING, Severity.INFO)
 
 
-def session_list(workspace: Workspace) -> SessionList:
+@endpoint("GET", "/api/sessions")
+def session_list(workspace: Workspace) -> messages.SessionList:
     """All sessions in the order of their folders."""
     version = workspace.refresh().sessions
     stale = workspace.stale()
-    return SessionList(version=version, sessions=[_session(workspace, id, stale) for id in workspace.now.ids])
+    return messages.SessionList(version=version, sessions=[_session(workspace, id, stale) for id in workspace.now.ids])
 
 
-def session_detail(workspace: Workspace, id: str) -> SessionDetail:
+@endpoint("GET", "/api/sessions/{id}")
+def session_detail(workspace: Workspace, id: str) -> messages.SessionDetail:
     """Everything of a session but its frames; raises KeyError where there is none of this id."""
     key = workspace.now.refs[id].key
     view, result = _session(workspace, id, workspace.stale()), workspace.result(id)
     if result is None:
-        nothing = {name: list[Any]() for name in SessionDetail.model_fields if name != "session"}
-        return SessionDetail(session=view, **nothing)
+        nothing = {name: list[Any]() for name in messages.SessionDetail.model_fields if name != "session"}
+        return messages.SessionDetail(session=view, **nothing)
     start_ns = workspace.start_ns(id)
-    return SessionDetail(
+    return seen_as(
+        messages.SessionDetail,
+        result,
         session=view,
-        findings=result.findings,
-        corrections=result.corrections,
-        files=[FileView(name=file.name, role=file.role, size_bytes=file.size_bytes) for file in result.files],
-        visits=[
-            VisitView(landmark=visit.landmark, distance_m=visit.distance_m, **_moment(visit, key, start_ns))
-            for visit in result.visits
-        ],
+        files=[seen_as(messages.FileView, file) for file in result.files],
+        visits=[seen_as(messages.VisitView, visit, **_moment(visit, key, start_ns)) for visit in result.visits],
         events=[
-            EventView(
-                kind=event.kind.value,
-                size_m=event.size_m,
-                turn_rad=event.turn_rad,
-                reason=event.reason,
-                **_moment(event, key, start_ns),
-            )
+            seen_as(messages.EventView, event, kind=event.kind.value, **_moment(event, key, start_ns))
             for event in result.events
         ],
-        contradictions=result.contradictions,
         discarded=[
-            DiscardedView(floor=floor, status=stretch.status, points=stretch.points)
+            seen_as(messages.DiscardedView, stretch, floor=floor)
             for floor, drawing in _drawings(result).items()
             for stretch in drawing.discarded
         ],
@@ -87,19 +69,18 @@ def _moment(mark: VisitMark | EventMark, key: SessionKey, start_ns: int) -> dict
     return {"t": (mark.time_ns - start_ns) * 1e-9, "x": x, "y": y, "floor": floor}
 
 
-def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionView:
+def _session(workspace: Workspace, id: str, stale: Collection[str]) -> messages.SessionView:
     now, result = workspace.now, workspace.result(id)
     ref, folder = now.refs[id], now.folder_keys[id]
     start = session_start(folder.session)
-    return SessionView(
+    return seen_as(
+        messages.SessionView,
+        ref,
         index=now.ids.index(id),
         id=id,
-        slug=ref.slug,
         folder=folder,
-        key=ref.key,
         start=start.isoformat() if start else None,
         date=start.date().isoformat() if start else None,
-        format=ref.format,
         excluded=now.corrections.excludes(ref.key),
         stale=id in stale,
         changed=id in workspace.before_slugs,
@@ -146,7 +127,8 @@ def _labels(result: SessionResult) -> dict[str, Any]:
     }
 
 
-def taps(workspace: Workspace, id: str) -> TapsView:
+@endpoint("GET", "/api/sessions/{id}/taps")
+def taps(workspace: Workspace, id: str) -> messages.TapsView:
     """Where a walk was by its fixes, corrected, whether it could be mapped or not.
 
     Raises KeyError where there is no session of this id, SessionError where it cannot be read.
@@ -156,19 +138,19 @@ def taps(workspace: Workspace, id: str) -> TapsView:
         session_task(now.refs[id], now.survey, now.corrections, workspace.settings)
     ).session.camera
     if camera.tracked:
-        return TapsView(taps=None)
+        return messages.TapsView(taps=None)
     if camera.fixes is None:
-        return TapsView(taps=[])
+        return messages.TapsView(taps=[])
     at_s = (camera.fixes.time_ns - camera.time_ns[0]) * 1e-9
     rows = zip(at_s.tolist(), camera.fixes.position_bcs.tolist(), camera.fixes.name, strict=True)
-    return TapsView(taps=[TapView(at_s=round(t, 2), x=x, y=y, name=name) for t, (x, y), name in rows])
+    return messages.TapsView(taps=[messages.TapView(at_s=round(t, 2), x=x, y=y, name=name) for t, (x, y), name in rows])
 
 
 def _drawings(result: SessionResult) -> dict[int, Drawing]:
     return {result.floor: result.drawing, **result.elsewhere}
 
 
-def _box(drawing: Drawing) -> Box | None:
+def _box(drawing: Drawing) -> messages.Box | None:
     points = [point for stretch in drawing.mapped for point in stretch.points]
     if not points:
         return None
@@ -176,7 +158,7 @@ def _box(drawing: Drawing) -> Box | None:
     return left, right, low, high
 
 
-def may_be_within(result: SessionResult | None, floor: int, box: Box) -> bool:
+def may_be_within(result: SessionResult | None, floor: int, box: messages.Box) -> bool:
     """Tell whether a session's walk may lead through a part of a floor, by its thinned path."""
     drawing = _drawings(result).get(floor) if result else None
     around = _box(drawing) if drawing else None

@@ -17,27 +17,19 @@ from vislam2tag.datasets.label_comparison import Labelled, Positions, compare_la
 from vislam2tag.site.corrections.landmarks import corrected_landmarks
 from vislam2tag.site.model import Floor, SessionKey
 from vislam2tag.site.plans.load import plan_picture
-from vislam2tag.studio.messages import (
-    MOST_PIXELS,
-    ControlPointView,
-    EventKindView,
-    FloorView,
-    Frame,
-    LandmarkView,
-    OutputView,
-    StatusView,
-    SurveyView,
-)
+from vislam2tag.studio import messages
+from vislam2tag.studio.messages import Text, seen_as
 from vislam2tag.studio.outputs import BEFORE, Output
+from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.work_messages import ComparisonView
 from vislam2tag.studio.workspace import Workspace, plan_stamp
 
 
-def survey_view(workspace: Workspace) -> SurveyView:
+def survey_view(workspace: Workspace) -> messages.SurveyView:
     """Everything but the sessions."""
     now = workspace.now
     labels = workspace.settings.labels
-    return SurveyView(
+    return messages.SurveyView(
         version=now.version,
         name=workspace.root.resolve().name,
         root=str(workspace.root.resolve()),
@@ -49,20 +41,17 @@ def survey_view(workspace: Workspace) -> SurveyView:
         devices=sorted({ref.key.device for ref in now.survey.sessions}),
         findings=list(now.survey.findings),
         statuses=_statuses(),
-        event_kinds=[
-            EventKindView(kind=kind.value, name=style.name, colour=style.colour, meaning=style.meaning)
-            for kind, style in EVENT_STYLES.items()
-        ],
+        event_kinds=[seen_as(messages.EventKindView, style, kind=kind.value) for kind, style in EVENT_STYLES.items()],
         outputs=[output_view(each) for name, each in workspace.outputs.items() if name != BEFORE],
         strategy=workspace.settings.strategy,
         sigma_limit_m=labels.max_sigma_m if math.isfinite(labels.max_sigma_m) else None,
     )
 
 
-def output_view(output: Output) -> OutputView:
+def output_view(output: Output) -> messages.OutputView:
     """What there is in a folder of labels."""
     sessions = len(list(output.root.glob("sessions/*.json")))
-    return OutputView(
+    return messages.OutputView(
         name=output.name, folder=str(output.root.resolve()), strategy=output.strategy(), sessions=sessions
     )
 
@@ -70,39 +59,34 @@ def output_view(output: Output) -> OutputView:
 def plan_png(floor: Floor, side_px: int) -> bytes:
     """A floor's plan as PNG, its longer side at most so many pixels; raises OSError where it cannot be drawn."""
     buffer = io.BytesIO()
-    plan_picture(floor, min(side_px, MOST_PIXELS)).save(buffer, "png")
+    plan_picture(floor, min(side_px, messages.MOST_PIXELS)).save(buffer, "png")
     return buffer.getvalue()
 
 
-def _floor(floor: Floor) -> FloorView:
+def _floor(floor: Floor) -> messages.FloorView:
     there = floor.plan is not None and floor.extent_m is not None
     frame = floor.site_T_bcs
-    return FloorView(
+    return messages.FloorView(
         number=floor.number,
         name=floor.name,
         elevation_m=floor.elevation_m,
         extent_m=floor.extent_m,
         plan=f"/api/floors/{floor.number}/plan?stamp={plan_stamp(floor)}" if there else None,
-        site_T_bcs=Frame(rotation_rad=frame.rotation_rad, shift_m=(frame.b.real, frame.b.imag)),
+        site_T_bcs=messages.Frame(rotation_rad=frame.rotation_rad, shift_m=(frame.b.real, frame.b.imag)),
     )
 
 
-def _statuses() -> list[StatusView]:
+def _statuses() -> list[messages.StatusView]:
     codes = {status.label: status for status in Status}
+    placed = has_position(np.array(list(codes.values()))).tolist()
+    there = dict(zip(codes, placed, strict=True))
     return [
-        StatusView(
-            code=int(codes[label]),
-            label=label,
-            name=style.name,
-            colour=style.colour,
-            meaning=style.meaning,
-            has_position=bool(has_position(np.array([codes[label]]))[0]),
-        )
+        seen_as(messages.StatusView, style, code=int(codes[label]), has_position=there[label])
         for label, style in STATUS_STYLES.items()
     ]
 
 
-def _landmarks(workspace: Workspace) -> list[LandmarkView]:
+def _landmarks(workspace: Workspace) -> list[messages.LandmarkView]:
     marks, used = workspace.now.files.site.landmarks, workspace.now.survey.site.landmarks
     corrected = _corrected_places(workspace, marks)
     seen = _seen_in(workspace)
@@ -113,7 +97,7 @@ def _landmarks(workspace: Workspace) -> list[LandmarkView]:
         moved = after is not None and bool(np.isfinite(after).all()) and not np.array_equal(before, after)
         variance = float(marks.covariance_bcs[i].trace()) / 2
         views.append(
-            LandmarkView(
+            messages.LandmarkView(
                 id=name,
                 floor=floor,
                 x=_known(before[0]),
@@ -150,7 +134,7 @@ def _seen_in(workspace: Workspace) -> Counter[tuple[int, str]]:
     return seen
 
 
-def _control_points(workspace: Workspace) -> list[ControlPointView]:
+def _control_points(workspace: Workspace) -> list[messages.ControlPointView]:
     corrected = {floor.number: floor.control_points for floor in workspace.now.survey.site.floors}
     views = []
     for floor in workspace.now.files.site.floors:
@@ -160,7 +144,9 @@ def _control_points(workspace: Workspace) -> list[ControlPointView]:
             to_x, to_y = moved[i].tolist()
             source = points.source[i] if points.source else ""
             place = None if (to_x, to_y) == (x, y) else (to_x, to_y)
-            views.append(ControlPointView(id=name, floor=floor.number, x=x, y=y, source=source, corrected=place))
+            views.append(
+                messages.ControlPointView(id=name, floor=floor.number, x=x, y=y, source=source, corrected=place)
+            )
     return views
 
 
@@ -168,18 +154,13 @@ def _known(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def comparison(workspace: Workspace, a: str, b: str) -> ComparisonView:
+@endpoint("GET", "/api/compare")
+def comparison(workspace: Workspace, a: Text, b: Text) -> ComparisonView:
     """Compare two outputs by their names; raises KeyError where there is none of a name."""
     first, second = workspace.outputs[a], workspace.outputs[b]
     pairs = ((id, _labelled(workspace, id, a), _labelled(workspace, id, b)) for id in workspace.now.ids)
     found = compare_labels((pair for pair in pairs if any(pair[1:])), first.settings(), second.settings())
-    return ComparisonView(
-        a=output_view(first),
-        b=output_view(second),
-        sessions=found.sessions,
-        totals=found.totals,
-        settings=found.settings,
-    )
+    return ComparisonView(a=output_view(first), b=output_view(second), **dict(found))
 
 
 def _labelled(workspace: Workspace, id: str, output: str) -> Labelled | None:

@@ -15,7 +15,19 @@ from vislam2tag.quality.self_check_record import BadLandmark, Fault, FloorCheck,
 from vislam2tag.site.model import Survey
 from vislam2tag.site.walkable.walked import WalkedSpace
 from vislam2tag.views.floor_map import drawn_plan, site_figure, walk_to_fill
-from vislam2tag.views.layers import BLUE, GREEN, ORANGE, RED, Trace, arrows, cells, colour_bar, plotly_text, scatter
+from vislam2tag.views.layers import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    RED,
+    Trace,
+    arrows,
+    cells,
+    colour_bar,
+    one_colour,
+    plotly_text,
+    scatter,
+)
 from vislam2tag.views.page import write_page
 
 FAULTS = {
@@ -90,10 +102,10 @@ def _unwalked(space: WalkedSpace) -> Trace:
     step_m = _SHADED_STEPS * space.distances.step_m
     missing = space.places_m[~space.walked]
     shaded = np.unique(np.floor(missing / step_m).astype(np.int64), axis=0).reshape(-1, 2)
-    look = {"colorscale": [[0, ORANGE], [1, ORANGE]], "showscale": False, "opacity": 0.45}
     name = "walkable, but not walked"
     values = dict.fromkeys(((column, row) for column, row in shaded.tolist()), 1)
-    return _squares(name, values, step_m, name, showlegend=len(shaded) > 0, **look)
+    look = one_colour(ORANGE) | {"opacity": 0.45, "showlegend": len(shaded) > 0}
+    return _squares(name, values, step_m, name, **look)
 
 
 def _squares(name: str, values: Mapping[Cell, float], side_m: float, hover: str, **look: Any) -> Trace:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import polars as pl
 from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, to_hex
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
 
-from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.datasets.changes import (
     APPEARED,
@@ -29,13 +26,26 @@ from vislam2tag.datasets.changes import (
     Changes,
 )
 from vislam2tag.datasets.coverage import FloorCoverage, GapWalk
+from vislam2tag.datasets.model import Storey
 from vislam2tag.site.model import Floor
-from vislam2tag.views.panels import Extent, draw_cells, floor_panels, print_quality
+from vislam2tag.views.layers import (
+    ORANGE,
+    VERMILION,
+    Trace,
+    area,
+    arrows,
+    dots,
+    grid_cells,
+    joined,
+    one_colour,
+    scatter,
+)
+from vislam2tag.views.panels import Extent, PlanPanel, extent_over, printed
 
 CLASSES = (1, 2, 3, 6, 11, 21)
 """Least number of fingerprints of each colour."""
 COLOURS = [to_hex(colour) for colour in colormaps["YlGnBu"](np.linspace(0.35, 1.0, len(CLASSES)))]
-COVERED, GAP, WALK = "#dde7ee", "#e69f00", "#d55e00"
+COVERED = "#dde7ee"
 
 
 @dataclass(frozen=True)
@@ -48,45 +58,56 @@ class CoveredFloor:
     walks: Sequence[GapWalk] = ()
 
 
-@print_quality
 def coverage_map(floors: Sequence[CoveredFloor]) -> Figure:
     """Draw the fingerprints a cell on each floor's plan, walkable cells near none, and the walks that fill them."""
-    extents = [
-        _extent([other for other in floors if other.coverage.storey.building == floor.coverage.storey.building])
-        for floor in floors
-    ]
-    titles = [_title(floor) for floor in floors]
-    figure, axes = floor_panels([floor.floor for floor in floors], extents, titles, extra_in=0.5)
-    for one, floor in zip(axes, floors, strict=True):
-        _draw_cells(one, floor.coverage)
-        for walk in floor.walks:
-            one.plot(*walk.points_m.T, color=WALK, linewidth=1.1, zorder=5)
-            one.plot(*walk.points_m[0], "o", color=WALK, markeredgecolor="white", markersize=4, zorder=6)
-    _explain(figure, walks=any(floor.walks for floor in floors))
-    return figure
+    return printed(
+        [
+            PlanPanel(
+                _title(floor),
+                floor.floor,
+                [*_cells(floor.coverage), *walk_layers(floor.walks)],
+                _extent([one for one in floors if one.coverage.storey.building == floor.coverage.storey.building]),
+            )
+            for floor in floors
+        ],
+        extra_in=0.7,
+    )
 
 
 def _extent(floors: Sequence[CoveredFloor]) -> Extent:
     """Lower left and upper right corner of the plans and cells of a building, so that its floors can be compared."""
-    corners = []
-    for floor in floors:
-        left, right, low, high = floor.coverage.grid.extent_m
-        corners += [(left, low), (right, high)]
-        corners += floor.floor.corners_m.tolist()
-    return np.min(corners, axis=0), np.max(corners, axis=0)
+    return extent_over(*(corners for one in floors for corners in (_corners(one.coverage.grid), one.floor.corners_m)))
 
 
-def _draw_cells(axes: Axes, coverage: FloorCoverage) -> None:
-    kind = np.where(coverage.gaps, 1, np.where(coverage.walkable, 0, -1))
-    _lay(axes, kind, coverage.grid, (COVERED, GAP), zorder=1)
-    _lay(axes, np.searchsorted(CLASSES, coverage.total, side="right") - 1, coverage.grid, COLOURS, zorder=2)
+def _corners(grid: CellGrid) -> list[tuple[float, float]]:
+    left, right, low, high = grid.extent_m
+    return [(left, low), (right, high)]
 
 
-def _lay(axes: Axes, kind: IntArray, grid: CellGrid, colours: Sequence[str], zorder: int) -> None:
-    """Paint each cell with the colour of its kind (rows, columns); those below zero stay clear."""
-    scale = {"cmap": ListedColormap(colours), "vmin": 0, "vmax": len(colours) - 1}
-    shown = np.ma.masked_less(kind, 0)
-    draw_cells(axes, shown, grid.extent_m, zorder, interpolation="nearest", alpha=0.85, **scale)
+def _cells(coverage: FloorCoverage) -> Iterator[Trace]:
+    """Cells near a fingerprint, cells near none, and those with fingerprints by their number."""
+    classes = np.searchsorted(CLASSES, coverage.total, side="right") - 1
+    names = [f"{low}" if high - low == 1 else f"{low} to {high - 1}" for low, high in pairwise(CLASSES)]
+    kinds = [
+        ("walkable, a fingerprint is near", coverage.walkable & ~coverage.gaps, COVERED),
+        ("walkable, none is near", coverage.gaps, ORANGE),
+        *(
+            (f"fingerprints a cell: {name}", classes == number, COLOURS[number])
+            for number, name in enumerate([*names, f"over {CLASSES[-1] - 1}"])
+        ),
+    ]
+    for name, mask, colour in kinds:
+        yield grid_cells(name, coverage.grid, np.where(mask, 1.0, np.nan), opacity=0.85, **one_colour(colour))
+
+
+def walk_layers(walks: Sequence[GapWalk]) -> list[Trace]:
+    """The walks that fill gaps as one line with breaks, and their stops; a walk of one stop is a point."""
+    if not walks:
+        return []
+    name = f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m"
+    line = joined(np.round(walk.points_m, 2) for walk in walks)
+    look: dict[str, Any] = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
+    return [scatter("lines+markers", name, line, **look)]
 
 
 def _title(floor: CoveredFloor) -> str:
@@ -100,23 +121,9 @@ def _title(floor: CoveredFloor) -> str:
     return f"{floor.title}: {100 * coverage.share:.0f} % covered{walks}"
 
 
-def _explain(figure: Figure, *, walks: bool) -> None:
-    last = f"over {CLASSES[-1] - 1}"
-    names = [f"{low}" if high - low == 1 else f"{low} to {high - 1}" for low, high in pairwise(CLASSES)]
-    counts = [Patch(color=colour, label=name) for colour, name in zip(COLOURS, [*names, last], strict=True)]
-    figure.legend(handles=counts[::-1], title="fingerprints\na cell", loc="outside right upper", title_fontsize=6)
-    handles: list[Patch | Line2D] = [
-        Patch(color=COVERED, label="walkable, a fingerprint is near"),
-        Patch(color=GAP, label="walkable, none is near"),
-    ]
-    if walks:
-        handles.append(Line2D([], [], color=WALK, marker="o", markersize=3.5, label="walk that fills the gaps"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=3)
-
-
 PLACES = {
-    CHANGED: ("#d55e00", "RSSI changed (the fuller, the more)"),
-    OUTDATED: ("#e69f00", "not walked again, heard what changed"),
+    CHANGED: (VERMILION, "RSSI changed (the fuller, the more)"),
+    OUTDATED: (ORANGE, "not walked again, heard what changed"),
     UNCHANGED: ("#a6cee3", "unchanged"),
     NEW: ("#009e73", "walked for the first time"),
     NOT_WALKED: ("#dddddd", "not walked again"),
@@ -124,7 +131,7 @@ PLACES = {
 """Colour and name of each kind of place."""
 FULL_DB = 10.0
 """Root mean square change that fills a place."""
-POINTS = {APPEARED: "P", VANISHED: "X", MOVED: "o"}
+POINTS = {APPEARED: "cross", VANISHED: "x", MOVED: "circle"}
 """Marker of each kind of access point that changed."""
 
 
@@ -137,58 +144,44 @@ class ChangedFloor:
     floor: Floor
 
 
-@print_quality
 def change_map(floors: Sequence[ChangedFloor], changes: Changes) -> Figure:
     """Draw each floor's places by how they changed, the access points that changed, and where those went that moved."""
-    extents = [_extent_of_changes(floor, changes) for floor in floors]
-    titles = [floor.title for floor in floors]
-    figure, axes = floor_panels([floor.floor for floor in floors], extents, titles, extra_in=0.5)
-    for one, floor in zip(axes, floors, strict=True):
-        _draw_places(one, _on(changes, floor), changes.cell_m)
-        _draw_points(one, changes.access_points, floor.floor.number)
-    _explain_changes(figure)
-    return figure
+    panels = []
+    half_m = changes.cell_m / 2
+    for one in floors:
+        own = (pl.col("building").fill_null("") == one.building) & (pl.col("floor") == one.floor.number)
+        places = changes.places.filter(own)
+        centres = places.select("x", "y").to_numpy()
+        extent = extent_over(centres - half_m, centres + half_m, one.floor.corners_m)
+        layers = [*_places(places, half_m), *_points(changes.access_points, one.floor.number)]
+        panels.append(PlanPanel(one.title, one.floor, layers, extent))
+    return printed(panels, extra_in=0.7)
 
 
-def _on(changes: Changes, floor: ChangedFloor) -> pl.DataFrame:
-    own = (pl.col("building").fill_null("") == floor.building) & (pl.col("floor") == floor.floor.number)
-    return changes.places.filter(own)
-
-
-def _extent_of_changes(floor: ChangedFloor, changes: Changes) -> Extent:
-    centres = _on(changes, floor).select("x", "y").to_numpy()
-    corners = [centres - changes.cell_m / 2, centres + changes.cell_m / 2]
-    every = np.concatenate((*corners, floor.floor.corners_m))
-    return every.min(axis=0), every.max(axis=0)
-
-
-def _draw_places(axes: Axes, places: pl.DataFrame, cell_m: float) -> None:
+def _places(places: pl.DataFrame, half_m: float) -> Iterator[Trace]:
+    corners = half_m * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     for x, y, change, size_db in places.select("x", "y", "change", "size_db").iter_rows():
-        corner = (x - cell_m / 2, y - cell_m / 2)
-        alpha = min(1.0, 0.15 + size_db / FULL_DB) if change == CHANGED else 0.6
-        axes.add_patch(Rectangle(corner, cell_m, cell_m, color=PLACES[change][0], alpha=alpha, linewidth=0, zorder=2))
+        colour, name = PLACES[change]
+        opacity = min(1.0, 0.15 + size_db / FULL_DB) if change == CHANGED else 0.6
+        yield area(name, corners + np.array((x, y)), colour, opacity)
 
 
-def _draw_points(axes: Axes, points: pl.DataFrame, number: int) -> None:
-    for row in points.filter(pl.col("change").is_in(list(POINTS))).iter_rows(named=True):
-        old, new = ((row[f"{survey}_x"], row[f"{survey}_y"]) for survey in ("base", "later"))
-        change = row["change"]
-        if change == MOVED and row["base_floor"] == row["later_floor"] == number:
-            axes.annotate("", new, old, arrowprops={"arrowstyle": "->", "linewidth": 0.8}, zorder=5)
-        if change != APPEARED and row["base_floor"] == number:
-            _mark(axes, old, change)
-        if change == APPEARED and row["later_floor"] == number:
-            _mark(axes, new, change)
+def _points(points: pl.DataFrame, number: int) -> Iterator[Trace]:
+    """Access points where the earlier survey has them, new ones where the later has them, and ways of moved ones."""
+    here = points.with_columns(pl.col("base_floor", "later_floor") == number)
+    moved = here.filter((pl.col("change") == MOVED) & pl.col("base_floor") & pl.col("later_floor"))
+    ways = moved.select("base_x", "base_y", "later_x", "later_y").to_numpy().reshape(-1, 2, 2)
+    yield arrows(
+        "moved", "#000000", 2, [(tuple(old), tuple(new - old), "", "") for old, new in ways], 0.03, showlegend=False
+    )
+    for change, symbol in POINTS.items():
+        survey = "later" if change == APPEARED else "base"
+        own = here.filter((pl.col("change") == change) & pl.col(f"{survey}_floor"))
+        places = own.select(f"{survey}_x", f"{survey}_y").to_numpy()
+        yield dots(f"access point {change}", places, "#000000", 12, symbol, edge={"color": "white", "width": 1})
 
 
-def _mark(axes: Axes, at: tuple[float, float], change: str) -> None:
-    axes.plot(*at, POINTS[change], color="black", markersize=5, markeredgecolor="white", markeredgewidth=0.5, zorder=6)
-
-
-def _explain_changes(figure: Figure) -> None:
-    handles: list[Patch | Line2D] = [Patch(color=colour, alpha=0.6, label=name) for colour, name in PLACES.values()]
-    handles += [
-        Line2D([], [], color="black", marker=marker, markersize=4, linestyle="", label=f"access point {change}")
-        for change, marker in POINTS.items()
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+def storey_title(storey: Storey) -> str:
+    """Building and number of a floor as a heading."""
+    building, number = storey
+    return f"{building}, floor {number}" if building else f"Floor {number}"

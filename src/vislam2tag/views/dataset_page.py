@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from itertools import cycle
 from types import MappingProxyType
 from typing import Any
@@ -14,16 +13,26 @@ from plotly.colors import qualitative
 
 from vislam2tag import __version__
 from vislam2tag.core.status import Status
-from vislam2tag.datasets.coverage import FloorCoverage, GapWalk, coverage, gap_walks
+from vislam2tag.datasets.coverage import FloorCoverage, coverage, floor_record, gap_walks
 from vislam2tag.datasets.leakage import ALL_FOLDS, SplitLeakage, leakage
 from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.datasets.statistics_record import UNKNOWN, DatasetStatistics, Table3
 from vislam2tag.site.walkable.walked import WalkedFloor
-from vislam2tag.views.dataset_charts import charts
-from vislam2tag.views.dataset_figures import PALETTE, colours_of
+from vislam2tag.views.coverage_figures import storey_title, walk_layers
+from vislam2tag.views.dataset_charts import charts, colours_of
 from vislam2tag.views.floor_map import drawn_plan, map_figure, walk_to_fill
-from vislam2tag.views.layers import GREY, ORANGE, VERMILION, Trace, cells, colour_bar, plotly_text, scatter
+from vislam2tag.views.layers import (
+    GREY,
+    ORANGE,
+    PALETTE,
+    Trace,
+    colour_bar,
+    grid_cells,
+    one_colour,
+    plotly_text,
+    scatter,
+)
 from vislam2tag.views.page import page_text
 
 MOST_SESSIONS = 300
@@ -93,66 +102,16 @@ MOST_POINTS = 1500
 _CELL_AREA = "counts"
 
 
-@dataclass(frozen=True)
-class FloorMap:
-    """One floor of the page."""
-
-    anchor: str
-    title: str
-    note: str
-    """Why there is no plan, and what is not drawn; empty where all is."""
-    figure: str
-    """Plotly's JSON."""
-    coverage: FloorCoverage
-    walks: Sequence[GapWalk]
-    fingerprints: int
-    walked: WalkedFloor | None
-    """What of the plan's walkable space was walked; None where the survey that tells is not at hand."""
-
-    @property
-    def by_plan(self) -> bool:
-        """Whether coverage is measured against the plan."""
-        return self.walked is not None and not self.walked.note
-
-    @property
-    def walkable_m2(self) -> float:
-        """Area of the walkable cells."""
-        return float(self.coverage.walkable.sum()) * self.coverage.grid.cell_m**2
-
-    @property
-    def gap_m2(self) -> float:
-        """Area of the cells near no fingerprint."""
-        return float(self.coverage.gaps.sum()) * self.coverage.grid.cell_m**2
-
-    @property
-    def share(self) -> float | None:
-        """Share of the walkable cells with a fingerprint near; None where only fingerprints tell what is walkable."""
-        return self.coverage.share if self.coverage.tells else None
-
-    @property
-    def stops(self) -> int:
-        """Places at which the walks fill gaps."""
-        return sum(len(walk.stops_m) for walk in self.walks)
-
-    @property
-    def walk_m(self) -> float:
-        """Length of the walks that fill the gaps."""
-        return sum(walk.length_m for walk in self.walks)
-
-    @property
-    def walk_s(self) -> float:
-        """What they take."""
-        return 60 * sum(walk.minutes() for walk in self.walks)
-
-
 def floor_map(
     dataset: Dataset,
     technology: str,
     coverage: FloorCoverage,
     colours: dict[str, str],
     walked: WalkedFloor | None = None,
-) -> FloorMap:
+) -> dict[str, Any]:
     """Draw one floor; ``colours`` by device, grey where a device has none.
+
+    ``note`` says why there is no plan, and what is not drawn; ``walked`` is None where the survey is not at hand.
 
     The walk that fills the rest is that of the plan where ``walked`` measured it, else one over the cells that walks
     touched.
@@ -162,23 +121,23 @@ def floor_map(
     plan, note = drawn_plan(floor)
     walks = gap_walks(coverage)
     points, labelled = _labelled_points(dataset, technology, coverage)
-    ways = _walks(walks) if walked is None or walked.note else walk_to_fill(walked)
+    ways = walk_layers(walks) if walked is None or walked.note else walk_to_fill(walked)
     traces = [_cells(coverage), _gaps(coverage), *_fingerprints(points, colours), *ways]
     left, right, low, high = coverage.grid.extent_m
     shown = np.array([(left, low), (right, high), *(floor.corners_m if plan else ())])
     colour_axis = {"colorscale": "Viridis", "showscale": False, "colorbar": colour_bar("")}
     left_out = f"{len(points)} of {labelled} fingerprints are drawn as points." if len(points) < labelled else ""
     far = f"{coverage.far} fingerprints lie too far away to be drawn." if coverage.far else ""
-    return FloorMap(
-        anchor=f"floor-{building}-{number}" if building else f"floor-{number}",
-        title=f"{building}, floor {number}" if building else f"Floor {number}",
-        note=" ".join(text for text in (note, left_out, far) if text),
-        figure=map_figure(floor, plan, traces, shown, coloraxis=colour_axis),
-        coverage=coverage,
-        walks=walks,
-        fingerprints=labelled,
-        walked=walked,
-    )
+    return {
+        "anchor": f"floor-{building}-{number}" if building else f"floor-{number}",
+        "title": storey_title(coverage.storey),
+        "note": " ".join(text for text in (note, left_out, far) if text),
+        "figure": map_figure(floor, plan, traces, shown, coloraxis=colour_axis),
+        "record": floor_record(coverage, walks),
+        "fingerprints": labelled,
+        "walked": walked,
+        "by_plan": walked is not None and not walked.note,
+    }
 
 
 def _labelled_points(dataset: Dataset, technology: str, coverage: FloorCoverage) -> tuple[pl.DataFrame, int]:
@@ -220,34 +179,14 @@ def _cells(coverage: FloorCoverage) -> Trace:
     """Fingerprints a cell, as a heat map."""
     counts = [[value or None for value in row] for row in coverage.total.tolist()]
     look = {"colorscale": "YlGnBu", "zmin": 0, "visible": False, "colorbar": colour_bar("fingerprints a cell")}
-    return _grid(coverage, "fingerprints a cell", counts, "%{z} fingerprints", meta=_CELL_AREA, **look)
+    return grid_cells(
+        "fingerprints a cell", coverage.grid, counts, "%{z} fingerprints", opacity=0.7, meta=_CELL_AREA, **look
+    )
 
 
 def _gaps(coverage: FloorCoverage) -> Trace:
     missing = coverage.gaps
     name = "walkable, no fingerprint near"
     values = np.where(missing, 1.0, np.nan).tolist() if missing.any() else []
-    look = {"colorscale": [[0, ORANGE], [1, ORANGE]], "showscale": False, "showlegend": bool(missing.any())}
-    return _grid(coverage, name, values, name, **look)
-
-
-def _grid(coverage: FloorCoverage, name: str, values: list[Any], hover: str, **look: Any) -> Trace:
-    grid = coverage.grid
-    left, low = grid.origin_m
-    x, y = left + (np.arange(grid.columns) + 0.5) * grid.cell_m, low + (np.arange(grid.rows) + 0.5) * grid.cell_m
-    return cells(name, x, y, values, hover, opacity=0.7, **look)
-
-
-def _walks(walks: Sequence[GapWalk]) -> list[Trace]:
-    """The walks as one line with breaks."""
-    if not walks:
-        return []
-    x: list[float | None] = []
-    y: list[float | None] = []
-    for walk in walks:
-        across, up = np.round(walk.points_m, 2).T.tolist()
-        x += [*across, None]
-        y += [*up, None]
-    name = f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m"
-    look: dict[str, Any] = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
-    return [scatter("lines+markers", name, x=x, y=y, **look)]  # a walk of one stop is a point
+    look = one_colour(ORANGE) | {"showlegend": bool(missing.any())}
+    return grid_cells(name, coverage.grid, values, name, opacity=0.7, **look)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vislam2tag.core.arrays import FloatArray
@@ -16,69 +15,54 @@ from vislam2tag.quality.evaluation.metrics import ErrorCurve
 from vislam2tag.quality.evaluation.reliability import CoverageCurve
 from vislam2tag.quality.evaluation.truth import PointErrors
 from vislam2tag.site.model import Floor
+from vislam2tag.views.evaluation_page import curve_layers, movement_layer
+from vislam2tag.views.floor_map import site_layers
+from vislam2tag.views.layers import GREY, MANY_COLOURS, Chart, Trace, axis, dots, joined, line, written
 from vislam2tag.views.panels import (
     COLUMN_IN,
     PAGE_IN,
-    QUIET,
-    TRUTH,
+    Extent,
+    PlanPanel,
     aspect_of,
     colour_of,
-    draw_control_points,
-    draw_floor,
-    draw_recording,
-    draw_walk,
+    draw_panels,
     extent_around,
     extent_of,
-    in_metres,
-    legend_below,
-    letter,
-    log_metres,
     name_of,
-    panel_grid,
     print_quality,
-    show,
+    printed,
 )
+from vislam2tag.views.site_figures import TRUTH, recorded, walk_layer
+from vislam2tag.views.uncertainty import COVERAGE_AXIS, coverage_layers
 
 
-@print_quality
 def control_point_errors(
     floor: Floor, landmarks: Landmarks, walks: Mapping[str, tuple[Trajectory, PointErrors]]
 ) -> Figure:
     """Draw one walk as mapped by several strategies (by name), its label at each press joined to the control point."""
-    extent = extent_of(floor, landmarks)
-    figure, axes = panel_grid(len(walks), min(2, len(walks)), PAGE_IN, aspect_of(extent))
-    for one, (strategy, (trajectory, errors)) in zip(axes, walks.items(), strict=True):
-        draw_floor(one, floor, landmarks)
-        draw_control_points(one, floor)
-        draw_walk(one, trajectory, colour_of(strategy), "walk", width=0.5)
-        joined = np.stack((errors.truth_bcs, errors.label_bcs), axis=1)[errors.labelled]
-        for pair in joined:
-            one.plot(*pair.T, color=TRUTH, linewidth=0.7, zorder=5)
-        one.plot(*errors.label_bcs.T, ".", color=TRUTH, markersize=2.5, zorder=5, label="label at a press")
-        show(one, extent)
-    legend_below(figure, axes[:1])
-    letter(axes, [f"{name_of(name)}: {_mean(errors)}" for name, (_, errors) in walks.items()])
-    return figure
+    below = site_layers(floor, landmarks, ids=False)
+    panels = []
+    for strategy, (trajectory, errors) in walks.items():
+        known = errors.labelled
+        pairs = np.stack((errors.truth_bcs, errors.label_bcs), axis=1)[known]
+        layers = [
+            walk_layer(trajectory, "walk", colour_of(strategy)),
+            line("", joined(pairs), TRUTH, 1.5),
+            dots("label at a press", errors.label_bcs, TRUTH, 5),
+        ]
+        mean = f"{errors.error_m[known].mean():.2f} m" if known.any() else "no label"
+        panels.append(PlanPanel(f"{name_of(strategy)}: {mean}", floor, [*below, *layers], extent_of(floor, landmarks)))
+    return printed(panels)
 
 
-def _mean(errors: PointErrors) -> str:
-    return f"{errors.error_m[errors.labelled].mean():.2f} m" if errors.labelled.any() else "no label"
-
-
-@print_quality
 def error_by_landmark_movement(movement_m: FloatArray, errors_m: Mapping[str, FloatArray]) -> Figure:
     """Draw each walk's mean error (w,) by strategy against how far its landmarks moved (w,), metres."""
-    figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.7)
-    for marker, (strategy, error_m) in zip("os^Dv", errors_m.items(), strict=False):
-        axes.plot(
-            movement_m, error_m, marker, color=colour_of(strategy), markersize=3.5, alpha=0.8, label=name_of(strategy)
-        )
-    axes.set(xscale="log", yscale="log", xlabel="mean movement of the logged landmarks / m", ylabel="mean error / m")
-    log_metres(axes.xaxis)
-    log_metres(axes.yaxis)
-    axes.grid(linewidth=0.3, alpha=0.6)
-    axes.legend()
-    return figure
+    layers = [
+        movement_layer(np.column_stack((movement_m, error_m)), name_of(strategy), colour_of(strategy), symbol)
+        for symbol, (strategy, error_m) in enumerate(errors_m.items())
+    ]
+    x = axis("mean displacement of landmarks / m", type="log")
+    return printed([Chart(layers, x, axis("mean error of the walk / m", type="log"))], width_in=COLUMN_IN, aspect=0.7)
 
 
 @print_quality
@@ -87,16 +71,18 @@ def station_overlay(
 ) -> Figure:
     """Draw a mapped walk over the total station's track, and below it the error over time."""
     extent = extent_around(errors.truth_bcs)
-    figure = Figure(figsize=(PAGE_IN, 1.3 + PAGE_IN * np.clip(aspect_of(extent), 0.15, 0.8)), layout="constrained")
-    plan, below = figure.subplots(2, 1, height_ratios=(2, 1))
-    draw_floor(plan, floor, landmarks)
-    plan.plot(*errors.truth_bcs.T, ".", color=TRUTH, markersize=3, zorder=2, label="total station")
-    draw_walk(plan, trajectory, colour_of(strategy), name_of(strategy), width=0.8)
-    show(plan, extent)
-    plan.legend(loc="upper right", ncols=3)
+    layers = [
+        *site_layers(floor, landmarks, ids=False),
+        dots("total station", errors.truth_bcs, TRUTH, 4),
+        walk_layer(trajectory, name_of(strategy), colour_of(strategy)),
+    ]
     time_s = (errors.time_ns - errors.time_ns[0]) * 1e-9
-    below.plot(time_s, errors.error_m, ".", color=colour_of(strategy), markersize=1.5)
-    below.set(xlabel="time / s", ylabel="error / m", ylim=(0, None))
+    over_time = dots("", np.column_stack((time_s, errors.error_m)), colour_of(strategy), 4)
+    height_in = 1.6 + PAGE_IN * float(np.clip(aspect_of(extent), 0.15, 0.8))
+    figure = Figure(figsize=(PAGE_IN, height_in), layout="constrained")
+    below = Chart([over_time], axis("time / s"), axis("error / m", rangemode="tozero"), "Error over time")
+    axes = figure.subplots(2, 1, height_ratios=(2, 1)).tolist()
+    draw_panels(figure, axes, [PlanPanel("On the floor", floor, layers, extent), below])
     return figure
 
 
@@ -104,43 +90,34 @@ LEAST_SHARE = 0.05
 """The surest few labels of all say little: curves begin with this share."""
 
 
-@print_quality
 def error_distributions(curves: Mapping[str, ErrorCurve]) -> Figure:
     """Draw the share of all true points whose label is no farther off than a limit, by strategy, with its bounds.
 
     The ends of the curves are the shares labelled.
     """
-    figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.7)
-    for strategy, curve in curves.items():
-        colour, end = colour_of(strategy), f"{100 * curve.share[-1]:.0f} % labelled"
-        axes.plot(curve.error_m, curve.share, color=colour, label=f"{name_of(strategy)} ({end})")
-        if curve.low is not None and curve.high is not None:
-            axes.fill_between(curve.error_m, curve.low, curve.high, color=colour, alpha=0.18, linewidth=0)
-    axes.set(xscale="log", ylim=(0, 1.02), xlabel="error / m", ylabel="share of all true points")
-    log_metres(axes.xaxis)
-    axes.grid(linewidth=0.3, alpha=0.6)
-    axes.legend(loc="best")
-    return figure
+    layers = [
+        layer
+        for strategy, curve in curves.items()
+        for layer in curve_layers(
+            curve, f"{name_of(strategy)} ({100 * curve.share[-1]:.0f} % labelled)", colour_of(strategy)
+        )
+    ]
+    y = axis("share of all true points", [0.0, 1.02], tickformat=".0%")
+    return printed([Chart(layers, axis("error / m", type="log"), y)], width_in=COLUMN_IN, aspect=0.7)
 
 
-@print_quality
 def coverage_accuracy(curves: Mapping[str, CoverageCurve]) -> Figure:
     """Draw mean and 95th percentile of the errors against the share labelled, as the limit of sigma rises.
 
     A strategy that states no sigma is a point.
     """
-    figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.7)
+    layers: list[Trace] = []
     for strategy, curve in curves.items():
-        shown = curve.labelled >= min(LEAST_SHARE, curve.labelled[-1])
-        marker = "o" if shown.sum() == 1 else ""
-        for values, style, fill, what in ((curve.mean_m, "-", "full", "mean"), (curve.p95_m, "--", "none", "95 %")):
-            line = axes.plot(curve.labelled[shown], values[shown], style, color=colour_of(strategy), marker=marker)
-            line[0].set(fillstyle=fill, markersize=3.5, label=f"{name_of(strategy)}, {what}")
-    axes.set(xlim=(0, 1.02), yscale="log", xlabel="share labelled", ylabel="error / m")
-    log_metres(axes.yaxis)
-    axes.grid(linewidth=0.3, alpha=0.6)
-    legend_below(figure, [axes], 2)
-    return figure
+        kept = curve.labelled >= min(LEAST_SHARE, curve.labelled[-1])
+        shown = CoverageCurve(*(values[kept] for values in vars(curve).values()))
+        colour = colour_of(strategy)
+        layers += coverage_layers(shown, f"{name_of(strategy)}, ", (colour, colour), ("solid", "dash"))
+    return printed([Chart(layers, COVERAGE_AXIS, axis("error / m", type="log"))], width_in=COLUMN_IN, aspect=0.7)
 
 
 FARTHEST_M = 12.0
@@ -151,90 +128,79 @@ STEPS = 5
 """How many steps of a mapping are shown at most."""
 
 
-@print_quality
 def landmark_distances(camera: CameraTrack, log: LandmarkLog, visits: Sequence[Visit], radius_m: float) -> Figure:
     """Draw the 3-D distance from the camera to each logged landmark over time, and the visits found within a radius."""
-    figure, (axes,) = panel_grid(1, 1, PAGE_IN, 0.3)
-    start_ns = int(camera.time_ns[camera.usable][0])
-    time_s = np.asarray((camera.time_ns - start_ns) * 1e-9, dtype=np.float64)
-    colours = mpl.colormaps["tab10" if len(log.ids) <= 10 else "tab20"]
+    time_s = np.asarray((camera.time_ns - int(camera.time_ns[camera.usable][0])) * 1e-9, dtype=np.float64)
+    end_s = float(time_s[camera.usable][-1])
+    layers = []
     for index, name in enumerate(log.ids):
         rows = log.rows_of(index)
         distance = np.full(len(time_s), np.nan)
         gap = np.linalg.norm(camera.position_acs[log.frame[rows]] - log.position_acs[rows], axis=1)
         distance[log.frame[rows]] = np.where(log.lost[rows], np.nan, gap)
-        axes.plot(time_s, distance, color=colours(index % colours.N), linewidth=0.8, label=name)
-    axes.axhline(radius_m, color=QUIET, linestyle="dashed", linewidth=0.6)
-    _draw_visits(axes, time_s, visits)
-    axes.set(
-        xlim=(0, time_s[camera.usable][-1]), ylim=(0, FARTHEST_M), xlabel="time / s", ylabel="distance to landmark / m"
-    )
-    figure.legend(title="landmark", loc="outside right upper", fontsize=6)
-    return figure
+        layers.append(line(name, np.column_stack((time_s, distance)), MANY_COLOURS[index % len(MANY_COLOURS)]))
+    layers.append(line(f"{radius_m:g} m", [(0, radius_m), (end_s, radius_m)], GREY, 1.5, "dash"))
+    layers += _visit_layers(time_s, visits)
+    y = axis("distance to landmark / m", (0, 1.08 * FARTHEST_M), grid=False)
+    return printed([Chart(layers, axis("time / s", (0, end_s), grid=False), y)], aspect=0.3, extra_in=0.8)
 
 
-def _draw_visits(axes: Axes, time_s: FloatArray, visits: Sequence[Visit]) -> None:
+def _visit_layers(time_s: FloatArray, visits: Sequence[Visit]) -> list[Trace]:
     """Mark the visits, and name their landmarks where there is room."""
-    named_s = -np.inf
-    for visit in visits:
-        at = float(time_s[visit.frame])
-        axes.axvline(at, color="black", linestyle="dotted", linewidth=0.6)
-        axes.plot(at, visit.distance_m, "ok", markersize=2.5)
-        if at - named_s > ROOM * (time_s[-1] - time_s[0]):
-            axes.annotate(visit.landmark, (at, FARTHEST_M), ha="center", va="bottom", annotation_clip=False)
-            named_s = at
+    at_s = [float(time_s[visit.frame]) for visit in visits]
+    named_s, names = -np.inf, []
+    for visit, at in zip(visits, at_s, strict=True):
+        room = at - named_s > ROOM * (time_s[-1] - time_s[0])
+        names.append(visit.landmark if room else "")
+        named_s = at if room else named_s
+    ends = joined([np.array([(at, 0), (at, FARTHEST_M)]) for at in at_s])
+    return [
+        line("", ends, TRUTH, 1.5, "dot"),
+        dots("visit", [(at, visit.distance_m) for visit, at in zip(visits, at_s, strict=True)], TRUTH),
+        written([(at, FARTHEST_M) for at in at_s], names, "top center"),
+    ]
 
 
-@print_quality
 def local_mapping(
     floor: Floor, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory
 ) -> Figure:
     """Draw a locally mapped walk's sub-trajectories as recorded, and then placed on the floor one after another."""
     mapped = [segment for segment in trajectory.segments if segment.status == Status.OK]
     extent = extent_around(np.concatenate([_path(trajectory.position_bcs, segment) for segment in mapped]))
-    steps = np.unique(np.linspace(1, len(mapped), STEPS).astype(int)).tolist()
-    figure, axes = panel_grid(1 + len(steps), 3, PAGE_IN, aspect_of(extent))
-    axes[0].plot(*camera.plane_acs[camera.usable].T, color=QUIET, linewidth=0.5)
-    for number, segment in enumerate(mapped):
-        _draw_piece(axes[0], camera.plane_acs, segment, number)
-        ends = _logged_ends(log, segment)
-        axes[0].plot(*ends.T, "ok", markersize=2)
-    in_metres(axes[0])
-    for one, upto in zip(axes[1:], steps, strict=True):
-        draw_floor(one, floor, landmarks)
+    whole = line("", camera.plane_acs[camera.usable], GREY, 1)
+    ends = [dots("", _logged_ends(log, segment), TRUTH, 5) for segment in mapped]
+    pieces = [_piece(camera.plane_acs, segment, number) for number, segment in enumerate(mapped)]
+    panels = [PlanPanel("Sub-trajectories as recorded", None, [whole, *pieces, *ends])]
+    for upto in np.unique(np.linspace(1, len(mapped), STEPS).astype(int)).tolist():
+        layers = site_layers(floor, landmarks, ids=False)
         for number, segment in enumerate(mapped[:upto]):
-            _draw_piece(one, trajectory.position_bcs, segment, number)
             rows = [landmarks.index[name] for name in (segment.first_landmark, segment.last_landmark)]
-            one.plot(*landmarks.position_bcs[rows].T, "ok", markersize=2, zorder=6)
-        show(one, extent)
-    titles = [f"{upto} of {len(mapped)} placed" for upto in steps]
-    letter(axes, ["Sub-trajectories as recorded", *titles])
-    return figure
+            layers += [
+                _piece(trajectory.position_bcs, segment, number),
+                dots("", landmarks.position_bcs[rows], TRUTH, 5),
+            ]
+        panels.append(PlanPanel(f"{upto} of {len(mapped)} placed", floor, layers, extent))
+    return printed(panels, 3)
 
 
 def _path(position: FloatArray, segment: Segment) -> FloatArray:
     return position[segment.start : segment.stop, :2]
 
 
-def _draw_piece(axes: Axes, position: FloatArray, segment: Segment, number: int) -> None:
-    colour = mpl.colormaps["tab10"](number % 10)
-    axes.plot(*_path(position, segment).T, color=colour, linewidth=1.2, zorder=5)
+def _piece(position: FloatArray, segment: Segment, number: int) -> Trace:
+    return line("", _path(position, segment), MANY_COLOURS[number % len(MANY_COLOURS)], 3)
 
 
 def _logged_ends(log: LandmarkLog, segment: Segment) -> FloatArray:
     """Where (2, 2) the tracker has a sub-trajectory's two landmarks at its two ends, in the ACS plane, metres."""
-    ends = ((segment.first_landmark, segment.start), (segment.last_landmark, segment.stop))
-    places = [log.plane_acs[log.rows_of(log.ids.index(name))] for name, _ in ends]
-    frames = [log.frame[log.rows_of(log.ids.index(name))] for name, _ in ends]
-    return np.array(
-        [
-            place[min(int(np.searchsorted(frame, at)), len(place) - 1)]
-            for place, frame, (_, at) in zip(places, frames, ends, strict=True)
-        ]
-    )
+    places = []
+    for name, at in ((segment.first_landmark, segment.start), (segment.last_landmark, segment.stop)):
+        rows = log.rows_of(log.ids.index(name))
+        place = log.plane_acs[rows]
+        places.append(place[min(int(np.searchsorted(log.frame[rows], at)), len(place) - 1)])
+    return np.array(places)
 
 
-@print_quality
 def strategies_compared(
     floor: Floor,
     camera: CameraTrack,
@@ -243,12 +209,10 @@ def strategies_compared(
     trajectories: Mapping[str, Trajectory],
 ) -> Figure:
     """Draw a walk as recorded, and what each strategy (by name) makes of it; discarded frames are left out."""
-    extent = extent_of(floor, landmarks)
-    figure, axes = panel_grid(1 + len(trajectories), 3 if len(trajectories) != 3 else 2, PAGE_IN, aspect_of(extent))
-    draw_recording(axes[0], camera, log)
-    for one, (strategy, trajectory) in zip(axes[1:], trajectories.items(), strict=True):
-        draw_floor(one, floor, landmarks)
-        draw_walk(one, trajectory, colour_of(strategy), name_of(strategy))
-        show(one, extent)
-    letter(axes, ["As recorded", *map(name_of, trajectories)])
-    return figure
+    extent: Extent = extent_of(floor, landmarks)
+    below = site_layers(floor, landmarks, ids=False)
+    panels = [
+        PlanPanel(name_of(strategy), floor, [*below, walk_layer(trajectory, "", colour_of(strategy))], extent)
+        for strategy, trajectory in trajectories.items()
+    ]
+    return printed([replace(recorded(camera, log), title="As recorded"), *panels], 3 if len(panels) != 3 else 2)

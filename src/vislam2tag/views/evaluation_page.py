@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby
+from collections.abc import Iterator, Sequence
+from itertools import cycle, groupby
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from vislam2tag.quality.evaluation.metrics import ALL, ALL_WALKS, OVER_POINTS, O
 from vislam2tag.quality.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
 from vislam2tag.quality.evaluation.text import HEADS, figure_text, truth_name
 from vislam2tag.quality.evaluation.truth import TruthKind
-from vislam2tag.views.layers import Trace, axis, chart, figure_json, plotly_text, scatter
+from vislam2tag.views.layers import Trace, area, axis, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import write_page
 
 MEANINGS = {
@@ -107,70 +107,57 @@ DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
 def cdf_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str:
     """Return, as JSON, each strategy's share of points with an error up to a length, with bands."""
     traces: list[Trace] = []
-    for number, strategy in enumerate(evaluation.strategies):
+    for strategy, colour, dash in _looks(evaluation):
         walks = [one for _, one in _measured(evaluation, truth, method, strategy)]
         curve = error_curve(walks) if walks else None
         if curve is not None:
-            traces += _curve(curve, strategy, number)
+            traces += curve_layers(curve, plotly_text(strategy), colour, dash)
     return _chart(traces, axis("error / m", type="log"), axis("share of all points", [0.0, 1.0], tickformat=".0%"))
 
 
-def _curve(curve: ErrorCurve, strategy: str, number: int) -> Iterator[Trace]:
-    colour = COLOURS[number % len(COLOURS)]
-    x = np.round(curve.error_m, 5).tolist()
+def curve_layers(curve: ErrorCurve, name: str, colour: str, dash: str = "solid") -> Iterator[Trace]:
+    """The share of points with an error up to a length, with its bounds."""
     if curve.low is not None and curve.high is not None:
-        yield {
-            "type": "scatter",
-            "mode": "none",
-            "fill": "toself",
-            "fillcolor": colour,
-            "opacity": 0.15,
-            "x": x + x[::-1],
-            "y": _rounded([*curve.high, *curve.low[::-1]]),
-            "hoverinfo": "skip",
-            "showlegend": False,
-            "legendgroup": strategy,
-        }
+        band = np.column_stack((np.r_[curve.error_m, curve.error_m[::-1]], np.r_[curve.high, curve.low[::-1]]))
+        yield area("", band.round(5), colour, 0.15, showlegend=False, legendgroup=name)
     yield scatter(
         "lines",
-        plotly_text(strategy),
-        x=x,
-        y=_rounded(curve.share),
-        legendgroup=strategy,
-        line={"color": colour, "width": 2.2, "dash": DASHES[number % len(DASHES)]},
+        name,
+        np.column_stack((curve.error_m, curve.share)).round(5),
         hovertemplate="%{y:.1%} within %{x:.2f} m",
+        legendgroup=name,
+        line={"color": colour, "width": 2.2, "dash": dash},
     )
 
 
 def movement_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str | None:
     """Return, as JSON, each walk's mean error against the movement of its landmarks; None where no walk tells."""
     traces = []
-    for number, strategy in enumerate(evaluation.strategies):
+    for number, (strategy, colour, _) in enumerate(_looks(evaluation)):
         pairs = [
             (session, one.mean_m)
             for session, one in _measured(evaluation, truth, method, strategy)
             if one.mean_m is not None and session.movement_m is not None
         ]
-        look = {"color": COLOURS[number % len(COLOURS)], "size": 8, "symbol": number, "opacity": 0.8}
         if pairs:
-            traces.append(
-                scatter(
-                    "markers",
-                    plotly_text(strategy),
-                    [(session.movement_m, mean) for session, mean in pairs],
-                    text=[plotly_text(f"floor {s.floor} / {s.device} / {s.session}") for s, _ in pairs],
-                    marker=look,
-                    hovertemplate="%{text}<br>moved %{x:.2f} m, error %{y:.2f} m",
-                )
-            )
+            texts = [plotly_text(f"floor {s.floor} / {s.device} / {s.session}") for s, _ in pairs]
+            points = [(session.movement_m, mean) for session, mean in pairs]
+            traces.append(movement_layer(points, plotly_text(strategy), colour, number, texts))
     x = axis("mean displacement of landmarks / m", rangemode="tozero")
     return _chart(traces, x, axis("mean error of the walk / m", rangemode="tozero")) if traces else None
+
+
+def movement_layer(points: Any, name: str, colour: str, symbol: int, texts: Sequence[str] = ()) -> Trace:
+    """Mean errors of walks against the movement of their landmarks (n, 2), metres."""
+    look = {"color": colour, "size": 8, "symbol": symbol, "opacity": 0.8}
+    hover = "%{text}<br>moved %{x:.2f} m, error %{y:.2f} m"
+    return scatter("markers", name, points, text=list(texts), marker=look, hovertemplate=hover)
 
 
 def drift_figure(evaluation: SurveyEvaluation) -> str | None:
     """Return, as JSON, the mean error by the distance walked since the last landmark; None without dense truth."""
     traces = []
-    for number, strategy in enumerate(evaluation.strategies):
+    for strategy, colour, dash in _looks(evaluation):
         rows = [row for row in evaluation.dense if (row.strategy, row.what) == (strategy, SINCE_LANDMARK)]
         if rows:
             traces.append(
@@ -179,12 +166,17 @@ def drift_figure(evaluation: SurveyEvaluation) -> str | None:
                     plotly_text(strategy),
                     x=[f"{row.low:g} to {row.high:g}" if row.high is not None else f"over {row.low:g}" for row in rows],
                     y=[row.mean_m for row in rows],
-                    line={"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)]},
+                    line={"color": colour, "dash": dash},
                     hovertemplate="%{x} m: %{y:.2f} m",
                 )
             )
     x = axis("distance walked since the last landmark / m", grid=False, type="category")
     return _chart(traces, x, axis("mean error / m", rangemode="tozero")) if traces else None
+
+
+def _looks(evaluation: SurveyEvaluation) -> Iterator[tuple[str, str, str]]:
+    """Each strategy with its colour and dash."""
+    yield from zip(evaluation.strategies, cycle(COLOURS), cycle(DASHES), strict=False)
 
 
 def _measured(
@@ -200,7 +192,3 @@ def _measured(
 
 def _chart(traces: Sequence[Trace], x: Trace, y: Trace) -> str:
     return figure_json(chart(traces, x, y, hovermode="closest", dragmode="zoom"))
-
-
-def _rounded(values: Iterable[float]) -> list[float]:
-    return [round(float(value), 5) for value in values]

@@ -236,7 +236,7 @@ def site_figure(
     """
     surveyed = landmarks.position_bcs[surveyed_on(floor, landmarks)]
     shown = np.vstack((floor.corners_m, surveyed, floor.control_points.position_bcs))
-    return map_figure(floor, plan, [*below, *_site_traces(floor, landmarks), *above], shown)
+    return map_figure(floor, plan, [*below, *site_layers(floor, landmarks), *above], shown)
 
 
 def map_figure(floor: Floor, plan: str | None, traces: Sequence[Trace], shown: FloatArray, **layout: Any) -> str:
@@ -271,8 +271,8 @@ def surveyed_on(floor: Floor, landmarks: Landmarks) -> BoolArray:
     return np.asarray(placed & (landmarks.floor == floor.number))
 
 
-def _site_traces(floor: Floor, landmarks: Landmarks) -> list[Trace]:
-    """Return the floor's landmarks, surveyed or not, and its control points, each with its id beside it."""
+def site_layers(floor: Floor, landmarks: Landmarks, *, ids: bool = True) -> list[Trace]:
+    """Return the floor's landmarks, surveyed or not, and its control points, each with its id beside it if wanted."""
     here = (landmarks.floor == floor.number) & np.isfinite(landmarks.position_bcs).all(axis=1)
     points = floor.control_points
     kinds: list[tuple[str, Iterable[str], FloatArray, str, str]] = [
@@ -285,14 +285,14 @@ def _site_traces(floor: Floor, landmarks: Landmarks) -> list[Trace]:
         kinds.append((name, compress(landmarks.ids, wanted), landmarks.position_bcs[wanted], symbol, colour))
     return [
         scatter(
-            "markers+text",
+            "markers+text" if ids else "markers",
             name,
             np.round(place, 3),
             f"{name} %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m",
-            text=[plotly_text(one) for one in ids],
+            text=[plotly_text(one) for one in names],
             textposition="top right",
             textfont={"size": 11, "color": colour, "shadow": HALO},
             marker={"size": 8, "line": {"width": 2}, "symbol": symbol, "color": colour},
         )
-        for name, ids, place, symbol, colour in kinds
+        for name, names, place, symbol, colour in kinds
     ]

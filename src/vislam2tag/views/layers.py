@@ -1,12 +1,13 @@
-"""Drawable layers of a page's maps and charts, as Plotly's traces: points, lines, arrows, cells and their hover texts.
+"""Drawable layers of maps and charts: points, lines, arrows, areas, bars, cells, with names, colours and hover texts.
 
-A layer is a plain dictionary in the form that Plotly's constructors and its JSON take; :func:`chart` and
-:func:`figure_json` turn layers into what a page holds.
+A layer is a plain dictionary in the form of Plotly's traces. :func:`chart` and :func:`figure_json` draw layers on a
+page; :func:`.panels.draw` draws the same layers in print.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from html import escape
 from typing import Any
 
@@ -14,17 +15,26 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.cell_grid import CellGrid
+
 Trace = dict[str, Any]
 Columns = dict[str, list[Any]]
 """A layer's ``x`` and ``y`` and, where it has them, ``hover`` texts and ``sigma`` in metres; equally long."""
 BLUE, VERMILION, GREEN, ORANGE, GREY, RED = "#0072b2", "#d55e00", "#00664a", "#e69f00", "#8c959f", "#b00020"
 """Of Okabe and Ito where hue matters; on white each can be read."""
+PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+"""Okabe and Ito's, which the colour-blind can tell apart."""
+MANY_COLOURS = (
+    *("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd"),
+    *("#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"),
+)
+"""For things that only have to differ from their neighbours."""
 HALO = "0 0 2px white, 0 0 2px white, 0 0 3px white"
 """Behind text on a plan."""
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 GRID = "#e4e7ea"
 _BARB = 0.25
-"""Length of an arrow's barbs as a share of its own."""
 _BARB_TURN = np.exp(1j * np.pi * (1 - 1 / 7))
 
 
@@ -43,6 +53,23 @@ def scatter(mode: str, name: str, xy: Any = None, hover: str | None = None, **lo
     return trace | look
 
 
+def line(name: str, xy: Any, colour: str, width: float = 2.0, dash: str = "solid", **look: Any) -> Trace:
+    """A line through places (n, 2), broken at NaN."""
+    return scatter("lines", name, xy, line={"color": colour, "width": width, "dash": dash}, **look)
+
+
+def dots(name: str, xy: Any, colour: Any, size: float = 6.0, symbol: str = "circle", **look: Any) -> Trace:
+    """Points at places (n, 2), with texts beside them where ``look`` has ``text``."""
+    mode = "markers+text" if "text" in look else "markers"
+    edge = look.pop("edge", {"color": "white", "width": 0})
+    return scatter(mode, name, xy, marker={"color": colour, "size": size, "symbol": symbol, "line": edge}, **look)
+
+
+def written(xy: Any, text: Sequence[str], side: str = "middle center", colour: str = "#000000") -> Trace:
+    """Texts beside places (n, 2)."""
+    return scatter("text", "", xy, text=text, textposition=side, textfont={"color": colour, "size": 12})
+
+
 def cells(name: str, x: NDArray[Any], y: NDArray[Any], z: Any, hover: str, **look: Any) -> Trace:
     """Coloured squares with centres ``x`` (columns) and ``y`` (rows); those without a value stay clear."""
     return {
@@ -56,15 +83,48 @@ def cells(name: str, x: NDArray[Any], y: NDArray[Any], z: Any, hover: str, **loo
     } | look
 
 
+def grid_cells(name: str, grid: CellGrid, z: Any, hover: str = "", **look: Any) -> Trace:
+    """Coloured squares of a whole grid: ``z`` (rows, columns), row 0 at the lower edge."""
+    left, low = grid.origin_m
+    x, y = left + (np.arange(grid.columns) + 0.5) * grid.cell_m, low + (np.arange(grid.rows) + 0.5) * grid.cell_m
+    return cells(name, x, y, z, hover, **{"dx": grid.cell_m, "dy": grid.cell_m} | look)
+
+
+def one_colour(colour: str) -> dict[str, Any]:
+    """The look of cells that all have one colour, which a legend explains."""
+    return {"colorscale": [[0, colour], [1, colour]], "showscale": False, "showlegend": True}
+
+
+def area(name: str, points: Any, colour: str, opacity: float, **look: Any) -> Trace:
+    """A filled polygon with corners (n, 2)."""
+    return scatter("none", name, points, fill="toself", fillcolor=colour, opacity=opacity, hoverinfo="skip", **look)
+
+
+def bars(name: str, y: Sequence[str], x: Sequence[float | None], colour: Any, hover: str = "", **more: Any) -> Trace:
+    """Bars from the left."""
+    trace = {"type": "bar", "orientation": "h", "name": name, "y": y, "x": x, "marker": {"color": colour}, **more}
+    return trace | ({"hovertemplate": f"{hover}<extra></extra>"} if hover else {})
+
+
+def joined(parts: Iterable[FloatArray]) -> FloatArray:
+    """Lines (k, 2) as one with breaks, for one layer."""
+    gap = np.full((1, 2), np.nan)
+    broken = [row for part in parts for row in (part, gap)]
+    return np.concatenate(broken[:-1]) if broken else np.empty((0, 2))
+
+
 Arrow = tuple[tuple[float, float], tuple[float, float], str, str]
 """Where it starts, how far it goes (metres), what hovering says, and a text at its tip, which may be empty."""
 
 
-def arrows(name: str, colour: str, width: float, drawn: Iterable[Arrow], **look: Any) -> Trace:
-    """Arrows, true to scale, as one line with breaks; ``look`` has ``textfont`` where there are texts at tips."""
+def arrows(name: str, colour: str, width: float, drawn: Iterable[Arrow], barb: float = _BARB, **look: Any) -> Trace:
+    """Arrows, true to scale, as one line with breaks; ``look`` has ``textfont`` where there are texts at tips.
+
+    ``barb`` is the length of an arrow's barbs as a share of its own.
+    """
     columns: Columns = {"x": [], "y": [], "text": [], "hovertext": []}
     for start, offset, hover, label in drawn:
-        line = arrow_line(complex(*start), complex(*offset))
+        line = arrow_line(complex(*start), complex(*offset), barb)
         columns["x"] += [*np.round(line.real, 3).tolist(), None]
         columns["y"] += [*np.round(line.imag, 3).tolist(), None]
         columns["text"] += ["", plotly_text(label), *[""] * (len(line) - 1)]
@@ -75,10 +135,10 @@ def arrows(name: str, colour: str, width: float, drawn: Iterable[Arrow], **look:
     return scatter(mode, name, None, "%{hovertext}", line={"color": colour, "width": width}, **columns, **look)
 
 
-def arrow_line(start: complex, offset: complex) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+def arrow_line(start: complex, offset: complex, barb: float = _BARB) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
     """Return the points (5,) of an arrow in one line: start, tip, one barb, tip, the other barb; x + iy, metres."""
     tip = start + offset
-    one, other = tip + _BARB * offset * _BARB_TURN, tip + _BARB * offset / _BARB_TURN
+    one, other = tip + barb * offset * _BARB_TURN, tip + barb * offset / _BARB_TURN
     return np.array([start, tip, one, tip, other])
 
 
@@ -108,6 +168,22 @@ def colour_bar(title: str) -> dict[str, Any]:
         "y": 1.0,
         "yanchor": "bottom",
     }
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Layers between two axes, to be drawn on a page or in print."""
+
+    layers: Sequence[Trace]
+    x: Trace
+    y: Trace
+    title: str = ""
+    layout: Mapping[str, Any] = field(default_factory=dict)
+    """Further looks in the form of Plotly's layout; print heeds ``barmode`` and ``bargap``."""
+
+    def json(self) -> str:
+        """The chart for a page."""
+        return figure_json(chart(self.layers, self.x, self.y, **self.layout))
 
 
 def chart(traces: Sequence[Trace], x: dict[str, Any], y: dict[str, Any], **layout: Any) -> go.Figure:

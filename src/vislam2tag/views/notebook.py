@@ -16,7 +16,8 @@ from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.radio_maps import FloorMaps
 from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.site.model import Survey
-from vislam2tag.views.panels import LANDMARK, draw_plan, in_metres
+from vislam2tag.views.layers import VERMILION
+from vislam2tag.views.panels import draw_plan, in_metres
 
 OK, UNCERTAIN = "#0072b2", "#56b4e9"
 
@@ -56,7 +57,7 @@ def _survey(value: Survey, axes: Axes, floor: int | None) -> None:
 
 
 def _draw_landmarks(axes: Axes, landmarks: Landmarks) -> None:
-    axes.plot(*landmarks.position_bcs[landmarks.surveyed].T, "s", color=LANDMARK, markersize=4, label="landmark")
+    axes.plot(*landmarks.position_bcs[landmarks.surveyed].T, "s", color=VERMILION, markersize=4, label="landmark")
     for name, place in zip(landmarks.ids, landmarks.position_bcs.tolist(), strict=True):
         if np.isfinite(place).all():
             axes.annotate(name, tuple(place), xytext=(3, 3), textcoords="offset points", fontsize=7)

@@ -136,14 +136,5 @@ def _unbroken(text: str) -> str:
     return text.replace(" ", "\u00a0")
 
 
-FILTERS = {
-    "percent": percent,
-    "duration": duration,
-    "distance": distance,
-    "number": number,
-    "degrees": degrees,
-    "count": count,
-    "size": size,
-    "words": words,
-}
+FILTERS = {each.__name__: each for each in (percent, duration, distance, number, degrees, count, size, words)}
 """The filters by the name templates use."""

@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
@@ -21,21 +19,9 @@ from vislam2tag.preparation.planning.floor import FloorDesign
 from vislam2tag.preparation.planning.records import FloorPlanRecord, PlannedLandmark, PlanSummary
 from vislam2tag.site.model import Floor
 from vislam2tag.views.floor_map import drawn_plan, site_figure
-from vislam2tag.views.layers import Trace, plotly_text, scatter
+from vislam2tag.views.layers import GREY, HALO, Trace, arrows, dots, grid_cells, joined, line, plotly_text, scatter
 from vislam2tag.views.page import data_uri, write_page
-from vislam2tag.views.panels import (
-    LANDMARK,
-    QUIET,
-    arrow,
-    aspect_of,
-    draw_cells,
-    draw_plan,
-    extent_around,
-    in_metres,
-    panel_grid,
-    print_quality,
-    show,
-)
+from vislam2tag.views.panels import PlanPanel, extent_around, printed
 
 _NEW, _TOUR = "#d55e00", "#0072b2"
 _SIDES = (
@@ -126,99 +112,93 @@ MANY = 40
 """Floors with more landmarks than this are drawn for A3."""
 ARROW_M = 1.2
 """Length of the arrow out of a wall."""
-TOUR_COLOUR, FIXED = "#0072b2", "#000000"
 ASIDE_M = 0.3
 """The tour is drawn so far right of the middle: ways that are walked both ways show as two lines."""
 ARROWS_M = 8.0
 """One arrow in so many metres of the tour."""
 
 
-@print_quality
 def landmark_plan(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> Figure:
     """Draw the plan to take along: sheets with id and size, which way they face, the tour."""
-    figure, axes = _floor_axes(design, floor, summary)
-    _draw_tour(axes, design)
-    _draw_landmarks(axes, summary.landmarks, sizes=True)
-    _draw_fixed(axes, design, summary)
-    for gap in summary.unmet:
-        axes.plot(*zip(gap.start_m, gap.stop_m, strict=True), "x", color="#cc79a7", markersize=6, label="no wall here")
-    sizes = sorted({landmark.sheet for landmark in summary.landmarks})
-    counts = ", ".join(f"{sum(one.sheet == size for one in summary.landmarks)} {size}" for size in sizes)
+    sizes = Counter(landmark.sheet for landmark in summary.landmarks)
+    counts = ", ".join(f"{count} {size}" for size, count in sorted(sizes.items()))
     title = f"{summary.name}: {len(summary.landmarks)} landmarks" + (f" ({counts})" if counts else "")
     minutes, seconds = divmod(round(summary.tour.duration_s), 60)
-    axes.set_title(
-        f"{title}; tour {summary.tour.length_m:.0f} m, {minutes} min {seconds:02d} s. "
-        "Squares: sheet, id over its size of paper; arrow: where it faces to.",
-        loc="left",
+    title += (
+        f"; tour {summary.tour.length_m:.0f} m, {minutes} min {seconds:02d} s. "
+        "Squares: sheet, id over its size of paper; arrow: where it faces to."
     )
-    _legend(axes)
-    return figure
+    ends = [end for gap in summary.unmet for end in (gap.start_m, gap.stop_m)]
+    layers = [
+        *_tour_layers(design),
+        *_landmark_layers(design, summary, [f"{one.id}<br>{one.sheet}" for one in summary.landmarks]),
+        dots("no wall here", ends, "#cc79a7", 14, "x-thin-open", edge={"width": 2}),
+    ]
+    return _floor_drawing(design, floor, summary, title, layers)
 
 
-@print_quality
 def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> Figure:
     """Draw the label sigma to expect, and where further landmarks would gain most."""
-    figure, axes = _floor_axes(design, floor, summary)
     sigma = design.sigma.sigma_m
     known = sigma[np.isfinite(sigma)]
     low, high = (float(np.quantile(known, share)) for share in (0.02, 0.98)) if known.size else (0.0, 1.0)
-    scale = {"cmap": "viridis", "vmin": low, "vmax": max(high, low + 0.01)}
-    image = draw_cells(axes, sigma, design.sigma.grid.extent_m, 1, alpha=0.8, **scale)
-    figure.colorbar(image, ax=axes, label="label sigma to expect, per axis / m", shrink=0.6, pad=0.01)
-    _draw_landmarks(axes, summary.landmarks, sizes=False)
-    _draw_fixed(axes, design, summary)
-    for number, one in enumerate(summary.further, start=1):
-        axes.plot(
-            one.x_m, one.y_m, "*", color="#e69f00", markersize=8, markeredgecolor="black", label="would gain most"
-        )
-        _write(axes, (one.x_m, one.y_m), f"+{number}: {100 * one.gain_m:.2f} cm", "#000000")
+    bar = {"title": {"text": "label sigma to expect, per axis / m"}}
+    scale: dict[str, Any] = {"colorscale": "viridis", "zmin": low, "zmax": max(high, low + 0.01), "colorbar": bar}
+    gains = [f"+{number}: {100 * one.gain_m:.2f} cm" for number, one in enumerate(summary.further, start=1)]
+    places = [(one.x_m, one.y_m) for one in summary.further]
+    layers = [
+        grid_cells("", design.sigma.grid, sigma, opacity=0.8, **scale),
+        *_landmark_layers(design, summary, [one.id for one in summary.landmarks]),
+        dots("would gain most", places, "#e69f00", 20, "star", edge={"color": "#000000", "width": 1}, **_named(gains)),
+    ]
     error = "" if summary.expected_error_m is None else f"; mean error to expect {summary.expected_error_m:.2f} m"
-    axes.set_title(f"{summary.name}: label sigma by the smoother's own model{error}", loc="left")
-    _legend(axes)
-    return figure
+    return _floor_drawing(
+        design, floor, summary, f"{summary.name}: label sigma by the smoother's own model{error}", layers
+    )
 
 
-def _floor_axes(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> tuple[Figure, Axes]:
+def _floor_drawing(
+    design: FloorDesign, floor: Floor, summary: FloorPlanRecord, title: str, layers: Sequence[Trace]
+) -> Figure:
     extent = extent_around(
         np.vstack((design.corridors.ends, design.landmarks.position, design.space.walls.reshape(-1, 2)))
     )
-    width = SHEET_IN[summary.number > MANY]
-    figure, (axes,) = panel_grid(1, 1, width, aspect_of(extent))
-    draw_plan(axes, floor)
-    for line in design.corridors.lines:
-        axes.plot(*line.T, color=QUIET, linewidth=0.4, zorder=1)
-    axes.lines[-1].set_label("ways")
-    in_metres(axes)
-    show(axes, extent)
-    return figure, axes
+    ways = line("ways", joined(design.corridors.lines), GREY, 1)
+    return printed([PlanPanel(title, floor, [ways, *layers], extent)], width_in=SHEET_IN[summary.number > MANY])
 
 
-def _draw_landmarks(axes: Axes, landmarks: Sequence[PlannedLandmark], *, sizes: bool) -> None:
-    for one in landmarks:
-        normal = np.array((-np.sin(one.heading_rad), np.cos(one.heading_rad))) * -1.0
-        tip = np.array((one.x_m, one.y_m)) + ARROW_M * normal
-        arrow(axes, (one.x_m, one.y_m), tip, color=LANDMARK, linewidth=0.8, shrinkA=0, shrinkB=0, zorder=5)
-        axes.plot(one.x_m, one.y_m, "s", color=LANDMARK, markersize=3.5, zorder=6, label="sheet to hang up")
-        behind = np.array((one.x_m, one.y_m)) - 0.3 * normal
-        _write(axes, behind, f"{one.id}\n{one.sheet}" if sizes else one.id, LANDMARK, away=-normal)
+def _landmark_layers(design: FloorDesign, summary: FloorPlanRecord, texts: Sequence[str]) -> list[Trace]:
+    """Sheets with texts on the side of the wall and arrows to where they face; and what hangs already."""
+    headings = np.array([one.heading_rad for one in summary.landmarks])
+    facing = np.column_stack((np.sin(headings), -np.cos(headings))) * ARROW_M
+    places = [(one.x_m, one.y_m) for one in summary.landmarks]
+    drawn = [(place, tuple(way), "", "") for place, way in zip(places, facing.tolist(), strict=True)]
+    sides, fixed = [_side(one) for one in summary.landmarks], [plotly_text(name) for name in summary.fixed]
+    return [
+        arrows("", _NEW, 2, drawn),
+        dots("sheet to hang up", places, _NEW, 9, "square", **_named(texts, sides, _NEW)),
+        dots("hangs already", design.constraints.fixed, "#000000", 9, "square", **_named(fixed)),
+    ]
 
 
-def _draw_fixed(axes: Axes, design: FloorDesign, summary: FloorPlanRecord) -> None:
-    for name, place in zip(summary.fixed, design.constraints.fixed, strict=True):
-        axes.plot(*place, "s", color=FIXED, markersize=3.5, zorder=6, label="hangs already")
-        _write(axes, place, name, FIXED)
+def _named(text: Sequence[str], side: str | Sequence[str] = "top right", colour: str = "#000000") -> dict[str, Any]:
+    return {"text": text, "textposition": side, "textfont": {"color": colour, "size": 12, "shadow": HALO}}
 
 
-def _draw_tour(axes: Axes, design: FloorDesign) -> None:
+def _tour_layers(design: FloorDesign) -> list[Trace]:
     """The tour a little right of the middle, with arrows, and where it begins."""
-    line = _aside(design.tour.line)
-    axes.plot(*line.T, color=TOUR_COLOUR, linewidth=0.7, alpha=0.8, zorder=3, label="tour")
-    at = arc_lengths(line)
+    way = _aside(design.tour.line)
+    at = arc_lengths(way)
     middles = np.arange(ARROWS_M / 2, at[-1], ARROWS_M)
-    for here, there in zip(middles, middles + 0.3, strict=True):
-        start, stop = ([float(np.interp(s, at, line[:, axis])) for axis in (0, 1)] for s in (here, there))
-        arrow(axes, start, stop, color=TOUR_COLOUR, linewidth=0.5, mutation_scale=6, zorder=3)
-    axes.plot(*line[0], "o", color=TOUR_COLOUR, markersize=5, zorder=4, label="start and end of the tour")
+    start, stop = (
+        np.column_stack([np.interp(middles + ahead, at, way[:, axis]) for axis in (0, 1)]) for ahead in (0.0, 0.3)
+    )
+    heads = [(tuple(one), tuple(tip), "", "") for one, tip in zip(start.tolist(), (stop - start).tolist(), strict=True)]
+    return [
+        line("tour", way, _TOUR, 1.8, opacity=0.8),
+        arrows("", _TOUR, 1.5, heads, 1.0),
+        dots("start and end of the tour", way[:1], _TOUR, 12),
+    ]
 
 
 def _aside(line: FloatArray) -> FloatArray:
@@ -229,28 +209,3 @@ def _aside(line: FloatArray) -> FloatArray:
     unit = step / np.linalg.norm(step, axis=1, keepdims=True)
     right = np.column_stack((unit[:, 1], -unit[:, 0])) * ASIDE_M
     return np.stack((line[:-1] + right, line[1:] + right), axis=1).reshape(-1, 2)
-
-
-def _write(
-    axes: Axes, place: FloatArray | tuple[float, float], text: str, colour: str, away: FloatArray | None = None
-) -> None:
-    shift = np.array((0.7, 0.7)) if away is None else away
-    written = axes.annotate(
-        text,
-        (float(place[0]), float(place[1])),
-        xytext=(float(5 * shift[0]), float(5 * shift[1])),
-        textcoords="offset points",
-        color=colour,
-        fontsize=6,
-        ha="center" if abs(shift[0]) < 0.5 else "left" if shift[0] > 0 else "right",
-        va="center" if abs(shift[1]) < 0.5 else "bottom" if shift[1] > 0 else "top",
-        linespacing=0.95,
-    )
-    written.set(zorder=7, path_effects=[withStroke(linewidth=1.5, foreground="white")])
-
-
-def _legend(axes: Axes) -> None:
-    """Explain each thing once, above the drawing's corner."""
-    handles, labels = axes.get_legend_handles_labels()
-    shown = dict(zip(labels, handles, strict=True))
-    axes.legend(list(shown.values()), list(shown), loc="upper left", bbox_to_anchor=(0, -0.06), ncols=6)

@@ -11,30 +11,18 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 from PIL import Image
 
 from vislam2tag import __version__
-from vislam2tag.datasets.map_process import MapKernel
 from vislam2tag.datasets.radio_maps import FloorMaps
 from vislam2tag.site.model import Floor
 from vislam2tag.views.floor_map import drawn_plan
+from vislam2tag.views.layers import grid_cells
 from vislam2tag.views.page import data_uri, write_page
-from vislam2tag.views.panels import (
-    PAGE_IN,
-    aspect_of,
-    draw_cells,
-    draw_plan,
-    in_metres,
-    letter,
-    panel_grid,
-    print_quality,
-    show,
-)
+from vislam2tag.views.panels import PAGE_IN, PlanPanel, printed
 
 SignalClass: TypeAlias = tuple[str, str, float]
 """A class of the strongest signal on a floor: its name, colour, and the share of the known cells, 0 to 1."""
@@ -42,70 +30,36 @@ _STOPS = 9
 """Colours of a legend's gradient."""
 
 
-@dataclass(frozen=True)
-class MapFloor:
-    """One floor and technology on the page; made by :meth:`of`."""
-
-    title: str
-    stem: str
-    technology: str
-    aspect: float
-    """Width over height of the maps."""
-    plan: str | None
-    """The plan as a data URI."""
-    plan_style: str
-    """Where the plan lies under a map, as CSS."""
-    scans: int
-    kernel: MapKernel
-    heard_width_m: float
-    offsets_db: dict[str, float]
-    tiles: tuple[dict[str, Any], ...]
-    """Of each access point its ``map``, its maps as ``images`` by layer and its GeoTIFF ``file``."""
-    strongest: str
-    """How loud the loudest access point is, as an image."""
-    classes: tuple[SignalClass, ...]
-    heard: str
-    """How many access points a scan hears, as an image."""
-    heard_scale: Scale
-    heard_median: float
-
-    def louder_share(self, threshold_dbm: float) -> float:
-        """Share of the mapped area where some access point has at least a threshold of :data:`THRESHOLDS_DBM`."""
-        return sum(share for _, _, share in self.classes[: 1 + THRESHOLDS_DBM.index(threshold_dbm)])
-
-    @classmethod
-    def of(cls, maps: FloorMaps, floor: Floor, stem: str, files: Sequence[str]) -> MapFloor:
-        """Turn one floor's maps into images; ``files`` are their GeoTIFFs relative to the page."""
-        left, right, low, high = maps.grid.extent_m
-        plan, _ = drawn_plan(floor)
-        across, up = 100 / (right - left), 100 / (high - low)
-        strongest, classes = strongest_signal(maps)
-        heard, heard_scale, heard_median = heard_access_points(maps)
-        style = ""
-        if plan is not None and floor.extent_m is not None:
-            x0, x1, y0, y1 = floor.extent_m
-            style = (
-                f"left:{(x0 - left) * across:.3f}%;top:{(high - y1) * up:.3f}%;"
-                f"width:{(x1 - x0) * across:.3f}%;height:{(y1 - y0) * up:.3f}%"
-            )
-        return cls(
-            title=" ".join(part for part in (maps.place.building, floor.name) if part),
-            stem=stem,
-            technology=maps.place.technology,
-            aspect=(right - left) / (high - low),
-            plan=plan,
-            plan_style=style,
-            scans=maps.scans,
-            kernel=maps.kernel,
-            heard_width_m=maps.heard_width_m,
-            offsets_db=maps.offsets_db,
-            tiles=tuple(_tile(maps, number, file) for number, file in enumerate(files)),
-            strongest=data_uri(strongest),
-            classes=tuple(classes),
-            heard=data_uri(heard),
-            heard_scale=heard_scale,
-            heard_median=heard_median,
+def map_floor(maps: FloorMaps, floor: Floor, stem: str, files: Sequence[str]) -> dict[str, Any]:
+    """One floor and technology on the page, its maps as images; ``files`` are their GeoTIFFs relative to the page."""
+    left, right, low, high = maps.grid.extent_m
+    plan, _ = drawn_plan(floor)
+    across, up = 100 / (right - left), 100 / (high - low)
+    strongest, classes = strongest_signal(maps)
+    heard, heard_scale, heard_median = heard_access_points(maps)
+    style = ""
+    if plan is not None and floor.extent_m is not None:
+        x0, x1, y0, y1 = floor.extent_m
+        style = (
+            f"left:{(x0 - left) * across:.3f}%;top:{(high - y1) * up:.3f}%;"
+            f"width:{(x1 - x0) * across:.3f}%;height:{(y1 - y0) * up:.3f}%"
         )
+    return {
+        "title": " ".join(part for part in (maps.place.building, floor.name) if part),
+        "stem": stem,
+        "technology": maps.place.technology,
+        "aspect": (right - left) / (high - low),
+        "plan": plan,
+        "plan_style": style,
+        "maps": maps,
+        "tiles": [_tile(maps, number, file) for number, file in enumerate(files)],
+        "strongest": data_uri(strongest),
+        "classes": classes,
+        "louder_share": sum(share for _, _, share in classes[: 1 + THRESHOLDS_DBM.index(LOUD_DBM)]),
+        "heard": data_uri(heard),
+        "heard_scale": heard_scale,
+        "heard_median": heard_median,
+    }
 
 
 def _tile(maps: FloorMaps, number: int, file: str) -> dict[str, Any]:
@@ -113,7 +67,7 @@ def _tile(maps: FloorMaps, number: int, file: str) -> dict[str, Any]:
     return {"map": maps.maps[number], "images": images, "file": file}
 
 
-def write_radio_map_page(out_file: Path, title: str, floors: Sequence[MapFloor]) -> None:
+def write_radio_map_page(out_file: Path, title: str, floors: Sequence[dict[str, Any]]) -> None:
     """Write the page, Wi-Fi before other technologies; equal input gives equal bytes.
 
     Raises OutputError where it cannot be written.
@@ -121,7 +75,7 @@ def write_radio_map_page(out_file: Path, title: str, floors: Sequence[MapFloor])
     context = {
         "title": title,
         "version": __version__,
-        "floors": sorted(floors, key=lambda floor: floor.technology != "wifi"),
+        "floors": sorted(floors, key=lambda floor: floor["technology"] != "wifi"),
         "technologies": {"wifi": "Wi-Fi", "ble": "BLE"},
         "gradient": _gradient,
         "scales": {layer: (scale, _gradient(scale)) for layer, scale in SCALES.items()},
@@ -159,50 +113,39 @@ SCALES: Mapping[str, Scale] = MappingProxyType(
 """By the layer of :class:`FloorMaps`."""
 
 
-@print_quality
 def contact_sheet(maps: FloorMaps, floor: Floor) -> Figure:
     """Draw the mean RSSI of the access points that are heard most, on one scale."""
     shown = maps.maps[:SHEET]
-    columns = min(_COLUMNS, len(shown))
-    figure, axes = panel_grid(len(shown), columns, PAGE_IN, _aspect(maps), extra_in=0.2)
-    for number, one in enumerate(axes):
-        image = _draw(one, maps, floor, "mean_dbm", number)
-        one.label_outer()
-    letter(axes, [one.bssid for one in shown])
-    figure.colorbar(image, ax=axes, label="mean RSSI where heard / dBm", shrink=0.6, pad=0.01)
-    return figure
+    panels = [_panel(one.bssid, maps, floor, "mean_dbm", number) for number, one in enumerate(shown)]
+    return printed(panels, min(_COLUMNS, len(shown)), extra_in=0.2)
 
 
-@print_quality
 def access_point_map(maps: FloorMaps, floor: Floor, number: int) -> Figure:
     """Draw all that is known of one access point (by its number in ``maps``): mean, deviation, share heard."""
-    figure, axes = panel_grid(len(SCALES), 1, PAGE_IN * 0.7, _aspect(maps), extra_in=0.25)
-    for one, (layer, scale) in zip(axes, SCALES.items(), strict=True):
-        image = _draw(one, maps, floor, layer, number)
-        figure.colorbar(image, ax=one, label=scale.unit, shrink=0.9, pad=0.01)
-    letter(axes, [scale.title for scale in SCALES.values()])
-    return figure
+    panels = [_panel(scale.title, maps, floor, layer, number) for layer, scale in SCALES.items()]
+    return printed(panels, 1, PAGE_IN * 0.7, extra_in=0.25)
 
 
-def _aspect(maps: FloorMaps) -> float:
-    left, right, low, high = maps.grid.extent_m
-    return aspect_of((np.array([left, low]), np.array([right, high])))
-
-
-def _draw(axes: Axes, maps: FloorMaps, floor: Floor, layer: str, number: int) -> AxesImage:
-    left, right, low, high = maps.grid.extent_m
+def _panel(title: str, maps: FloorMaps, floor: Floor, layer: str, number: int) -> PlanPanel:
     scale = SCALES[layer]
-    draw_plan(axes, floor)
-    colours = {"vmin": scale.low, "vmax": scale.high, "cmap": scale.colours}
-    values = getattr(maps, layer)[number]
-    image = draw_cells(axes, values, maps.grid.extent_m, 2, interpolation="nearest", alpha=0.85, **colours)
-    in_metres(axes)
-    show(axes, (np.array([left, low]), np.array([right, high])))
-    return image
+    left, right, low, high = maps.grid.extent_m
+    unit = f" / {scale.unit}" if scale.unit else ""
+    bar = {"title": {"text": f"{scale.title}{unit}"}}
+    look: dict[str, Any] = {
+        "colorscale": scale.colours,
+        "zmin": scale.low,
+        "zmax": scale.high,
+        "colorbar": bar,
+        "opacity": 0.85,
+    }
+    layers = [grid_cells("", maps.grid, getattr(maps, layer)[number], **look)]
+    return PlanPanel(title, floor, layers, (np.array([left, low]), np.array([right, high])))
 
 
 THRESHOLDS_DBM = (-55.0, -67.0, -75.0, -85.0)
 """Lower ends of the classes that a map of the strongest signal shows; the last class has none."""
+LOUD_DBM = -67.0
+"""From here on a signal carries a call."""
 _CLASS_COLOURS = ("#fde725", "#5ec962", "#21918c", "#3b528b", "#440154")
 
 

@@ -14,7 +14,6 @@ from vislam2tag.datasets.statistics_record import TABLE_3_TITLE, Table3
 from vislam2tag.labeling.results import Summary
 from vislam2tag.positioning.benchmark_record import Benchmark
 from vislam2tag.positioning.benchmark_tables import HEADS, TABLE_4_TITLE, Table4, figure_text, fold_name
-from vislam2tag.positioning.benchmark_tables import TABLE_4_TITLE as TITLE_4
 from vislam2tag.quality.evaluation.paper import PaperTable, figures_of, heads_of
 from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.views.page import data_uri, write_page
@@ -100,7 +99,7 @@ def write_paper_page(
         "collection": collection,
         "collection_title": TABLE_3_TITLE,
         "positioning": positioning,
-        "positioning_title": TITLE_4,
+        "positioning_title": TABLE_4_TITLE,
         "figures": figures,
         "failed": failed,
         "figures_of": figures_of,

@@ -7,7 +7,6 @@ import math
 import platform
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from importlib.metadata import version as installed_version
 from itertools import compress, groupby
 from pathlib import Path
@@ -17,19 +16,19 @@ import numpy as np
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Severity
 from vislam2tag.common.palette import STATUS_STYLES, style_of
 from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.quality.evaluation.reliability import CoverageCurve, coverage_curve
+from vislam2tag.quality.evaluation.reliability import coverage_curve
 from vislam2tag.site.model import Floor, Survey
 from vislam2tag.views.floor_map import drawn_plan, floor_figure, session_part, size_m, surveyed_on
 from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import embedded, write_page
-from vislam2tag.views.run_summary import StatusTime, accuracy_sentence, lost_times, problems, status_times
-from vislam2tag.views.uncertainty import UncertaintyView, event_style
+from vislam2tag.views.run_summary import accuracy_sentence, lost_times, problems, status_times
+from vislam2tag.views.uncertainty import event_style, uncertainty
 
 _LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
 
@@ -64,7 +63,7 @@ class _Pages:
     floors_walked: set[int] = field(default_factory=set)
     """Floors to which walks led that lie under another one."""
 
-    def floors(self) -> Iterator[FloorView]:
+    def floors(self) -> Iterator[dict[str, Any]]:
         shown = set()
         for number, results in groupby(self.results, key=lambda result: result.floor):
             shown.add(number)
@@ -72,19 +71,20 @@ class _Pages:
         for number in sorted(self.floors_walked - shown):
             yield self._floor(number, None)
 
-    def _floor(self, number: int, sessions: Iterator[SessionView] | None) -> FloorView:
+    def _floor(self, number: int, sessions: Iterator[dict[str, Any]] | None) -> dict[str, Any]:
         site = self.survey.site
-        here = tuple(found for found in self.summary.contradictions if found.floor == number)
-        return FloorView(site.floor(number), site.landmarks, sessions, here)
+        here = [found for found in self.summary.contradictions if found.floor == number]
+        return floor_view(site.floor(number), site.landmarks, sessions, here)
 
-    def _views(self, results: Iterable[SessionResult]) -> Iterator[SessionView]:
+    def _views(self, results: Iterable[SessionResult]) -> Iterator[dict[str, Any]]:
         longest_s = self.settings.findings.scan_interval_s
         for result in results:
             interval_s = result.scans.median_interval_s if result.scans else None
-            view = SessionView(result, throttled=interval_s is not None and interval_s > longest_s)
-            self.bars.append(view.bar)
+            bar = TimeBar.of(result)
+            self.bars.append(bar)
             self.floors_walked |= result.elsewhere.keys() & {floor.number for floor in self.survey.site.floors}
-            yield view
+            throttled = interval_s is not None and interval_s > longest_s
+            yield _session_view(result, bar) | {"throttled": throttled}
 
     def time_figure(self) -> Markup:
         return embedded(time_figure(self.bars))
@@ -102,7 +102,7 @@ def _context(
         "overview": _overview(summary),
         "accuracy": accuracy_sentence(summary),
         "problems": problems(summary, survey.findings),
-        "uncertainty": UncertaintyView(summary, settings.labels.max_sigma_m),
+        "uncertainty": uncertainty(summary, settings.labels.max_sigma_m),
         "event_style": event_style,
         "size_m": size_m,
         "infinity": math.inf,
@@ -110,11 +110,18 @@ def _context(
         "style_of": style_of,
         "floors": pages.floors(),
         "time_figure": pages.time_figure,
-        "figure_of": lambda view: embedded(view.figure),
-        "part": lambda view, floor=None: embedded(json.dumps(session_part(view.result, floor), separators=(",", ":"))),
+        "figure_of": lambda view: embedded(view["figure"]),
+        "part": lambda view, floor=None: embedded(
+            json.dumps(session_part(view["result"], floor), separators=(",", ":"))
+        ),
         "settings": list(_flat(settings.of_labels())),
         "versions": _versions(summary),
     }
+
+
+def _part(view: dict[str, Any], floor: int | None = None) -> Markup:
+    """A session's layers on a floor for the page's map."""
+    return embedded(json.dumps(session_part(view["result"], floor), separators=(",", ":")))
 
 
 def _flat(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
@@ -137,75 +144,24 @@ def _versions(summary: Summary) -> list[tuple[str, str]]:
 _SEVERITIES = (Severity.ERROR, Severity.WARNING, Severity.INFO)
 
 
-@dataclass(frozen=True)
-class SessionView:
-    """One session as a row of its floor's table with details below."""
-
-    result: SessionResult
-    throttled: bool
-    """The median scan interval is above the setting's."""
-
-    @property
-    def name(self) -> str:
-        """Device and folder name."""
-        return f"{self.result.device} / {self.result.session}"
-
-    @property
-    def anchor(self) -> str:
-        """Id of the row in the page."""
-        return f"session-{self.result.slug}"
-
-    @property
-    def speed_m_s(self) -> float | None:
-        """Mean speed over the whole session, m/s; None for an empty one."""
-        return self.result.distance_m / self.result.duration_s if self.result.duration_s > 0 else None
-
-    @cached_property
-    def shares(self) -> dict[str, float | None]:
-        """Share labelled of the frames and of each table, 0 to 1; None where it has no rows."""
-        tables = {table: labelled_share(counts) for table, counts in self.result.readings.items()}
-        return {"frames": labelled_share(self.result.frames), **tables}
-
-    @cached_property
-    def times(self) -> list[StatusTime]:
-        """Time by status, labelled first."""
-        return status_times(self.result.frame_seconds)
-
-    @cached_property
-    def lost(self) -> list[StatusTime]:
-        """Time without a position, the longest first."""
-        return lost_times(self.result.frame_seconds)
-
-    @property
-    def lost_s(self) -> float:
-        """Seconds without a position."""
-        return sum(time.seconds for time in self.lost)
-
-    @cached_property
-    def findings(self) -> list[Finding]:
-        """Findings, the gravest first."""
-        return sorted(self.result.findings, key=lambda finding: _SEVERITIES.index(finding.severity))
-
-    @property
-    def worst(self) -> str:
-        """Severity of the gravest finding; empty where there is none."""
-        return self.findings[0].severity.value if self.findings else ""
-
-    @cached_property
-    def accuracy(self) -> CoverageCurve | None:
-        """Errors at the true points, all labels last; None where no truth is known or nothing is labelled."""
-        return coverage_curve(self.result.errors) if self.result.errors else None
-
-    @property
-    def bar(self) -> TimeBar:
-        """The session's column in the overview."""
-        return TimeBar(
-            floor=f"floor {self.result.floor}",
-            name=self.name,
-            anchor=self.anchor,
-            seconds=self.result.frame_seconds,
-            failed=self.result.error is not None,
-        )
+def _session_view(result: SessionResult, bar: TimeBar) -> dict[str, Any]:
+    """One session as a row of its floor's table with details below; its findings come the gravest first."""
+    tables = {table: labelled_share(counts) for table, counts in result.readings.items()}
+    lost = lost_times(result.frame_seconds)
+    findings = sorted(result.findings, key=lambda finding: _SEVERITIES.index(finding.severity))
+    return {
+        "result": result,
+        "name": bar.name,
+        "anchor": bar.anchor,
+        "speed_m_s": result.distance_m / result.duration_s if result.duration_s > 0 else None,
+        "shares": {"frames": labelled_share(result.frames), **tables},
+        "times": status_times(result.frame_seconds),
+        "lost": lost,
+        "lost_s": sum(time.seconds for time in lost),
+        "findings": findings,
+        "worst": findings[0].severity.value if findings else "",
+        "accuracy": coverage_curve(result.errors) if result.errors else None,
+    }
 
 
 def _overview(summary: Summary) -> dict[str, Any]:
@@ -227,57 +183,41 @@ _TOLERANCE_M = 1.0
 """How far outside the plan a landmark may lie without a word: sheets hang on outer walls."""
 
 
-@dataclass(frozen=True)
-class FloorView:
-    """A floor's map and its sessions, which pass by once."""
+def floor_view(
+    floor: Floor,
+    landmarks: Landmarks,
+    sessions: Iterator[dict[str, Any]] | None,
+    contradictions: Sequence[LandmarkContradiction] = (),
+) -> dict[str, Any]:
+    """A floor's map and its sessions, which pass by once; None where none lies under it, though walks led to it.
 
-    floor: Floor
-    landmarks: Landmarks
-    sessions: Iterator[SessionView] | None
-    """None where no session lies under this floor, though walks led to it."""
-    contradictions: tuple[LandmarkContradiction, ...] = ()
-    """Landmarks of this floor that contradict the rest."""
+    The figure is Plotly's JSON without the sessions; notes are on what the map lacks and on what lies beside the plan.
+    """
+    plan, note = drawn_plan(floor)
+    visited = "No session starts here; walks from other floors led here." if sessions is None else ""
+    unplaced = (landmarks.floor == floor.number) & ~landmarks.surveyed
+    return {
+        "floor": floor,
+        "sessions": sessions,
+        "title": "" if floor.name.casefold() in (str(floor.number), f"floor {floor.number}") else floor.name,
+        "figure": floor_figure(floor, landmarks, plan, contradictions),
+        "notes": [text for text in (visited, note, _outside(floor, landmarks)) if text],
+        "unplaced": list(compress(landmarks.ids, unplaced)),
+    }
 
-    @property
-    def title(self) -> str:
-        """The floor's name where it says more than its number."""
-        number = self.floor.number
-        return "" if self.floor.name.casefold() in (str(number), f"floor {number}") else self.floor.name
 
-    @property
-    def figure(self) -> str:
-        """The map as Plotly's JSON, without the sessions."""
-        return floor_figure(self.floor, self.landmarks, self._plan[0], self.contradictions)
-
-    @property
-    def notes(self) -> list[str]:
-        """Sentences on what the map lacks and on what lies beside the plan."""
-        visited = "No session starts here; walks from other floors led here." if self.sessions is None else ""
-        return [note for note in (visited, self._plan[1], self._outside()) if note]
-
-    @property
-    def unplaced(self) -> list[str]:
-        """Landmarks of this floor that nobody surveyed."""
-        here = (self.landmarks.floor == self.floor.number) & ~self.landmarks.surveyed
-        return list(compress(self.landmarks.ids, here))
-
-    @cached_property
-    def _plan(self) -> tuple[str | None, str]:
-        """The plan as a data URI where it can be drawn, else a sentence that says why not."""
-        return drawn_plan(self.floor)
-
-    def _outside(self) -> str:
-        """Name the surveyed landmarks beside the plan; empty where there is none."""
-        if self.floor.extent_m is None:
-            return ""
-        low, high = self.floor.corners_m
-        beside = np.maximum(low - self.landmarks.position_bcs, self.landmarks.position_bcs - high)
-        wanted = surveyed_on(self.floor, self.landmarks) & (beside > _TOLERANCE_M).any(axis=1)
-        ids = list(compress(self.landmarks.ids, wanted))
-        if not ids:
-            return ""
-        size = f"{self.floor.width_m:g} m x {self.floor.height_m:g} m"
-        return f"Surveyed landmarks outside the plan of {size}: {', '.join(ids)}. Check their positions or its size."
+def _outside(floor: Floor, landmarks: Landmarks) -> str:
+    """Name the surveyed landmarks beside the plan; empty where there is none."""
+    if floor.extent_m is None:
+        return ""
+    low, high = floor.corners_m
+    beside = np.maximum(low - landmarks.position_bcs, landmarks.position_bcs - high)
+    wanted = surveyed_on(floor, landmarks) & (beside > _TOLERANCE_M).any(axis=1)
+    ids = list(compress(landmarks.ids, wanted))
+    if not ids:
+        return ""
+    size = f"{floor.width_m:g} m x {floor.height_m:g} m"
+    return f"Surveyed landmarks outside the plan of {size}: {', '.join(ids)}. Check their positions or its size."
 
 
 @dataclass(frozen=True)
@@ -289,6 +229,12 @@ class TimeBar:
     anchor: str
     seconds: dict[str, float]
     failed: bool
+
+    @classmethod
+    def of(cls, result: SessionResult) -> TimeBar:
+        """The column of a session's result."""
+        name, anchor = f"{result.device} / {result.session}", f"session-{result.slug}"
+        return cls(f"floor {result.floor}", name, anchor, result.frame_seconds, failed=result.error is not None)
 
 
 def time_figure(bars: Sequence[TimeBar]) -> str:

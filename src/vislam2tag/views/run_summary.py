@@ -7,7 +7,6 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TypeVar
 
 import numpy as np
 
@@ -70,8 +69,6 @@ def _joined(before: LandmarkContradiction | None, mark: ContradictionMark) -> La
     )
 
 
-_Number = TypeVar("_Number", int, float)
-
 _OK = Status.OK.label
 _DUPLICATE = Status.DUPLICATE.label
 
@@ -111,14 +108,10 @@ def summarise(
 
 def findings_by_kind(findings: Iterable[Finding]) -> dict[str, int]:
     """Count what was found, by kind, sorted."""
-    counts = _integers()
+    counts = Counter[str]()
     for finding in findings:
         counts[finding.kind] += finding.count
     return _sorted(counts)
-
-
-def _integers() -> dict[str, int]:
-    return defaultdict(int)
 
 
 def _floats() -> dict[str, float]:
@@ -132,12 +125,12 @@ class _Totals:
     sessions: int = 0
     duration_s: float = 0.0
     distance_m: float = 0.0
-    frames: dict[str, int] = field(default_factory=_integers)
+    frames: Counter[str] = field(default_factory=Counter)
     frame_seconds: dict[str, float] = field(default_factory=_floats)
-    readings: dict[str, dict[str, int]] = field(default_factory=lambda: defaultdict(_integers))
-    findings: dict[str, int] = field(default_factory=_integers)
+    readings: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
+    findings: Counter[str] = field(default_factory=Counter)
     failures: dict[str, str] = field(default_factory=dict)
-    events: dict[str, int] = field(default_factory=_integers)
+    events: Counter[str] = field(default_factory=Counter)
     contradictions: LandmarkTally = field(default_factory=LandmarkTally)
     sigma: Counter[int] = field(default_factory=Counter)
     """Frames by the bin of their sigma."""
@@ -150,12 +143,12 @@ class _Totals:
         self.sessions += 1
         self.duration_s += result.duration_s
         self.distance_m += result.distance_m
-        _accumulate(self.frames, result.frames)
+        self.frames.update(result.frames)
         _accumulate(self.frame_seconds, result.frame_seconds)
         for table, counts in result.readings.items():
-            _accumulate(self.readings[table], counts)
-        _accumulate(self.findings, findings_by_kind(result.findings))
-        _accumulate(self.events, Counter(event.kind.value for event in result.events))
+            self.readings[table].update(counts)
+        self.findings.update(findings_by_kind(result.findings))
+        self.events.update(event.kind.value for event in result.events)
         self.contradictions.add(result)
         if result.sigma is not None:
             self.sigma.update(result.sigma.frames)
@@ -193,7 +186,7 @@ def _group_sums(result: SessionResult) -> dict[str, float]:
     }
 
 
-def _accumulate(sums: dict[str, _Number], more: Mapping[str, _Number]) -> None:
+def _accumulate(sums: dict[str, float], more: Mapping[str, float]) -> None:
     for key, value in more.items():
         sums[key] += value
 

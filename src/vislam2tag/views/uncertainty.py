@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from vislam2tag.common.bootstrap import FEWEST_WALKS
 from vislam2tag.common.palette import EVENT_STYLES, EventStyle
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.faults import EventKind
-from vislam2tag.labeling.results import Summary
+from vislam2tag.labeling.results import ErrorRecord, Summary
 from vislam2tag.quality.evaluation.reliability import (
     CoverageCurve,
     ReliabilityCurve,
@@ -20,72 +19,47 @@ from vislam2tag.quality.evaluation.reliability import (
     verdict,
 )
 from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
-from vislam2tag.views.layers import BLUE, GREY, VERMILION, axis, chart, figure_json, scatter
+from vislam2tag.views.layers import BLUE, GREY, VERMILION, Trace, axis, chart, figure_json, scatter
 
 
-@dataclass(frozen=True)
-class UncertaintyView:
-    """Uncertainty, errors, events and contradictions of a whole run."""
+def uncertainty(summary: Summary, limit_m: float) -> dict[str, Any]:
+    """Uncertainty, errors, events and contradictions of a whole run, for the report's template.
 
-    summary: Summary
-    limit_m: float
-    """Sigma above which a frame or reading is uncertain, metres; may be infinite."""
+    ``limit_m`` is the sigma above which a frame or reading is uncertain; it may be infinite. ``coverage`` is None where
+    no true point has a label.
+    """
+    errors = summary.errors
+    coverage = coverage_curve(errors) if errors else None
+    reliability = reliability_curve(errors) if errors else None
+    figures = []
+    if reliability is not None:
+        figures.append(("Reliability: is the stated uncertainty true?", reliability_figure(reliability)))
+    if coverage is not None and errors is not None and any(errors.inside):
+        title = "Coverage and accuracy: what a limit on sigma costs and brings"
+        figures.append((title, coverage_figure(coverage, limit_m)))
+    observed = None if reliability is None else reliability.observed
+    return {
+        "limit_m": limit_m,
+        "coverage": coverage,
+        "figures": figures,
+        "verdict": "" if errors is None or not any(errors.inside) else _verdict(errors, reliability),
+        "at_nearest_points": errors is not None and CONTROL_POINTS in errors.sources,
+        "inside": [] if observed is None else [(percent, float(observed[percent - 1])) for percent in (68, 95)],
+        "events": [(style, summary.events[kind]) for kind, style in EVENT_STYLES.items() if summary.events.get(kind)],
+    }
 
-    @cached_property
-    def coverage(self) -> CoverageCurve | None:
-        """Errors against the share labelled; None where no true point has a label."""
-        return coverage_curve(self.summary.errors) if self.summary.errors else None
 
-    @cached_property
-    def reliability(self) -> ReliabilityCurve | None:
-        """Observed against stated shares; None where there is no truth or no stated uncertainty."""
-        return reliability_curve(self.summary.errors) if self.summary.errors else None
-
-    @property
-    def figures(self) -> list[tuple[str, str]]:
-        """Each figure as Plotly's JSON with what it shows."""
-        figures = []
-        if self.reliability is not None:
-            title = "Reliability: is the stated uncertainty true?"
-            figures.append((title, reliability_figure(self.reliability)))
-        if self.coverage is not None and self.summary.errors is not None and any(self.summary.errors.inside):
-            title = "Coverage and accuracy: what a limit on sigma costs and brings"
-            figures.append((title, coverage_figure(self.coverage, self.limit_m)))
-        return figures
-
-    @property
-    def verdict(self) -> str:
-        """What to think of the stated sigmas, as a sentence; empty where no truth is known."""
-        if self.summary.errors is None or not any(self.summary.errors.inside):
-            return ""
-        if self.reliability is None:
-            return (
-                "Whether the stated sigmas are true cannot be told here: this truth is itself less exact than the "
-                "labels say they are. A total station, or a truth.csv of the whole walk, would tell."
-            )
-        judged = verdict(self.summary.errors)
-        if judged is None:
-            return f"Fewer than {FEWEST_WALKS} walks: too few to tell whether the stated sigmas are true."
-        factor = f"{self.reliability.times_as_large:.2f} times as large as stated"
-        return f"So errors are {factor}: the stated sigmas are {judged}."
-
-    @property
-    def at_nearest_points(self) -> bool:
-        """Whether errors are, at least in part, distances to the nearest control point."""
-        return self.summary.errors is not None and CONTROL_POINTS in self.summary.errors.sources
-
-    @property
-    def inside(self) -> list[tuple[int, float]]:
-        """Percent of the 68 % and of the 95 % region, each with the share of errors inside."""
-        curve = self.reliability
-        return [] if curve is None else [(percent, float(curve.observed[percent - 1])) for percent in (68, 95)]
-
-    @property
-    def events(self) -> list[tuple[EventStyle, int]]:
-        """Kinds of events that occurred, with their number."""
-        return [
-            (style, self.summary.events[kind]) for kind, style in EVENT_STYLES.items() if self.summary.events.get(kind)
-        ]
+def _verdict(errors: ErrorRecord, reliability: ReliabilityCurve | None) -> str:
+    """What to think of the stated sigmas, as a sentence."""
+    if reliability is None:
+        return (
+            "Whether the stated sigmas are true cannot be told here: this truth is itself less exact than the "
+            "labels say they are. A total station, or a truth.csv of the whole walk, would tell."
+        )
+    judged = verdict(errors)
+    if judged is None:
+        return f"Fewer than {FEWEST_WALKS} walks: too few to tell whether the stated sigmas are true."
+    return f"So errors are {reliability.times_as_large:.2f} times as large as stated: the stated sigmas are {judged}."
 
 
 def event_style(kind: EventKind) -> EventStyle:
@@ -114,29 +88,40 @@ def reliability_figure(curve: ReliabilityCurve) -> str:
     return figure_json(figure)
 
 
-def coverage_figure(curve: CoverageCurve, limit_m: float) -> str:
-    """Return, as JSON, mean and 95th percentile of the errors against the share labelled; a mark at the limit set."""
-    labelled = _percent(curve.labelled)
+def coverage_layers(
+    curve: CoverageCurve,
+    called: str = "",
+    colours: tuple[str, str] = (BLUE, VERMILION),
+    dashes: tuple[str, str] = ("solid", "solid"),
+) -> list[Trace]:
+    """Mean and 95th percentile of the errors against the share labelled in percent."""
     limits = ["no sigma stated" if np.isnan(limit) else f"sigma up to {limit:.2f} m" for limit in curve.max_sigma_m]
-    traces = [
+    errors = ((f"{called}mean", curve.mean_m), (f"{called}95th percentile", curve.p95_m))
+    return [
         scatter(
             "lines+markers",
             name,
             None,
             f"{name} %{{y:.2f}} m<br>%{{x:.1f}} % labelled<br>%{{hovertext}}",
-            x=labelled,
-            y=np.round(errors, 4).tolist(),
+            x=_percent(curve.labelled),
+            y=np.round(error_m, 4).tolist(),
             hovertext=limits,
             marker={"size": 5},
-            line={"color": colour, "width": 2},
+            line={"color": colour, "width": 2, "dash": dash},
         )
-        for name, errors, colour in (("mean", curve.mean_m, BLUE), ("95th percentile", curve.p95_m, VERMILION))
+        for (name, error_m), colour, dash in zip(errors, colours, dashes, strict=True)
     ]
-    x = axis("share of true points labelled / %", [0, 102], fixedrange=True)
-    figure = chart(traces, x, axis("error / m", fixedrange=True, rangemode="tozero"))
+
+
+COVERAGE_AXIS = axis("share of true points labelled / %", [0, 102], fixedrange=True)
+
+
+def coverage_figure(curve: CoverageCurve, limit_m: float) -> str:
+    """Return, as JSON, mean and 95th percentile of the errors against the share labelled; a mark at the limit set."""
+    figure = chart(coverage_layers(curve), COVERAGE_AXIS, axis("error / m", fixedrange=True, rangemode="tozero"))
     within = np.flatnonzero(~(curve.max_sigma_m > limit_m))
     if len(within) and np.isfinite(limit_m):
-        at = labelled[int(within[-1])]
+        at = _percent(curve.labelled)[int(within[-1])]
         line = {"color": GREY, "dash": "dot"}
         figure.add_vline(x=at, line=line, annotation_text=f"limit {limit_m:g} m", annotation_position="top left")
     return figure_json(figure)

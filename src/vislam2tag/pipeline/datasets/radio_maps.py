@@ -27,7 +27,7 @@ from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import unique_slugs
 from vislam2tag.views.panels import rendered
-from vislam2tag.views.radio_map_page import MapFloor, access_point_map, contact_sheet, write_radio_map_page
+from vislam2tag.views.radio_map_page import access_point_map, contact_sheet, map_floor, write_radio_map_page
 
 _DOUBLE, _SHORT, _ASCII = "d", "H", "s"
 _TRANSFORMATION, _KEYS, _DOUBLES, _TEXTS = 34264, 34735, 34736, 34737
@@ -220,7 +220,7 @@ def write_radio_maps(
             floors.append(index)
             floor = dataset.site_floor(Storey(maps.place.building, maps.place.floor))
             files = [one.geotiff for one in index.access_points]
-            shown.append(MapFloor.of(maps, floor, Path(index.npz).stem, files))
+            shown.append(map_floor(maps, floor, Path(index.npz).stem, files))
         write_radio_map_page(folder / PAGE_FILE, dataset.info.title or dataset.info.name, shown)
         index_of_all = RadioMapIndex(
             version=__version__,
