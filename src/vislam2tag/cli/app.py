@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from textwrap import fill
 from typing import Annotated, Any, TypeAlias
 
 import typer
@@ -147,6 +148,9 @@ def _in_plain_words(command: Any) -> None:
         formatter.write_dl = lambda rows: write([(plain(term), text) for term, text in rows])
         format_options(ctx, formatter)
         formatter.write_dl = write
+        if rare := [max(each.opts, key=len) for each in command.params if each.hidden and each.expose_value]:
+            text = f"Rarely needed (settings are in docs/reference/settings.md): {', '.join(rare)}."
+            formatter.write(f"\n{fill(text, formatter.width, break_on_hyphens=False)}\n")
 
     def plain_usage(piece: str) -> str:
         argument = _ARGUMENT.fullmatch(piece)
