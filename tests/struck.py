@@ -14,6 +14,8 @@ from subprocess import CompletedProcess
 from tempfile import TemporaryFile
 
 import psutil
+import pytest
+from _pytest.mark.structures import ParameterSet
 
 ROOT = str(Path(__file__).parents[1])
 HUNG_S = 300.0
@@ -75,3 +77,9 @@ def _of_session(leader: int) -> Iterator[psutil.Process]:
         with suppress(ProcessLookupError, PermissionError):
             if os.getsid(process.pid) == leader:
                 yield process
+
+
+def moments(count: int) -> list[ParameterSet]:
+    """Numbers 1 to ``count`` of moments spread over a run; all but the middle and the last one are for the campaign."""
+    quick = (count // 2 + 1, count)
+    return [pytest.param(n, marks=() if n in quick else pytest.mark.campaign) for n in range(1, count + 1)]

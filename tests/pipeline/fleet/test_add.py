@@ -14,7 +14,7 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.pipeline.fleet.trees import tree_of
 from tests.stores import Bucket
-from tests.struck import MAIN, Strike, struck
+from tests.struck import MAIN, Strike, moments, struck
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import StoreConflictError
 from vislam2tag.common.files.folder_store import any_store_at
@@ -167,7 +167,7 @@ def test_nothing_is_added_if_one_of_several_is_refused(
 
 
 @pytest.mark.parametrize("options", [[], ["--replace"]])
-@pytest.mark.parametrize("moment", range(1, MOMENTS + 1))
+@pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_and_run_again_it_leaves_what_one_whole_run_leaves(
     ward: Path, other_ward: Path, tmp_path: Path, moment: int, options: list[str]
 ) -> None:

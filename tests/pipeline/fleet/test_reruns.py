@@ -15,7 +15,7 @@ from tests.cli.command import vislam2tag
 from tests.pipeline.fleet.conftest import CONFIG, SmallFleet
 from tests.pipeline.fleet.trees import COLUMNS_OF_TIMES, tree_of
 from tests.stores import Bucket
-from tests.struck import MAIN, Strike, struck
+from tests.struck import MAIN, Strike, moments, struck
 from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.pipeline.fleet.catalogue import fleet_list
 
@@ -129,7 +129,7 @@ def test_files_that_people_add_stay(fleet: SmallFleet, whole: Whole, place: Path
     assert whole.tree.items() <= tree.items()
 
 
-@pytest.mark.parametrize("moment", range(1, MOMENTS + 1))
+@pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_at_moments_spread_over_a_run(fleet: SmallFleet, whole: Whole, tmp_path: Path, moment: int) -> None:
     place = added(fleet, tmp_path / NAME)
     step = math.ceil(whole.steps * moment / MOMENTS)
@@ -140,7 +140,7 @@ def test_killed_at_moments_spread_over_a_run(fleet: SmallFleet, whole: Whole, tm
     assert fleet_list(place).drop(COLUMNS_OF_TIMES).equals(whole.catalogue)
 
 
-@pytest.mark.parametrize("moment", range(1, MOMENTS + 1))
+@pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_with_other_settings_and_continued_with_those_of_before(
     fleet: SmallFleet, whole: Whole, tmp_path: Path, moment: int
 ) -> None:
@@ -154,7 +154,7 @@ def test_killed_with_other_settings_and_continued_with_those_of_before(
     assert tree_of(place, tmp_path / "tree") == whole.tree
 
 
-@pytest.mark.parametrize("moment", range(1, MOMENTS + 1))
+@pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_at_moments_spread_over_a_run_in_a_bucket(
     fleet: SmallFleet, whole: Whole, tmp_path: Path, moment: int
 ) -> None:

@@ -10,13 +10,12 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.struck import MAIN, Strike, struck
+from tests.struck import MAIN, Strike, moments, struck
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.pipeline.labels.process import process
 
 COUNTING = f"import atexit\natexit.register(lambda: print(watch.seen))\n{MAIN}"
 MOMENTS = 10
-QUICK = (1, MOMENTS // 2, MOMENTS)
 
 
 class Whole(NamedTuple):
@@ -47,9 +46,7 @@ def killed_and_continued(survey: Path, out: Path, step: int, jobs: int) -> dict[
     return bytes_of(out)
 
 
-@pytest.mark.parametrize(
-    "moment", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in range(1, MOMENTS + 1)]
-)
+@pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_at_moments_spread_over_the_run(survey: Path, whole: Whole, tmp_path: Path, moment: int) -> None:
     step = math.ceil(whole.steps * moment / MOMENTS)
     assert killed_and_continued(survey, tmp_path / "out", step, jobs=1) == whole.files
