@@ -15,9 +15,8 @@ from vislam2tag.positioning.benchmark_record import (
     RunTime,
     benchmark_rows,
     interval,
-    model_times,
 )
-from vislam2tag.positioning.benchmark_tables import figure_text, latex_text, rows_csv, table_4, times_csv
+from vislam2tag.positioning.benchmark_tables import figure_text, latex_text, model_times, rows_csv, table_4, times_csv
 from vislam2tag.positioning.metrics import ErrorQuantiles, Score
 
 

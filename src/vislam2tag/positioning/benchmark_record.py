@@ -73,18 +73,6 @@ class BenchmarkRow(Record):
     """By the names of :data:`FIGURES`: the mean over seeds and its interval."""
 
 
-class ModelTime(Record):
-    """How long a model takes, on average over runs, and as a multiple of the reference's time in the same benchmark."""
-
-    model: str
-    fit_s: float
-    predict_ms: float
-    """For one scan."""
-    fit_ratio: float | None
-    """None where the reference was not run."""
-    predict_ratio: float | None
-
-
 class BestModel(Record):
     """The model with the smallest mean error on a split, of those that answer and find floors about as often as any."""
 
@@ -134,8 +122,6 @@ def versions() -> dict[str, str]:
 
 ALL = "all"
 """Fold of a row over all folds."""
-REFERENCE = "weighted-knn"
-"""Model whose time others are measured by."""
 LEVEL = 0.95
 _DIGITS = 6
 _T = TypeVar("_T")
@@ -206,29 +192,6 @@ def interval(values: Sequence[float | None], *, share: bool = False) -> FigureWi
     return FigureWithInterval(
         value=round(mean, _DIGITS), low=round(float(low), _DIGITS), high=round(float(high), _DIGITS)
     )
-
-
-def model_times(runs: Sequence[tuple[RunRecord, RunTime]]) -> list[ModelTime]:
-    """Mean times by model, and their ratios to those of :data:`REFERENCE` where it was run."""
-    fit_s, predict_ms = {}, {}
-    for name in _distinct(run.model for run, _ in runs):
-        own = [(run, time) for run, time in runs if run.model == name]
-        fit_s[name] = float(np.mean([time.fit_s for _, time in own]))
-        predict_ms[name] = 1000 * sum(time.predict_s for _, time in own) / sum(run.score.scans for run, _ in own)
-    return [
-        ModelTime(
-            model=name,
-            fit_s=fit_s[name],
-            predict_ms=predict_ms[name],
-            fit_ratio=_ratio(fit_s[name], fit_s.get(REFERENCE)),
-            predict_ratio=_ratio(predict_ms[name], predict_ms.get(REFERENCE)),
-        )
-        for name in fit_s
-    ]
-
-
-def _ratio(own: float, reference: float | None) -> float | None:
-    return own / reference if reference else None
 
 
 def _mean(values: Sequence[float | None]) -> float | None:

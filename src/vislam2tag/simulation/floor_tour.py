@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.choices import Climb
-from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
+from vislam2tag.simulation.model import FloorTour, SimulatedFloor, seen_from_first
 from vislam2tag.simulation.route import STEP_M, Course, WalkPath, course_on, lay_path, room_nodes, sample_at, wander
 from vislam2tag.simulation.settings import WalkSettings
 
@@ -25,38 +25,6 @@ FLIGHT_SHARES = np.array([0.0, 0.0, 0.5, 0.5, 1.0, 1.0])
 """Share of the storey climbed at each of these corners."""
 CABIN_M = 1.6
 """A lift stands so far out of the corridor's corner."""
-
-
-@dataclass(frozen=True)
-class FloorTour:
-    """The floors that a walk may visit, the one where it starts first, and how it gets from one to the other."""
-
-    floors: tuple[SimulatedFloor, ...]
-    climb: Climb
-
-    @property
-    def rise_m(self) -> FloatArray:
-        """Height (f,) of each floor above the first."""
-        return np.array([floor.elevation_m for floor in self.floors]) - self.floors[0].elevation_m
-
-
-def floor_tour_from(building: SimulatedBuilding, start: int, climb: Climb) -> FloorTour:
-    """The tour over all floors of a building that starts on the floor of this number."""
-    return FloorTour(tuple(sorted(building.floors, key=lambda floor: (floor.number != start, floor.number))), climb)
-
-
-def seen_from_first(tour: FloorTour) -> SimulatedFloor:
-    """The first floor with the landmarks of all floors on it, heights above that floor."""
-    lifted = [
-        floor.landmark_position + np.array((0.0, 0.0, rise))
-        for floor, rise in zip(tour.floors, tour.rise_m, strict=True)
-    ]
-    return replace(
-        tour.floors[0],
-        landmark_ids=tuple(name for floor in tour.floors for name in floor.landmark_ids),
-        landmark_position=np.vstack(lifted),
-        landmark_heading_rad=np.concatenate([floor.landmark_heading_rad for floor in tour.floors]),
-    )
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.beacons import Beacons, make_beacons, simulate_ble
 from vislam2tag.simulation.building import STATION_LANDMARKS, draw_plan
 from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
-from vislam2tag.simulation.floor_tour import floor_tour_from, seen_from_first
 from vislam2tag.simulation.imu import ImuSettings, simulate_imu, with_pressure
-from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
+from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk, floor_tour_from, seen_from_first
 from vislam2tag.simulation.phone_log import phone_log, phone_text, session_name
 from vislam2tag.simulation.phone_script import phone_script
 from vislam2tag.simulation.phones import SimulatedSession, make_device, simulate_fixes, simulate_presses

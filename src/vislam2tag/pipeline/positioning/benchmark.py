@@ -46,12 +46,12 @@ from vislam2tag.positioning.benchmark_record import (
     RunRecord,
     RunTime,
     benchmark_rows,
-    model_times,
 )
 from vislam2tag.positioning.benchmark_tables import (
     Table4,
     best_models,
     latex_text,
+    model_times,
     paired_interval,
     rows_csv,
     table_4,
