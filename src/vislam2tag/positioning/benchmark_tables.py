@@ -16,7 +16,7 @@ import polars as pl
 from vislam2tag.common.bootstrap import mean_interval
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
-from vislam2tag.positioning.benchmark_record import ALL, FIGURES, SHARES, BenchmarkRow, BestModel, RunRecord, RunTime
+from vislam2tag.positioning.benchmark import ALL, FIGURES, SHARES, BenchmarkRow, BestModel, RunRecord, RunTime
 from vislam2tag.quality.evaluation.record import FigureWithInterval
 
 COMPLETE = 0.9

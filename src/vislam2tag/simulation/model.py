@@ -13,7 +13,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.simulation.choices import Climb
+from vislam2tag.simulation.settings import Climb
 from vislam2tag.site.walkable.space import WalkableSpace
 
 

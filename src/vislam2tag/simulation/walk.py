@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
-from vislam2tag.simulation.floor_tour import lay_floor_tour
 from vislam2tag.simulation.model import FloorTour, SimulatedFloor, TrueWalk
-from vislam2tag.simulation.route import STEP_M, WalkPath, make_path
+from vislam2tag.simulation.route import STEP_M, WalkPath, lay_floor_tour, make_path
 from vislam2tag.simulation.settings import WalkSettings
 
 RATE_HZ = 200.0

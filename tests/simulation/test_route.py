@@ -9,7 +9,6 @@ import pytest
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building import make_building
-from vislam2tag.simulation.choices import Climb, Locale
 from vislam2tag.simulation.model import (
     FloorTour,
     SimulatedFloor,
@@ -22,7 +21,7 @@ from vislam2tag.simulation.model import (
 )
 from vislam2tag.simulation.phones import make_device
 from vislam2tag.simulation.radio import RadioSettings, make_radio_environment, mean_rss_dbm, simulate_wifi
-from vislam2tag.simulation.settings import BuildingSettings, TrackerSettings, WalkSettings, stream
+from vislam2tag.simulation.settings import BuildingSettings, Climb, Locale, TrackerSettings, WalkSettings, stream
 from vislam2tag.simulation.tracker import track
 from vislam2tag.simulation.walk import make_walk
 
