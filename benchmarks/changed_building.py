@@ -29,14 +29,12 @@ from vislam2tag.datasets.changes import APPEARED, CHANGED, CHANGED_POINTS, MOVED
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
-from vislam2tag.positioning.learning_data import LearningData, learning_data
-from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.model_update import updated
+from vislam2tag.positioning.learning_data import LearningData, learning_data, updated
+from vislam2tag.positioning.model_scores import score
 from vislam2tag.positioning.places import LabelledScans, joined_places
 from vislam2tag.positioning.radio_scans import joined_scans
 from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.simulation.building import make_building
-from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk, position_at
 from vislam2tag.simulation.phones import make_device
 from vislam2tag.simulation.radio import (
@@ -46,7 +44,7 @@ from vislam2tag.simulation.radio import (
     mean_rss_dbm,
     simulate_wifi,
 )
-from vislam2tag.simulation.settings import BuildingSettings, WalkStyle, stream, walk_settings
+from vislam2tag.simulation.settings import BuildingSettings, Locale, WalkStyle, stream, walk_settings
 from vislam2tag.simulation.walk import make_walk
 
 FLOORS = (0, 1)

@@ -43,13 +43,12 @@ from vislam2tag.quality.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.sessions.readings import repeated_scans
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.building import draw_plan
-from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.imu import INERTIAL_TYPES, ImuSettings, simulate_imu
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.phones import make_device
 from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
-from vislam2tag.simulation.settings import BuildingSettings, stream
+from vislam2tag.simulation.settings import BuildingSettings, Locale, stream
 from vislam2tag.simulation.survey import STALE_SHARE, walk_and_track
 from vislam2tag.site.corrections.file import UNITS_M, session_start
 from vislam2tag.site.model import SessionKey

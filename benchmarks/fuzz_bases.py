@@ -24,11 +24,11 @@ from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.format_registry import ImportContext, import_format_of
 from vislam2tag.datasets.labelled import open_labelled
-from vislam2tag.positioning.model_file import load_model
+from vislam2tag.positioning.model_files import load_model
 from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.preparation.registration.tape_and_clicks import read_distances, read_targets
-from vislam2tag.quality.evaluation.press_identity import read_route
+from vislam2tag.quality.evaluation.press_truth import read_route
 from vislam2tag.quality.evaluation.station_frame import read_shots, read_station_track
 from vislam2tag.quality.evaluation.trajectory_files import READERS
 from vislam2tag.settings import part_of, setting_fields

@@ -18,7 +18,7 @@ from safetensors import safe_open
 from safetensors.numpy import save_file
 from tests.mutations import EXTREME, NASTY, mutate
 
-from vislam2tag.positioning import model_file
+from vislam2tag.positioning import model_files
 
 Rng = np.random.Generator
 ODD_VALUES: tuple[Any, ...] = (
@@ -172,7 +172,7 @@ def _say_right_checksum(path: Path) -> None:
 def _model(path: Path, rng: Rng) -> str:
     """Change the header or one array of a model, and make its checksum right."""
     with safe_open(path, framework="numpy") as file:
-        header = json.loads(file.metadata()[model_file._KEY])
+        header = json.loads(file.metadata()[model_files._KEY])
         arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - it is no dictionary
     what = "header"
     if rng.random() < 0.4:
@@ -181,8 +181,8 @@ def _model(path: Path, rng: Rng) -> str:
         what = str(rng.choice(list(arrays)))
         arrays[what] = _odd_array(arrays[what], rng)
     if isinstance(header, dict):
-        header["checksum"] = model_file._checksum(json.loads(json.dumps(header)), arrays)
-    save_file(arrays, path, {model_file._KEY: json.dumps(header)})
+        header["checksum"] = model_files._checksum(json.loads(json.dumps(header)), arrays)
+    save_file(arrays, path, {model_files._KEY: json.dumps(header)})
     return what
 
 

@@ -22,8 +22,8 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import Climb, SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.corrections.file import Corrections
 

@@ -28,7 +28,7 @@ from vislam2tag.core.arrays import AnyArray, BoolArray
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.positioning.learning_data import LearningData, learning_data
-from vislam2tag.positioning.metrics import plane_error_m
+from vislam2tag.positioning.model_scores import plane_error_m
 from vislam2tag.positioning.places import folds
 from vislam2tag.positioning.registry import model_named
 

@@ -23,7 +23,7 @@ from dead_reckoning import step_path
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.positioning.learning_data import LearningData, learning_data
-from vislam2tag.positioning.metrics import Score, score
+from vislam2tag.positioning.model_scores import Score, score
 from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.registry import model_named

@@ -10,7 +10,7 @@ import pytest
 
 from tests.positioning.in_an_app import answered, assert_same
 from tests.positioning.radio_world import radio_world
-from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
+from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, save_model
 from vislam2tag.positioning.radio_scans import RadioScans
 from vislam2tag.positioning.registry import model_named, model_names
 

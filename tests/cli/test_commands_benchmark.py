@@ -13,7 +13,7 @@ from tests.positioning.benchmarked import benchmark_dataset
 from tests.surveys import make_survey
 from vislam2tag.cli.commands_benchmark import with_parameters
 from vislam2tag.common.errors import UsageError
-from vislam2tag.positioning.benchmark_protocol import ModelChoice
+from vislam2tag.positioning.benchmark import ModelChoice
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.pipeline.labels.test_landmark_survey import SURVEYED, few, rewritten
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import Climb
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 

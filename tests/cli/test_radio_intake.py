@@ -17,7 +17,7 @@ from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.privacy import key_name, read_key
 from vislam2tag.intake.readings import CURE
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
-from vislam2tag.positioning.model_file import load_model, save_model
+from vislam2tag.positioning.model_files import load_model, save_model
 
 NOTATIONS: tuple[Callable[[str], str], ...] = (
     str.upper,

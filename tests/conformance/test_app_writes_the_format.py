@@ -24,8 +24,8 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import SessionLayout
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.model import Survey
 from vislam2tag.studio.receiving.filing import file_zip

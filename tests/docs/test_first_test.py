@@ -15,9 +15,8 @@ import pytest
 from tests.cli.command import vislam2tag
 from tests.docs.named_tests import ROOT
 from vislam2tag.quality.evaluation.truth import read_truth
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.settings import BuildingSettings, WalkStyle, walk_settings
+from vislam2tag.simulation.settings import BuildingSettings, SessionLayout, WalkStyle, walk_settings
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 PAGE = (ROOT / "docs" / "how-to" / "first-test.md").read_text("utf-8")

@@ -19,7 +19,7 @@ from vislam2tag.pipeline.demo import run_demo
 from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.learning_data import learning_data
-from vislam2tag.positioning.model_file import load_model
+from vislam2tag.positioning.model_files import load_model
 from vislam2tag.quality.evaluation.metrics import ErrorSummary
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey

@@ -14,11 +14,11 @@ from safetensors import safe_open
 from safetensors.numpy import save_file
 
 from tests.positioning.radio_world import radio_world
-from tests.positioning.test_model_file import KEY, SMALL, fitted
+from tests.positioning.test_model_files import KEY, SMALL, fitted
 from vislam2tag.common.errors import ModelError
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.positioning import model_file
-from vislam2tag.positioning.model_file import load_model, save_model
+from vislam2tag.positioning import model_files
+from vislam2tag.positioning.model_files import load_model, save_model
 from vislam2tag.positioning.radio_scans import RadioScans
 
 Header: TypeAlias = dict[str, Any]
@@ -120,7 +120,7 @@ def test_a_damaged_model_is_one_message_or_answers(name: str, tmp_path: Path) ->
     scans, _ = radio_world(seed=5, walks=1)
     refused = 0
     for what, header, arrays in damaged(*content_of(path)):
-        fields = {**header, "checksum": model_file._checksum(json.loads(json.dumps(header)), arrays)}
+        fields = {**header, "checksum": model_files._checksum(json.loads(json.dumps(header)), arrays)}
         save_file(arrays, path, {KEY: json.dumps(fields)})
         message = answered(path, scans, what)
         assert message is None or re.fullmatch(re.escape(f"{path}: ") + ".*", message), what

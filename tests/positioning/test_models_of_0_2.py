@@ -16,7 +16,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.positioning.in_an_app import APP
 from vislam2tag.common.errors import ModelError, UsageError
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
-from vislam2tag.positioning.model_file import load_model, save_model
+from vislam2tag.positioning.model_files import load_model, save_model
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.registry import REMOVED, model_named, model_names, removed_model
 

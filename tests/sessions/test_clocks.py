@@ -15,9 +15,8 @@ from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import POSE_LAGS_S, regular_survey
-from vislam2tag.simulation.settings import WalkStyle, walk_settings
+from vislam2tag.simulation.settings import SessionLayout, WalkStyle, walk_settings
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.corrections.file import Corrections, ShiftClock
 from vislam2tag.site.model import Survey

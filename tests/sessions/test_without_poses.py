@@ -16,9 +16,8 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.without_poses import with_presses_as_fixes
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.settings import WalkStyle, walk_settings
+from vislam2tag.simulation.settings import SessionLayout, WalkStyle, walk_settings
 from vislam2tag.simulation.survey import WritingOptions, simulate, walk_and_track
 from vislam2tag.site.model import ControlPoints
 

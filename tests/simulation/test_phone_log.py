@@ -11,8 +11,8 @@ import pytest
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import Scenario, regular_survey
+from vislam2tag.simulation.settings import SessionLayout
 from vislam2tag.simulation.survey import WritingOptions, simulate, walk_and_track
 
 

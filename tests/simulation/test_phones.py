@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.simulation.hand_made import START_NS, make_test_walk
-from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.phones import DecimalMarks, PressTiming, device_names, make_device, simulate_presses
+from vislam2tag.simulation.settings import Locale
 
 
 def test_the_first_phones_are_the_published_ones() -> None:

@@ -12,13 +12,12 @@ import pytest
 
 from tests.simulation.worlds import sessions_of
 from vislam2tag.simulation.building import make_building
-from vislam2tag.simulation.choices import SiteColumn
 from vislam2tag.simulation.imu import INERTIAL_TYPES
 from vislam2tag.simulation.model import position_at
 from vislam2tag.simulation.phones import DecimalMarks, SimulatedSession
 from vislam2tag.simulation.raw_files import PAPER_NAMES, PUBLISHED_NAMES, session_text, site_text
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.settings import BuildingSettings
+from vislam2tag.simulation.settings import BuildingSettings, SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.traps import TABLE_TRAPS
 from vislam2tag.site.discover import read_site

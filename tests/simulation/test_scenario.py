@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
-from vislam2tag.simulation.settings import severity_level
+from vislam2tag.simulation.settings import Climb, severity_level
 from vislam2tag.simulation.survey import walk_and_track
 
 

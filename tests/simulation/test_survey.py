@@ -10,8 +10,8 @@ import pytest
 from tests.simulation.worlds import hashes, paper_scenario
 from vislam2tag.common.errors import OutputError
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.scenario import Scenario, regular_survey
+from vislam2tag.simulation.settings import Locale
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.model import SessionKey
 

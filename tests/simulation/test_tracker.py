@@ -18,8 +18,7 @@ from vislam2tag.simulation.model import MapMotion, TrackerLog, TrueWalk, orienta
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings, TrackerSettings, WalkStyle, stream, walk_settings
 from vislam2tag.simulation.survey import walk_and_track
-from vislam2tag.simulation.tracker import track
-from vislam2tag.simulation.tracker_map import APART_M, FOLLOWED, set_anchors
+from vislam2tag.simulation.tracker import APART_M, FOLLOWED, set_anchors, track
 from vislam2tag.simulation.walk import make_walk
 
 FLOOR = make_building(BuildingSettings(landmarks=14), 3, (4,)).floors[0]

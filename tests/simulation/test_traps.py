@@ -13,9 +13,9 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import TRAP_FINDINGS
 from vislam2tag.simulation.raw_files import session_text
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import TRAP_FINDINGS
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.traps import SITE_TRAPS, TABLE_TRAPS, TEXT_TRAPS, check_traps, trap_tables, trap_text
 

@@ -24,8 +24,8 @@ from tests.studio.test_prepare import POINTS, station_files
 from tests.views.browser import running_browser
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.pipeline.site.show import write_walkable
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import SITE_SEED, site_survey
+from vislam2tag.simulation.settings import SessionLayout
 from vislam2tag.simulation.site_building import site_building, site_floors
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.discover import read_site

@@ -12,7 +12,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
 from tests.datasets.factory import small_dataset
-from tests.positioning.test_benchmark_record import record
+from tests.positioning.test_benchmark_tables import record
 from tests.preparation.planning.floors import write_ring_site
 from tests.site.plans import drawn_floor
 from tests.undrawn import undrawn
@@ -30,7 +30,7 @@ from vislam2tag.datasets.statistics_record import Table3
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
-from vislam2tag.positioning.benchmark_record import Benchmark, benchmark_rows
+from vislam2tag.positioning.benchmark import Benchmark, benchmark_rows
 from vislam2tag.positioning.benchmark_tables import best_models
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.quality.evaluation.paper import PaperTable

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.positioning.benchmark_protocol import PREDICTIONS, with_errors
+from vislam2tag.positioning.benchmark import PREDICTIONS, with_errors
 from vislam2tag.site.model import ControlPoints, Floor
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.positioning_figures import (

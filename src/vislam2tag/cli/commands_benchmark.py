@@ -20,7 +20,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
-    from vislam2tag.positioning.benchmark_record import BestModel
+    from vislam2tag.positioning.benchmark import BestModel
     from vislam2tag.views.result_pages import CollectionPart, PositioningPart, TablePart
 
 
@@ -74,7 +74,7 @@ def benchmark_command(given: BenchmarkOptions) -> None:
       vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz \\
           --model weighted-knn --out tampere
     """
-    from vislam2tag.positioning.benchmark_protocol import published_choices
+    from vislam2tag.positioning.benchmark import published_choices
     from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS
 
     chosen = list(published_choices(given.dataset)) if given.paper else []

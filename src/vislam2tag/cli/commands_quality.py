@@ -298,8 +298,7 @@ def _advance(bar: SessionBar, session: api.SessionEvaluation, total: int) -> Non
 
 def _print_evaluate(found: api.SurveyEvaluation, given: EvaluateOptions) -> None:
     from vislam2tag.pipeline.labels.evaluate import PAGE_FILE
-    from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS
-    from vislam2tag.quality.evaluation.text import truth_name
+    from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS, truth_name
 
     shown = [row for row in found.rows if row.group == ALL and row.over == OVER_WALKS]
     for (truth, method), rows in groupby(shown, key=lambda row: (row.truth, row.method)):
@@ -317,7 +316,7 @@ def _print_evaluate(found: api.SurveyEvaluation, given: EvaluateOptions) -> None
 
 
 def _print_errors(title: str, rows: list[ErrorRow]) -> None:
-    from vislam2tag.quality.evaluation.text import HEADS
+    from vislam2tag.quality.evaluation.metrics import HEADS
 
     cells: list[tuple[str, ...] | None] = []
     for _, same in groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection):
@@ -333,8 +332,8 @@ def _print_errors(title: str, rows: list[ErrorRow]) -> None:
 
 def _cell(figure: FigureWithInterval, *, with_interval: bool) -> str:
     """Write a figure, its interval only where asked: a terminal is narrow, the files have them all."""
+    from vislam2tag.quality.evaluation.metrics import figure_text
     from vislam2tag.quality.evaluation.record import FigureWithInterval
-    from vislam2tag.quality.evaluation.text import figure_text
 
     return figure_text(figure if with_interval else FigureWithInterval(value=figure.value))
 

@@ -18,7 +18,7 @@ from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import (
+from vislam2tag.simulation.settings import (
     TRAP_FINDINGS,
     Climb,
     CopiedSurvey,

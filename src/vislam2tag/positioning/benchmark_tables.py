@@ -14,14 +14,17 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.bootstrap import mean_interval
+from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
-from vislam2tag.positioning.benchmark_record import ALL, FIGURES, SHARES, BenchmarkRow, BestModel, ModelTime
+from vislam2tag.positioning.benchmark import ALL, FIGURES, SHARES, BenchmarkRow, BestModel, RunRecord, RunTime
 from vislam2tag.quality.evaluation.record import FigureWithInterval
 
 COMPLETE = 0.9
 """A model that answers less than this share of what the most complete one answers is not recommended ..."""
 FLOORS_OFF = 0.05
 """... nor one that finds the floor so much less often than the one that finds it most (shares 0 to 1)."""
+REFERENCE = "weighted-knn"
+"""Model whose time others are measured by."""
 _DIGITS = 6
 """Of intervals, in metres."""
 Behind = Callable[[str, str, str], tuple[float, float] | None]
@@ -114,6 +117,41 @@ def rows_csv(rows: Sequence[BenchmarkRow]) -> str:
 def _bounds(row: BenchmarkRow) -> list[float | None]:
     figures = [row.figures[name] for name in FIGURES]
     return [value for figure in figures for value in (figure.value, figure.low, figure.high)]
+
+
+class ModelTime(Record):
+    """How long a model takes, on average over runs, and as a multiple of the reference's time in the same benchmark."""
+
+    model: str
+    fit_s: float
+    predict_ms: float
+    """For one scan."""
+    fit_ratio: float | None
+    """None where the reference was not run."""
+    predict_ratio: float | None
+
+
+def model_times(runs: Sequence[tuple[RunRecord, RunTime]]) -> list[ModelTime]:
+    """Mean times by model, and their ratios to those of :data:`REFERENCE` where it was run."""
+    fit_s, predict_ms = {}, {}
+    for name in dict.fromkeys(run.model for run, _ in runs):
+        own = [(run, time) for run, time in runs if run.model == name]
+        fit_s[name] = float(np.mean([time.fit_s for _, time in own]))
+        predict_ms[name] = 1000 * sum(time.predict_s for _, time in own) / sum(run.score.scans for run, _ in own)
+    return [
+        ModelTime(
+            model=name,
+            fit_s=fit_s[name],
+            predict_ms=predict_ms[name],
+            fit_ratio=_ratio(fit_s[name], fit_s.get(REFERENCE)),
+            predict_ratio=_ratio(predict_ms[name], predict_ms.get(REFERENCE)),
+        )
+        for name in fit_s
+    ]
+
+
+def _ratio(own: float, reference: float | None) -> float | None:
+    return own / reference if reference else None
 
 
 def times_csv(times: Sequence[ModelTime]) -> str:

@@ -7,12 +7,13 @@ terms, a Gaussian covariance (random Fourier features, Rahimi and Recht 2007).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.simulation.settings import Climb
 from vislam2tag.site.walkable.space import WalkableSpace
 
 
@@ -76,6 +77,38 @@ class SimulatedBuilding:
     def floor(self, number: int) -> SimulatedFloor:
         """The floor with this number; raises KeyError where the building has none."""
         return {floor.number: floor for floor in self.floors}[number]
+
+
+@dataclass(frozen=True)
+class FloorTour:
+    """The floors that a walk may visit, the one where it starts first, and how it gets from one to the other."""
+
+    floors: tuple[SimulatedFloor, ...]
+    climb: Climb
+
+    @property
+    def rise_m(self) -> FloatArray:
+        """Height (f,) of each floor above the first."""
+        return np.array([floor.elevation_m for floor in self.floors]) - self.floors[0].elevation_m
+
+
+def floor_tour_from(building: SimulatedBuilding, start: int, climb: Climb) -> FloorTour:
+    """The tour over all floors of a building that starts on the floor of this number."""
+    return FloorTour(tuple(sorted(building.floors, key=lambda floor: (floor.number != start, floor.number))), climb)
+
+
+def seen_from_first(tour: FloorTour) -> SimulatedFloor:
+    """The first floor with the landmarks of all floors on it, heights above that floor."""
+    lifted = [
+        floor.landmark_position + np.array((0.0, 0.0, rise))
+        for floor, rise in zip(tour.floors, tour.rise_m, strict=True)
+    ]
+    return replace(
+        tour.floors[0],
+        landmark_ids=tuple(name for floor in tour.floors for name in floor.landmark_ids),
+        landmark_position=np.vstack(lifted),
+        landmark_heading_rad=np.concatenate([floor.landmark_heading_rad for floor in tour.floors]),
+    )
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.simulation.beacons import BleLog
-from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.imu import ImuLog
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, TrackerLog, TrueWalk, position_at
-from vislam2tag.simulation.radio import PhoneReceiver, RangeLog, WifiLog
-from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.radio import BleLog, PhoneReceiver, RangeLog, WifiLog
+from vislam2tag.simulation.settings import Locale, stream
 from vislam2tag.simulation.station import TimedPoints
 
 

@@ -13,13 +13,11 @@ import polars as pl
 
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
-from vislam2tag.simulation.beacons import BleLog
-from vislam2tag.simulation.choices import SiteColumn
 from vislam2tag.simulation.imu import SENSOR_TYPES, ImuLog
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, TrackerLog, floor_at, position_at
 from vislam2tag.simulation.phones import SimulatedSession
-from vislam2tag.simulation.radio import WifiLog
-from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.radio import BleLog, WifiLog
+from vislam2tag.simulation.settings import SiteColumn, stream
 from vislam2tag.site.settings import SurveySettings
 
 PUBLISHED_NAMES = {

@@ -12,10 +12,10 @@ import numpy as np
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building import make_building
-from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.simulation.settings import (
     BuildingSettings,
+    Climb,
     SiteBuildingSettings,
     TrackerSettings,
     WalkSettings,

@@ -15,25 +15,24 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.simulation.beacons import Beacons, make_beacons, simulate_ble
 from vislam2tag.simulation.building import STATION_LANDMARKS, draw_plan
-from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
-from vislam2tag.simulation.floor_tour import floor_tour_from, seen_from_first
 from vislam2tag.simulation.imu import ImuSettings, simulate_imu, with_pressure
-from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
-from vislam2tag.simulation.phone_log import phone_log, phone_text, session_name
-from vislam2tag.simulation.phone_script import phone_script
+from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk, floor_tour_from, seen_from_first
+from vislam2tag.simulation.phone_log import phone_log, phone_script, phone_text, session_name
 from vislam2tag.simulation.phones import SimulatedSession, make_device, simulate_fixes, simulate_presses
 from vislam2tag.simulation.radio import (
+    Beacons,
     RadioEnvironment,
     RadioSettings,
+    make_beacons,
     make_radio_environment,
+    simulate_ble,
     simulate_ranges,
     simulate_wifi,
 )
 from vislam2tag.simulation.raw_files import PAPER_NAMES, PUBLISHED_NAMES, session_text, site_text, station_table
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
-from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.settings import Locale, SessionLayout, SiteColumn, stream
 from vislam2tag.simulation.station import (
     StationSettings,
     StationSetup,

@@ -12,11 +12,11 @@ import numpy as np
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.simulation.choices import TRAP_FINDINGS
 from vislam2tag.simulation.model import TrackerLog
 from vislam2tag.simulation.phones import SimulatedSession
 from vislam2tag.simulation.radio import WifiLog
 from vislam2tag.simulation.raw_files import SessionText
+from vislam2tag.simulation.settings import TRAP_FINDINGS
 
 OTHER_BASE_NS = 1_640_000_000_000_000_000
 """Wall clock (Unix time, end of 2021) minus boot clock, about: what some phones stamp sensors with."""

@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
-from vislam2tag.simulation.floor_tour import FloorTour, lay_floor_tour
-from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
-from vislam2tag.simulation.route import STEP_M, WalkPath, make_path
+from vislam2tag.simulation.model import FloorTour, SimulatedFloor, TrueWalk
+from vislam2tag.simulation.route import STEP_M, WalkPath, lay_floor_tour, make_path
 from vislam2tag.simulation.settings import WalkSettings
 
 RATE_HZ = 200.0
@@ -156,7 +155,7 @@ def make_walk(
     """Walk ``duration_s`` seconds over a floor, past its landmarks, sampled at 200 Hz from ``start_ns`` on.
 
     On a ``tour`` the walk goes over all its floors; ``floor`` is then the first with all landmarks on it
-    (:func:`~vislam2tag.simulation.floor_tour.seen_from_first`).
+    (:func:`~vislam2tag.simulation.model.seen_from_first`).
     """
     samples = round(duration_s * RATE_HZ) + 1
     runs = _runs(duration_s, settings, rng)

@@ -10,9 +10,18 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.quality.evaluation.dense import SINCE_LANDMARK
-from vislam2tag.quality.evaluation.metrics import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS, ErrorCurve, error_curve
+from vislam2tag.quality.evaluation.metrics import (
+    ALL,
+    ALL_WALKS,
+    HEADS,
+    OVER_POINTS,
+    OVER_WALKS,
+    ErrorCurve,
+    error_curve,
+    figure_text,
+    truth_name,
+)
 from vislam2tag.quality.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
-from vislam2tag.quality.evaluation.text import HEADS, figure_text, truth_name
 from vislam2tag.quality.evaluation.truth import TruthKind
 from vislam2tag.views.layers import Trace, area, axis, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import write_page

@@ -12,7 +12,7 @@ from vislam2tag import __version__
 from vislam2tag.core.status import labelled_share
 from vislam2tag.datasets.statistics_record import TABLE_3_TITLE, Table3
 from vislam2tag.labeling.results import Summary
-from vislam2tag.positioning.benchmark_record import Benchmark
+from vislam2tag.positioning.benchmark import Benchmark
 from vislam2tag.positioning.benchmark_tables import HEADS, TABLE_4_TITLE, Table4, figure_text, fold_name
 from vislam2tag.quality.evaluation.paper import PaperTable, figures_of, heads_of
 from vislam2tag.quality.self_check_record import SurveyCheck

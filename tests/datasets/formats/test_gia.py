@@ -21,8 +21,8 @@ from vislam2tag.datasets.privacy import Privacy, hashed
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import SessionLayout
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.model import SessionKey
 

@@ -21,8 +21,8 @@ from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import Climb, SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 SECONDS = 90.0

@@ -16,8 +16,8 @@ from vislam2tag.datasets.schema import SCHEMAS as OF_DATASETS
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import Scenario, regular_survey
+from vislam2tag.simulation.settings import SessionLayout
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 

@@ -18,9 +18,9 @@ from vislam2tag.quality.evaluation.truth import PointErrors, walking_velocity
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.phones import make_device
 from vislam2tag.simulation.scenario import PlannedSession, paper_evaluation
+from vislam2tag.simulation.settings import Locale
 from vislam2tag.simulation.survey import STATION_FILE, simulate
 from vislam2tag.site.corrections.file import read_corrections
 

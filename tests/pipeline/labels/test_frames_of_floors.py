@@ -19,8 +19,8 @@ from vislam2tag.pipeline.site.init import describe_published
 from vislam2tag.pipeline.site.rebase import write_changed_site
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import Climb, SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.frame_change import FrameChange, FrameChanges

@@ -26,8 +26,8 @@ from vislam2tag.pipeline.labels.landmark_results import (
 )
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, WalkedPasses, join_sessions, survey_landmarks
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import Climb
 from vislam2tag.simulation.survey import simulate
 
 SURVEYED = ("2", "5", "8")

@@ -12,8 +12,8 @@ from tests.cli.command import vislam2tag
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import SessionLayout
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 

@@ -21,8 +21,8 @@ from vislam2tag.estimation.strategy import STRATEGIES, strategy_named
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.choices import Climb, SessionLayout, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import Climb, SessionLayout, SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 ELEVATED = frozenset({SiteColumn.ELEVATION, SiteColumn.Z})

@@ -25,7 +25,7 @@ from vislam2tag.pipeline.paper.reproduce import (
 )
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.output import OutputFolder
-from vislam2tag.positioning.benchmark_protocol import ModelChoice
+from vislam2tag.positioning.benchmark import ModelChoice
 from vislam2tag.settings import Settings
 
 __all__ = ["known_models"]

@@ -16,8 +16,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.progress import Stage
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, benchmark_figures, public_dataset
-from vislam2tag.positioning.benchmark_protocol import ModelChoice
-from vislam2tag.positioning.benchmark_record import Benchmark
+from vislam2tag.positioning.benchmark import Benchmark, ModelChoice
 from vislam2tag.positioning.registry import MODELS as REGISTRY
 
 __all__ = ["known_models"]

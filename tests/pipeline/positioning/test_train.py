@@ -12,8 +12,8 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.datasets.folder import write_dataset
 from vislam2tag.datasets.splits import standard_splits
 from vislam2tag.pipeline.positioning.train import TrainedModel, TrainPlan, train
-from vislam2tag.positioning import model_choice
-from vislam2tag.positioning.model_file import load_model
+from vislam2tag.positioning import model_scores
+from vislam2tag.positioning.model_files import load_model
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def test_all_labelled_fingerprints_are_learned(folder: Path, tmp_path: Path) -> 
 def test_without_a_model_the_best_is_found_and_trained(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(model_choice, "CANDIDATES", ("weighted-knn", "local-kriging"))
+    monkeypatch.setattr(model_scores, "CANDIDATES", ("weighted-knn", "local-kriging"))
     made = train(folder, TrainPlan(None, {}), tmp_path / "model.v2t")
     assert made.trial is not None
     assert load_model(tmp_path / "model.v2t").name == made.trial.chosen.name == made.saved.name

@@ -10,7 +10,7 @@ import pytest
 from tests.positioning.radio_fields import TWO_BUILDINGS, surveyed
 from tests.positioning.radio_world import assert_says_what_is_unlike, radio_world
 from vislam2tag.common.errors import UsageError
-from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.model_scores import score
 from vislam2tag.positioning.models.cell_density import CellDensity
 from vislam2tag.positioning.registry import model_named
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.positioning.radio_world import assert_says_what_is_unlike, radio_world
 from vislam2tag.common.errors import UsageError
-from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.model_scores import score
 from vislam2tag.positioning.models.local_kriging import LocalKriging
 from vislam2tag.positioning.nearest_scans import Apart
 

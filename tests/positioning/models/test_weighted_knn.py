@@ -16,7 +16,7 @@ from vislam2tag.datasets.format_registry import ImportContext
 from vislam2tag.datasets.formats.published_sets import TAMPERE
 from vislam2tag.datasets.point_fingerprints import OFFICIAL
 from vislam2tag.positioning.learning_data import learning_data
-from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.model_scores import score
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours
 from vislam2tag.positioning.nearest_scans import SignalDistance
 from vislam2tag.positioning.places import ScanPlaces

@@ -15,7 +15,7 @@ from sklearn.base import clone
 
 from tests.positioning.radio_fields import TWO_BUILDINGS, TWO_FLOORS, surveyed
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.model_scores import score
 from vislam2tag.positioning.places import Positions, ScanPlaces
 from vislam2tag.positioning.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.registry import Positioner, model_named

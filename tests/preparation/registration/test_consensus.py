@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.preparation.registration.consensus import agree, rough_frames
+from vislam2tag.preparation.registration.network_search import agree, rough_frames
 
 POINTS = {"a": 0j, "b": 20 + 1j, "c": 5 + 15j, "d": 30 + 22j, "e": 12 + 3j}
 

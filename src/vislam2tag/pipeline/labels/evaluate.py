@@ -24,10 +24,9 @@ from vislam2tag.pipeline.run.output import OutputFolder, without_sessions
 from vislam2tag.pipeline.run.selection import OpenedSurvey, RunChoices
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.quality.evaluation.dense import dense_rows, survey_drift
-from vislam2tag.quality.evaluation.metrics import table_rows
+from vislam2tag.quality.evaluation.metrics import dense_csv, latex_text, rows_csv, sessions_csv, table_rows
 from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_points
 from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
-from vislam2tag.quality.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.quality.evaluation.trajectory_files import READERS
 from vislam2tag.views.evaluation_page import write_evaluation_page
 

@@ -23,13 +23,13 @@ from vislam2tag.quality.evaluation.dense import TruePath, dense_errors, dense_fi
 from vislam2tag.quality.evaluation.metrics import frames_within_sigma, points_within_sigma, retention, strategy_errors
 from vislam2tag.quality.evaluation.odd_truth import PressOffset, press_offsets
 from vislam2tag.quality.evaluation.paper import landmark_movement_m
-from vislam2tag.quality.evaluation.press_identity import read_route
 from vislam2tag.quality.evaluation.press_truth import (
     is_faulty,
     nearest_point_errors,
     press_errors,
     press_truth,
     press_truth_findings,
+    read_route,
 )
 from vislam2tag.quality.evaluation.record import SessionEvaluation, StrategyErrors
 from vislam2tag.quality.evaluation.station_frame import TRACK_FILE

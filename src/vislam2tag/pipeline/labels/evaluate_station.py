@@ -18,11 +18,13 @@ from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.quality.evaluation.metrics import points_within_sigma, strategy_errors
 from vislam2tag.quality.evaluation.odd_truth import frame_against_walks
-from vislam2tag.quality.evaluation.press_identity import read_route
-from vislam2tag.quality.evaluation.press_truth import press_truth
+from vislam2tag.quality.evaluation.press_truth import press_truth, read_route
 from vislam2tag.quality.evaluation.record import SessionEvaluation
-from vislam2tag.quality.evaluation.station_clock import DeviceAlignment, FreeParameters, StationWalk, align_device
-from vislam2tag.quality.evaluation.station_errors import (
+from vislam2tag.quality.evaluation.station_clock import (
+    DeviceAlignment,
+    FreeParameters,
+    StationWalk,
+    align_device,
     station_findings,
     station_point_errors,
     with_station_sigma,

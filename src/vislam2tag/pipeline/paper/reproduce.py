@@ -30,7 +30,7 @@ from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, 
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.positioning.benchmark_protocol import published_choices
+from vislam2tag.positioning.benchmark import published_choices
 from vislam2tag.positioning.benchmark_tables import TABLE_4_SPLITS, table_4
 from vislam2tag.quality.evaluation.paper import (
     STRATEGIES,

@@ -32,26 +32,24 @@ from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_for
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.output import OutputFolder
-from vislam2tag.positioning.benchmark_protocol import (
+from vislam2tag.positioning.benchmark import (
+    Benchmark,
     BenchmarkRun,
+    FailedRun,
     ModelChoice,
+    RunRecord,
+    RunTime,
+    benchmark_rows,
     execute,
     planned,
     predictions_table,
     with_errors,
 )
-from vislam2tag.positioning.benchmark_record import (
-    Benchmark,
-    FailedRun,
-    RunRecord,
-    RunTime,
-    benchmark_rows,
-    model_times,
-)
 from vislam2tag.positioning.benchmark_tables import (
     Table4,
     best_models,
     latex_text,
+    model_times,
     paired_interval,
     rows_csv,
     table_4,

@@ -18,7 +18,7 @@ from vislam2tag.datasets.folder import is_dataset, open_dataset
 from vislam2tag.datasets.model import SessionTables, each_session
 from vislam2tag.datasets.privacy import hashed, hashed_as_written, key_name
 from vislam2tag.intake.readings import normal_address
-from vislam2tag.positioning.model_file import SavedModel, load_model
+from vislam2tag.positioning.model_files import SavedModel, load_model
 from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.radio_scans import TextArray, scans_from_readings
 from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, Tracks, scan_blocks

@@ -16,12 +16,9 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.datasets.folder import FILE as READINGS_FILE
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset, Fold, Split
-from vislam2tag.positioning.learning_data import LearningData, learning_data
-from vislam2tag.positioning.metrics import Score, score
-from vislam2tag.positioning.model_choice import BUDGET_S, ModelTrial, tried_models
-from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load_model, save_model
-from vislam2tag.positioning.model_update import ModelUpdate, updated
-from vislam2tag.positioning.onnx_export import write_onnx
+from vislam2tag.positioning.learning_data import LearningData, ModelUpdate, learning_data, updated
+from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, load_model, save_model, write_onnx
+from vislam2tag.positioning.model_scores import BUDGET_S, ModelTrial, Score, score, tried_models
 from vislam2tag.positioning.places import LabelledScans
 from vislam2tag.positioning.registry import Positioner, model_named
 
@@ -33,7 +30,7 @@ class TrainPlan:
     """What to train, and on what."""
 
     model: str | None
-    """None: the one that :func:`~vislam2tag.positioning.model_choice.tried_models` finds best."""
+    """None: the one that :func:`~vislam2tag.positioning.model_scores.tried_models` finds best."""
     parameters: Mapping[str, Any]
     split: str | None = None
     """Train on the training part of this split only; None: on all labelled fingerprints."""

@@ -11,7 +11,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.preparation.planning.corridors import Corridors, corridors_of, typical_walks
+from vislam2tag.preparation.planning.corridors import Corridors, Tour, corridors_of, plan_tour, typical_walks
 from vislam2tag.preparation.planning.demands import (
     Cover,
     Demands,
@@ -42,7 +42,6 @@ from vislam2tag.preparation.planning.refine import (
 )
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.planning.sheet_places import SheetPlaces, Stations, find_sheet_places, stations_along
-from vislam2tag.preparation.planning.tour import Tour, plan_tour
 from vislam2tag.site.walkable.graph import CorridorGraph
 from vislam2tag.site.walkable.space import WalkableSpace
 

@@ -7,10 +7,14 @@ from math import inf
 import numpy as np
 
 from vislam2tag.common.judgement import Answer, Judgement, counted, none_mapped
-from vislam2tag.quality.diagnosis.displaced import displaced_landmarks
 from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, Evidence, Hypothesis, Mark, Propose
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind
-from vislam2tag.quality.diagnosis.table_faults import changed_tables, exchanged_sheets, walks_on_other_floors
+from vislam2tag.quality.diagnosis.table_faults import (
+    changed_tables,
+    displaced_landmarks,
+    exchanged_sheets,
+    walks_on_other_floors,
+)
 from vislam2tag.quality.diagnosis.turned_tables import turned_tables
 
 FAULTS: tuple[Propose, ...] = (changed_tables, walks_on_other_floors, exchanged_sheets, displaced_landmarks)

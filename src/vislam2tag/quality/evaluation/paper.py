@@ -21,7 +21,7 @@ from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.quality.evaluation.metrics import points_within_sigma
 from vislam2tag.quality.evaluation.press_truth import is_faulty, nearest_point_errors, walk_error
-from vislam2tag.quality.evaluation.station_errors import JUMP_M, clock_offset, station_point_errors
+from vislam2tag.quality.evaluation.station_clock import JUMP_M, clock_offset, station_point_errors
 from vislam2tag.quality.evaluation.station_frame import StationTrack
 from vislam2tag.quality.evaluation.truth import PointErrors, Truth
 from vislam2tag.sessions.model import Session

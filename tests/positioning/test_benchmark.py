@@ -13,7 +13,7 @@ import pytest
 from tests.positioning.benchmarked import benchmark_dataset, known_models
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.datasets.model import Dataset, Storey
-from vislam2tag.positioning.benchmark_protocol import (
+from vislam2tag.positioning.benchmark import (
     PREDICTIONS,
     BenchmarkRun,
     ModelChoice,

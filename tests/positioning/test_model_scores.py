@@ -1,12 +1,18 @@
-"""Figures of positions against hand-made truth."""
+"""Figures of positions against hand-made truth.
+
+Models are tried on walks left out: the best is chosen, and none is tried beyond the budget.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from tests.positioning.radio_world import radio_world
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.datasets.model import Storey
-from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning import model_scores
+from vislam2tag.positioning.model_scores import score, tried_models
 from vislam2tag.positioning.places import Positions, ScanPlaces
 
 STOREYS = (Storey("A", 0), Storey("A", 1), Storey("A", 3), Storey("B", 0))
@@ -58,3 +64,31 @@ def test_other_storeys_are_refused() -> None:
     other = ScanPlaces((Storey("A", 0),), np.array([0]), np.zeros((1, 2)), np.zeros(1), np.zeros(1))
     with pytest.raises(ValueError, match="number their storeys differently"):
         score(positions([0], [[0, 0]]), other)
+
+
+WORLD = radio_world(seed=1, walks=5)
+
+
+def test_the_best_is_chosen_and_the_table_says_why() -> None:
+    trial = tried_models(WORLD, clock=lambda: 0.0, candidates=("weighted-knn", "local-kriging"))
+    assert {one.name for one in trial.tried} == {"local-kriging", "weighted-knn"}
+    assert trial.chosen.score_m == min(one.score_m for one in trial.tried)
+    assert trial.chosen.why == "chosen: the best"
+    assert trial.tried[1].why.endswith("% worse")
+    assert all(one.behind_m is not None and one.behind_m[0] <= one.behind_m[1] for one in trial.tried[1:])
+
+
+def test_what_would_take_too_long_is_left_out_but_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(model_scores, "_PROBED_WITH", 20)
+    seconds = iter(range(1000))
+    trial = tried_models(WORLD, 1.0, clock=lambda: float(next(seconds)), candidates=("weighted-knn", "local-kriging"))
+    assert [(one.name, one.why) for one in trial.tried] == [
+        ("weighted-knn", "chosen: the best"),
+        ("local-kriging", "not tried: longer than the time budget"),
+    ]
+
+
+def test_one_fingerprint_tells_nothing() -> None:
+    scans, places = WORLD
+    with pytest.raises(DatasetError, match="name one by --model"):
+        tried_models((scans[:1], places[:1]))

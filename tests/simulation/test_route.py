@@ -9,12 +9,19 @@ import pytest
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building import make_building
-from vislam2tag.simulation.choices import Climb, Locale
-from vislam2tag.simulation.floor_tour import FloorTour, floor_tour_from, seen_from_first
-from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk, floor_at, position_at
+from vislam2tag.simulation.model import (
+    FloorTour,
+    SimulatedFloor,
+    TrackerLog,
+    TrueWalk,
+    floor_at,
+    floor_tour_from,
+    position_at,
+    seen_from_first,
+)
 from vislam2tag.simulation.phones import make_device
 from vislam2tag.simulation.radio import RadioSettings, make_radio_environment, mean_rss_dbm, simulate_wifi
-from vislam2tag.simulation.settings import BuildingSettings, TrackerSettings, WalkSettings, stream
+from vislam2tag.simulation.settings import BuildingSettings, Climb, Locale, TrackerSettings, WalkSettings, stream
 from vislam2tag.simulation.tracker import track
 from vislam2tag.simulation.walk import make_walk
 
