@@ -75,26 +75,26 @@ def write_page_of_a_check(folder: Path) -> Path:
 
 
 @pytest.fixture
-def page(tmp_path: Path) -> str:
+def check_page(tmp_path: Path) -> str:
     return write_page_of_a_check(tmp_path).read_text("utf-8")
 
 
-def traces(page: str) -> dict[str, dict[str, Any]]:
-    (figure,) = re.findall(r'<script type="application/json">(.*?)</script>', page)
+def traces(check_page: str) -> dict[str, dict[str, Any]]:
+    (figure,) = re.findall(r'<script type="application/json">(.*?)</script>', check_page)
     return {trace["name"]: trace for trace in json.loads(figure)["data"]}
 
 
-def test_the_page_needs_nothing_else_and_escapes_names(page: str) -> None:
-    body = own_part(page)
+def test_the_page_needs_nothing_else_and_escapes_names(check_page: str) -> None:
+    body = own_part(check_page)
     assert not re.search(r'(?:src|href)="', body)
     assert "A&lt;b&gt;" in body
     assert "no &lt;poses&gt;" in body
     assert "A<b>" not in body
-    assert not tags_in_figures(page)
+    assert not tags_in_figures(check_page)
 
 
-def test_tables_tell_accuracy_bad_landmarks_and_places(page: str) -> None:
-    text = re.sub(r"\s+", " ", own_part(page))
+def test_tables_tell_accuracy_bad_landmarks_and_places(check_page: str) -> None:
+    text = re.sub(r"\s+", " ", own_part(check_page))
     for wanted in (
         "(0.25 m)",
         "0.10 to 0.60 m",
@@ -106,8 +106,8 @@ def test_tables_tell_accuracy_bad_landmarks_and_places(page: str) -> None:
         assert wanted in text.replace("\u00a0", " ").replace("\u202f", " ")
 
 
-def test_the_map_shows_gains_left_out_errors_and_places(page: str) -> None:
-    drawn = traces(page)
+def test_the_map_shows_gains_left_out_errors_and_places(check_page: str) -> None:
+    drawn = traces(check_page)
     gains = drawn["gain of one more landmark"]
     assert gains["z"][0][:3] == [1.0, None, 5.0]
     assert gains["x"][0] == 2.5

@@ -49,16 +49,19 @@ def evaluation() -> SurveyEvaluation:
 
 
 @pytest.fixture
-def page(tmp_path: Path) -> str:
+def evaluation_page(tmp_path: Path) -> str:
     write_evaluation_page(tmp_path / "report.html", "A <survey>", evaluation())
     return (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-def figures(page: str) -> list[dict[str, Any]]:
-    return [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', page, re.DOTALL)]
+def figures(evaluation_page: str) -> list[dict[str, Any]]:
+    return [
+        json.loads(text)
+        for text in re.findall(r'<script type="application/json">(.*?)</script>', evaluation_page, re.DOTALL)
+    ]
 
 
-def test_the_page_says_what_was_found(page: str) -> None:
+def test_the_page_says_what_was_found(evaluation_page: str) -> None:
     for text in (
         "A &lt;survey&gt;",
         "7 sessions (1 failed)",
@@ -74,20 +77,20 @@ def test_the_page_says_what_was_found(page: str) -> None:
         "faulty</span>",
         "By floor and device",
     ):
-        assert text in page, text
+        assert text in evaluation_page, text
 
 
-def test_hover_labels_hold_names_as_text(page: str) -> None:
-    assert not tags_in_figures(page)
+def test_hover_labels_hold_names_as_text(evaluation_page: str) -> None:
+    assert not tags_in_figures(evaluation_page)
 
 
-def test_the_page_needs_nothing_else(page: str) -> None:
-    markup = re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)  # Plotly's own text names addresses
+def test_the_page_of_an_evaluation_needs_nothing_else(evaluation_page: str) -> None:
+    markup = re.sub(r"<script>.*?</script>", "", evaluation_page, flags=re.DOTALL)  # Plotly's own text names addresses
     assert not re.findall(r'(?:src|href)="(?!data:|#)[^"]+"', markup)
 
 
-def test_curves_have_bands_and_end_at_the_share_labelled(page: str) -> None:
-    curves, movement, way = figures(page)
+def test_curves_have_bands_and_end_at_the_share_labelled(evaluation_page: str) -> None:
+    curves, movement, way = figures(evaluation_page)
     lines = [trace for trace in curves["data"] if trace["mode"] == "lines"]
     assert [trace["name"] for trace in lines] == ["local", "smoother"]
     assert [trace["y"][-1] for trace in lines] == [1, 1]
@@ -97,9 +100,9 @@ def test_curves_have_bands_and_end_at_the_share_labelled(page: str) -> None:
     assert way["data"][0]["x"] == ["0 to 5"]
 
 
-def test_equal_input_gives_equal_bytes(page: str, tmp_path: Path) -> None:
+def test_equal_evaluations_give_equal_bytes(evaluation_page: str, tmp_path: Path) -> None:
     write_evaluation_page(tmp_path / "again.html", "A <survey>", evaluation())
-    assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
+    assert (tmp_path / "again.html").read_text(encoding="utf-8") == evaluation_page
 
 
 def test_the_best_labels_most_of_what_any_does_and_has_the_smallest_error() -> None:

@@ -15,13 +15,13 @@ from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_for
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def quartet(tmp_path: Path) -> Path:
     return quartet_in(quartet_in(tmp_path / "in"), "Test")
 
 
-def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_path: Path) -> None:
+def test_the_official_split_stays_beside_the_standard_ones(quartet: Path, tmp_path: Path) -> None:
     parts: list[tuple[str, int]] = []
-    dataset = import_format(source, tmp_path / "set", progress=lambda part, total: parts.append((part, total)))
+    dataset = import_format(quartet, tmp_path / "set", progress=lambda part, total: parts.append((part, total)))
     assert {"official", "random", "device"} <= dataset.splits.keys()
     assert dataset.splits["official"].groups["group"].to_list().count("test") == 2
     assert parts == [("test", 2), ("training", 2)]
@@ -29,21 +29,21 @@ def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_pat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "set"]
 
 
-def test_the_same_files_make_the_same_bytes(source: Path, tmp_path: Path) -> None:
+def test_the_same_files_make_the_same_bytes(quartet: Path, tmp_path: Path) -> None:
     for name in ("a", "b"):
-        import_format(source, tmp_path / name)
+        import_format(quartet, tmp_path / name)
     for path in (tmp_path / "a").rglob("*.*"):
         assert path.read_bytes() == (tmp_path / "b" / path.relative_to(tmp_path / "a")).read_bytes()
 
 
-def test_name_description_and_privacy(source: Path, tmp_path: Path) -> None:
+def test_name_description_and_privacy(quartet: Path, tmp_path: Path) -> None:
     (tmp_path / "dataset.toml").write_text('title = "Ours"\nlicence = "MIT"\n')
     options = ImportOptions(
         name="mine",
         description=read_description(tmp_path / "dataset.toml"),
         privacy=Privacy(hash_key=b"0123456789abcdef0123456789abcdef"),
     )
-    info = import_format(source, tmp_path / "set", options).info
+    info = import_format(quartet, tmp_path / "set", options).info
     assert (info.name, info.title, info.licence) == ("mine", "Ours", "MIT")
     assert info.bssid_key
     assert "WAP001" not in open_dataset(tmp_path / "set").access_points.collect()["bssid"].to_list()
@@ -58,20 +58,20 @@ def test_name_description_and_privacy(source: Path, tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_work_leaves_nothing(
-    source: Path, tmp_path: Path, options: ImportOptions, error: type[Exception], said: str
+    quartet: Path, tmp_path: Path, options: ImportOptions, error: type[Exception], said: str
 ) -> None:
     with pytest.raises(error, match=said):
-        import_format(source, tmp_path / "set", options)
+        import_format(quartet, tmp_path / "set", options)
     assert [path.name for path in tmp_path.iterdir()] == ["in"]
 
 
-def test_what_is_there_is_not_overwritten(source: Path, tmp_path: Path) -> None:
+def test_what_is_there_is_not_overwritten(quartet: Path, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="is not empty"):
-        import_format(source, source)
+        import_format(quartet, quartet)
 
 
-def test_a_folder_in_a_files_place_is_the_inputs_fault(source: Path, tmp_path: Path) -> None:
-    (source / "Training_device_21Aug17.csv").unlink()
-    (source / "Training_device_21Aug17.csv").mkdir()
+def test_a_folder_in_a_files_place_is_the_inputs_fault(quartet: Path, tmp_path: Path) -> None:
+    (quartet / "Training_device_21Aug17.csv").unlink()
+    (quartet / "Training_device_21Aug17.csv").mkdir()
     with pytest.raises(DatasetError, match=r"device_21Aug17.csv: cannot be read"):
-        import_format(source, tmp_path / "set")
+        import_format(quartet, tmp_path / "set")
