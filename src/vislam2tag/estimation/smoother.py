@@ -37,13 +37,13 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies, TrackerNoise
 from vislam2tag.core.robust import Caution, iterate
 from vislam2tag.core.transforms import as_complex, as_points
-from vislam2tag.estimation.chain import Solution, solve
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, heading_origin, landmark_origin
 from vislam2tag.estimation.frame_states import beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import NoiseLevels, assumed
+from vislam2tag.estimation.least_squares import Solution, solve
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.reweighting import equivalent_variances, expected_squares, reweighted
+from vislam2tag.estimation.tracker_errors import NoiseLevels, assumed
 
 CONVERGED_SIGMAS = 0.1
 """Re-weighting has converged when no node moves any more by this many of its own standard deviations, nor these by this

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from vislam2tag.common.addresses import code_of, url_for
 from vislam2tag.studio import corrections_view, messages, preparing, session_view, survey_view, work_messages
-from vislam2tag.studio import series as charts
+from vislam2tag.studio import session_view as charts
 from vislam2tag.studio.collecting import CollectingView, Handover
 from vislam2tag.studio.events import Events
 from vislam2tag.studio.guard import Guard
