@@ -46,9 +46,10 @@ _NAMES = {
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
     "labeling.tables": "label_readings mark_uncertain",
     "pipeline.datasets.build": "BuildOptions SessionStep build_dataset dataset=build_dataset",
-    "pipeline.datasets.import_export": "ExportOptions ExportRecord ImportOptions export import_=import_format import_format",
     "pipeline.datasets.figures": "figures=make_dataset_figures",
     "pipeline.datasets.finish": "add_split",
+    "pipeline.datasets.import_export": "ExportOptions ExportRecord ImportOptions export import_format "
+    "import_=import_format",
     "pipeline.datasets.join": "join",
     "pipeline.datasets.radio_maps": "RadioMapIndex radio_maps=write_radio_maps",
     "pipeline.demo": "demo=run_demo",

@@ -1,10 +1,11 @@
-"""Least squares on a chain with a border: block elimination, and every covariance that is needed, in linear time.
+"""The least squares of paths and of heights: on a chain with a border, and over differences of unknowns.
 
 The normal equations of ``k`` states in a row (4 unknowns each, every one tied to its neighbours only) and ``b`` further
 unknowns that any of them may be tied to are block tridiagonal with an arrow-shaped border. Eliminating the states one
-after the other and back (a Kalman smoother in information form) costs ``O(k b^2 + b^3)``.
+after the other and back (a Kalman smoother in information form) costs ``O(k b^2 + b^3)`` and gives every covariance
+that is needed (:func:`solve`).
 
-Least squares over differences of unknowns, with heavy tails for what may be quite wrong.
+Differences of unknowns, of which some may be quite wrong, have heavy tails (:func:`solve_robustly`).
 """
 
 from __future__ import annotations

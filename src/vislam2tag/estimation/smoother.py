@@ -19,7 +19,7 @@ Residuals, each with the covariance that it is expected to have:
 saw the landmark at ``o_p`` from the camera, with its sheet turned to ``u_p``. ``L_l`` and ``A_l`` are the landmark's
 surveyed place and heading. ``H_p x_p`` is how far the errors move a place at ``R_p o_p``. ``aside_p`` (``aside_m2`` of
 the odometry) is the variance of the camera's place while the tracker had jumped away, 0 at other frames. All residuals
-are linear, so the problem is one chain with a border (``chain``); its matrices are made by ``factors``.
+are linear, so the problem is one chain with a border (``least_squares``); its matrices are made by ``factors``.
 
 Two loops solve it. The inner one (:func:`reweight_until_converged`) keeps the reference path: it multiplies variances
 by factors for Student's t and estimates the noise levels, both from the last solution (``reweighting``). The outer one

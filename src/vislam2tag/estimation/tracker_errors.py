@@ -1,15 +1,14 @@
-"""How noisy a tracker is: what is estimated for each session, what is assumed before, and how heavy the tails are.
+"""How a tracker errs: how noisy it is, how heavy the tails are, and how far it may have drifted between two frames.
 
 A walk shows its drift by hardly one effective observation, and its sightings by some ten
 (docs/explanation/smoother.md). Other walks of the device show by how much it exceeds the usual noise in all kinds
 together: of each kind they know too little.
 
-How far a tracker may have drifted between two frames: covariances of its drift, from sums along the path.
-
-State at a frame, in the BCS, relative to a reference path: ``(x, y)`` position error in metres, relative scale error,
-heading error in rad. From frame a to b a heading error turns the way between them, and a drift of the heading at a
-frame in between turns the rest of the way, ``X = path[b] - path[frame]``. So the covariance of the drift from a to b is
-made of sums of the step's variance times 1, ``X`` and ``X X^T`` - all from running sums, for any number of pairs.
+Drift is a covariance of the state at a frame, in the BCS, relative to a reference path: ``(x, y)`` position error in
+metres, relative scale error, heading error in rad. From frame a to b a heading error turns the way between them, and a
+drift of the heading at a frame in between turns the rest of the way, ``X = path[b] - path[frame]``. So the covariance
+of the drift from a to b is made of sums of the step's variance times 1, ``X`` and ``X X^T`` - all from running sums,
+for any number of pairs.
 """
 
 from __future__ import annotations

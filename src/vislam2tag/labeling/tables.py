@@ -1,12 +1,7 @@
-"""Columns, types and units of the tables that ``process`` writes for each session (docs/reference/output.md).
+"""The tables of a labelled session: columns, types and units (docs/reference/output.md), made, written, read back.
 
-The column ``status`` of labelled tables: text in the tables, codes in arrays.
-
-Labels for the time-stamped tables of a session (paper, section IV-B, last paragraph), and which are too uncertain.
-
-What is too uncertain to count as labelled keeps its position and its sigma, and says so by its status.
-
-The tables of a labelled session: made of its trajectory and readings, written with their metadata, read back.
+Their rows are labelled as in the paper (section IV-B, last paragraph). What is too uncertain to count as labelled keeps
+its position and its sigma, and says so by its status: text in the tables, codes in arrays.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Importing: files of another format go in; a data set with splits, statistics and card comes out.
+"""Between our data sets and other formats.
 
-Exporting: a data set, or what ``process`` wrote, goes in; a folder in a format of the field comes out.
+Importing: files of another format go in; a data set with splits, statistics and card comes out. Exporting: a data set,
+or what ``process`` wrote, goes in; a folder in a format of the field comes out.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The check without ground truth: a survey folder goes in; accuracies, bad landmarks and best places come out.
 
-Each session is checked against itself in a worker process: landmarks are left out in turn and predicted from the others;
-of a session without poses, known positions are. How much of the plans was walked is a part of the check.
+Each session is checked against itself in a worker process: landmarks are left out in turn and predicted from the
+others; of a session without poses, known positions are. How much of the plans was walked is a part of the check.
 """
 
 from __future__ import annotations

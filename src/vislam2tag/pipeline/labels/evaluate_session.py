@@ -1,6 +1,6 @@
-"""One session mapped by every strategy and compared with what truth there is; runs in a worker process.
+"""Sessions mapped by every strategy and compared with what truth there is; runs in a worker process.
 
-Of a total station's tracks the clock is estimated over all sessions of a device on a floor, so these are mapped together.
+A total station's clock is estimated over all sessions of a device on a floor, so these are mapped together.
 """
 
 from __future__ import annotations

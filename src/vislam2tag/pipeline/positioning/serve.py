@@ -1,7 +1,6 @@
-"""A served model: scans in, positions out, what the model knows, and plans of a data set.
+"""A served model over HTTP: scans in, positions out; what the model knows, and plans of a data set.
 
-Over HTTP come bounded requests, answers, refusals, the page and the OpenAPI description; limits are part of the messages,
-so that OpenAPI tells them.
+Requests are bounded; limits are part of the messages, so that the OpenAPI description tells them.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
 """An output folder, on this machine or in an object store, whose files are written whole or not at all.
 
-A session is done when its result, ``sessions/SLUG.json``, is there: it is written last. In a store notes beside it say
-which versions of the session's tables it is about. So whatever writes at the same time, or is killed while it writes,
-leaves at worst a result that does not hold, and the session is done again.
-
-A session's files on their way into an output folder: its tables as they are made, its result last.
+A session's tables are written as they are made; it is done when its result, ``sessions/SLUG.json``, is there: that is
+written last. In a store notes beside it say which versions of the session's tables it is about. So whatever writes at
+the same time, or is killed while it writes, leaves at worst a result that does not hold, and the session is done again.
 """
 
 from __future__ import annotations

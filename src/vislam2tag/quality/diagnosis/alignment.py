@@ -4,8 +4,9 @@ A walk is turned and shifted as most of its passes say. A pass that fits badly i
 cut for another where the tracker seems to have slipped, so that neither bends the rest; what is left over is the sum of
 squared residuals in units of their covariance, which all along the walk hangs together (Baarda's data snooping).
 
-How far the tracker may have drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.estimation.tracker_errors`)
-and not from how the walk was mapped: a wrong landmark would have made that worse.
+How far the tracker may have drifted from pass to pass follows from its usual noise
+(:mod:`vislam2tag.estimation.tracker_errors`) and not from how the walk was mapped: a wrong landmark would have made
+that worse.
 """
 
 from __future__ import annotations
