@@ -174,7 +174,7 @@ def test_the_page_says_what_was_found(evaluation_page: str) -> None:
     for text in (
         "A &lt;survey&gt;",
         "7 sessions (1 failed)",
-        "Against the whole true path",
+        "Against control points",
         "Best here: <b>smoother</b>",
         "97\u00a0%",
         "1.23\u00a0cm (smoother)",
