@@ -49,7 +49,7 @@ import vislam2tag  # noqa: E402
 from vislam2tag.common.errors import Vislam2tagError  # noqa: E402
 from vislam2tag.labeling.settings import ProcessSettings  # noqa: E402
 from vislam2tag.pipeline.labels.session import code_of  # noqa: E402
-from vislam2tag.studio.receiving.filing import WORK_FOLDER  # noqa: E402
+from vislam2tag.studio.receiving.uploads import WORK_FOLDER  # noqa: E402
 from vislam2tag.views import page  # noqa: E402
 
 TARGETS = (*READERS_ATTACKED, *commands())

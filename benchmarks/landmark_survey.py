@@ -27,10 +27,10 @@ from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.landmark_map import join
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap
-from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.smoother import solve_in_own_frame
 from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.estimation.tracker_errors import NoiseLevels
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings

@@ -26,8 +26,8 @@ from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
 from vislam2tag.estimation.landmark_survey.landmark_map import join
-from vislam2tag.estimation.noise import noise_of_other_walks
 from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.estimation.tracker_errors import noise_of_other_walks
 
 LONG_M = 40.0
 """Walks with a stretch between surveyed landmarks longer than this are told apart."""

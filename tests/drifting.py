@@ -14,9 +14,9 @@ from tests.walks import to_acs
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.core.transforms import as_points
-from vislam2tag.estimation.noise import SCALE_SIGMA, NoiseLevels
 from vislam2tag.estimation.observations import METRES_PER_S, Passes, WalkObservations
 from vislam2tag.estimation.odometry import continuous_odometry
+from vislam2tag.estimation.tracker_errors import SCALE_SIGMA, NoiseLevels
 
 QUIET = NoiseLevels(position_m=0.0, heading_rad=0.0, scale=0.0, sighting_m=0.0, sheet_rad=0.0)
 """A perfect tracker."""

@@ -22,7 +22,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core import limits
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.limits import MAX_CELLS, MAX_CONTROL_POINTS, MAX_FLOOR_M, MAX_JOINT_LANDMARKS, MAX_PAIRS
-from vislam2tag.estimation.noise import NoiseLevels
+from vislam2tag.estimation.tracker_errors import NoiseLevels
 from vislam2tag.pipeline.labels.landmark_survey import join_sessions
 from vislam2tag.preparation.planning.refine import sigma_map
 from vislam2tag.quality.diagnosis.alignment import _some_pairs
@@ -34,7 +34,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.landmark_file import read_control_points
 from vislam2tag.site.walkable.graph import _net_places
 from vislam2tag.site.walkable.space import WalkableSpace
-from vislam2tag.views.check_page import _gain_map
+from vislam2tag.views.quality_pages import _gain_map
 
 GB = 10**9
 YEARS_200_NS = 200 * 365 * 86_400 * 10**9

@@ -152,7 +152,7 @@ def test_what_is_wrong_with_files_is_one_line(
 
 def test_verbose_shows_the_traceback_of_a_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
-    monkeypatch.setattr("vislam2tag.pipeline.labels.check_session._check", boom)
+    monkeypatch.setattr("vislam2tag.pipeline.labels.check._check", boom)
     root = logging.getLogger()
     monkeypatch.setattr(root, "handlers", list(root.handlers))
     assert "Traceback" not in vislam2tag("check", survey, "--jobs", "1").stderr

@@ -28,7 +28,7 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import SessionLayout
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.model import Survey
-from vislam2tag.studio.receiving.filing import file_zip
+from vislam2tag.studio.receiving.uploads import file_zip
 
 pytestmark = pytest.mark.slow
 

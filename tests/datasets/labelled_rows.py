@@ -6,7 +6,7 @@ from typing import Any
 
 import polars as pl
 
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.tables import SCHEMAS
 
 START_NS = 5_000_000_000_000
 S = 1_000_000_000

@@ -25,7 +25,7 @@ from vislam2tag.datasets.fingerprints import (
 )
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
+from vislam2tag.labeling.tables import SCHEMAS as LABELLED
 
 
 def test_beacons_are_known_by_their_identity_others_by_their_address() -> None:

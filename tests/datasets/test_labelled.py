@@ -10,7 +10,7 @@ from tests.datasets.labelled_rows import wifi
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.datasets.labelled import is_labelled, open_labelled
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.tables import SCHEMAS
 
 RUN: dict[str, object] = {
     "program": "vislam2tag",

@@ -26,7 +26,7 @@ from vislam2tag.datasets import writing
 from vislam2tag.datasets.format_registry import ExportContext, export_formats
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.schema import SCHEMAS
-from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
+from vislam2tag.labeling.tables import SCHEMAS as LABELLED
 
 OF_SET = (writing.MANIFEST, writing.SPLITS, writing.ONE_SPLIT, writing.PLANS)
 Schemas = Mapping[str, Mapping[str, object]]

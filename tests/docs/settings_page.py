@@ -8,7 +8,7 @@ from pydantic.fields import FieldInfo
 
 from tests.cli.test_app import command_of
 from vislam2tag.cli.app import COMMANDS
-from vislam2tag.cli.settings_options import OPTION_NAMES, option_of, owner_of, texts_of
+from vislam2tag.cli.options import OPTION_NAMES, option_of, owner_of, texts_of
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
 

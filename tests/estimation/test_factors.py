@@ -13,7 +13,6 @@ import pytest
 from tests.drifting import Drifting, loops
 from tests.estimation.dense import as_matrix, whitened_rows
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import (
     LinearWalk,
     Model,
@@ -22,7 +21,8 @@ from vislam2tag.estimation.factors import (
     sighting_variance,
 )
 from vislam2tag.estimation.landmark_priors import LandmarkPriors, survey_precisions
-from vislam2tag.estimation.noise import USUAL, DriftSource, NoiseLevels
+from vislam2tag.estimation.least_squares import solve
+from vislam2tag.estimation.tracker_errors import USUAL, DriftSource, NoiseLevels
 
 
 @pytest.mark.parametrize("which", range(4))

@@ -15,9 +15,9 @@ from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.estimation.fault_detection import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.smoother import SolvedWalk, solve_walk
+from vislam2tag.estimation.tracker_errors import NoiseLevels
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 

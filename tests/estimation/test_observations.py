@@ -15,9 +15,9 @@ from tests.drifting import about_vertical, camera_track, loops, nothing_logged, 
 from tests.walks import camera_on, corridor_walk, log_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import Similarity2
-from vislam2tag.estimation.noise import DriftSource
 from vislam2tag.estimation.observations import Passes, WalkObservations, find_passes
 from vislam2tag.estimation.odometry import continuous_odometry
+from vislam2tag.estimation.tracker_errors import DriftSource
 
 RANGE_M = 6.0
 

@@ -14,10 +14,19 @@ from tests.estimation.test_factors import linearised
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.estimation import reweighting
-from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, VarianceFactors, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import (
+from vislam2tag.estimation.least_squares import solve
+from vislam2tag.estimation.reweighting import (
+    FEWEST_OBSERVATIONS,
+    ExpectedSquares,
+    NoiseSquares,
+    equivalent_variances,
+    expected_squares,
+    reweighted,
+)
+from vislam2tag.estimation.smoother import solve_walk
+from vislam2tag.estimation.tracker_errors import (
     DEGREES_OF_FREEDOM,
     ESTIMATED,
     LANDMARK_DOF,
@@ -28,15 +37,6 @@ from vislam2tag.estimation.noise import (
     DriftSource,
     NoiseLevels,
 )
-from vislam2tag.estimation.reweighting import (
-    FEWEST_OBSERVATIONS,
-    ExpectedSquares,
-    NoiseSquares,
-    equivalent_variances,
-    expected_squares,
-    reweighted,
-)
-from vislam2tag.estimation.smoother import solve_walk
 
 CALM = NoiseLevels(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
-from vislam2tag.labeling.tables import label_readings, mark_uncertain, trajectory_of, trajectory_table
+from vislam2tag.labeling.tables import SCHEMAS, label_readings, mark_uncertain, trajectory_of, trajectory_table
 from vislam2tag.site.model import SessionKey
 
 

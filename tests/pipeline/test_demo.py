@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.pipeline.positioning.test_locate_app import asked
+from tests.pipeline.positioning.test_serve import asked
 from tests.positioning.in_an_app import answered, assert_same, question
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
@@ -16,7 +16,7 @@ from vislam2tag.estimation.strategy import strategies_for_poses
 from vislam2tag.pipeline import demo
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.demo import run_demo
-from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
+from vislam2tag.pipeline.positioning.serve import ServedAnswers
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.learning_data import learning_data
 from vislam2tag.positioning.model_files import load_model

@@ -16,9 +16,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
-from vislam2tag.pipeline.datasets.export import ExportOptions, export
 from vislam2tag.pipeline.datasets.figures import make_dataset_figures
-from vislam2tag.pipeline.datasets.import_format import import_format
+from vislam2tag.pipeline.datasets.import_export import ExportOptions, export, import_format
 from vislam2tag.pipeline.fleet.add import add_surveys
 from vislam2tag.pipeline.labels.process import process
 

@@ -16,8 +16,8 @@ from vislam2tag.common.judgement import Answer
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
+from vislam2tag.estimation.tracker_errors import NoiseLevels
 from vislam2tag.quality import self_check
 from vislam2tag.quality.self_check import (
     MOST_SOLUTIONS,

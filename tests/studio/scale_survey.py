@@ -19,8 +19,7 @@ from tests.surveys import make_survey
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.status import counts_by_label
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.schemas import status_codes
-from vislam2tag.labeling.tables import write_table
+from vislam2tag.labeling.tables import status_codes, write_table
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.site.model import SessionKey, session_slugs
 

@@ -20,9 +20,9 @@ from tests.studio.running import Page
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.settings import Settings
-from vislam2tag.studio.layers.gaps import outlines
+from vislam2tag.studio.layers.walkable import outlines
 from vislam2tag.studio.outputs import Track, arrow, overview, track_of, window
-from vislam2tag.studio.series import Series, series_columns, thinned
+from vislam2tag.studio.session_view import Series, series_columns, thinned
 from vislam2tag.studio.workspace import Workspace
 
 

@@ -29,7 +29,7 @@ REFUSING = (
 )
 """What refuses while a building is prepared, and jobs that fail."""
 REFUSALS = {"SurveyError", "UsageError", "OutputError"}
-ELSEWHERE = {"ilc20.py", "getsensordata.py", "evaluate.py", "evaluate_session.py", "evaluate_station.py"}
+ELSEWHERE = {"ilc20.py", "getsensordata.py", "evaluate.py", "evaluate_session.py"}
 """Of formats that are imported and of other commands."""
 OF_ILC20 = {
     "the floor's name tells no number: its traces are left out; call the folder F1, F2, ... or B1, ...",

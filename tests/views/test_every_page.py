@@ -18,11 +18,10 @@ from tests.site.plans import drawn_floor
 from tests.undrawn import undrawn
 from tests.views.browser import note_problems, running_browser
 from tests.views.factory import make_results, make_survey
-from tests.views.test_check_page import write_page_of_a_check
 from tests.views.test_conflict_page import write_page_of_conflicts
 from tests.views.test_dataset_page import make_dataset
-from tests.views.test_evaluation_page import evaluation
 from tests.views.test_fleet_pages import write_fleet_page, write_session_page
+from tests.views.test_quality_pages import evaluation, write_page_of_a_check
 from vislam2tag.datasets.folder import write_dataset
 from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.datasets.statistics import dataset_statistics
@@ -39,7 +38,7 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.views.click_pages import write_click_page, write_measure_page
 from vislam2tag.views.dataset_page import dataset_page
-from vislam2tag.views.evaluation_page import write_evaluation_page
+from vislam2tag.views.quality_pages import write_evaluation_page
 from vislam2tag.views.result_pages import (
     CollectionPart,
     FigurePart,

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.options import AsJson, ConfigFile, setting, settings_of
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.records import argument, command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import or_dash, print_table, red
 from vislam2tag.cli.terminal import answer, print_line, say, visible_console
 from vislam2tag.common.addresses import EVERYWHERE, code_of, listen, url_for
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from vislam2tag.sessions.inspection import FloorOverview, SessionOverview
-    from vislam2tag.studio.receiving.filing import FiledSession
+    from vislam2tag.studio.receiving.uploads import FiledSession
     from vislam2tag.studio.receiving.zips import AppPlace
 
 
@@ -88,7 +87,7 @@ def receive_command(
 
 def _filed(survey: Path, path: Path, max_bytes: int, place: AppPlace, *, tell: bool) -> FiledSession | None:
     """File one zip and tell it; tell and return None where it is refused."""
-    from vislam2tag.studio.receiving.filing import file_zip
+    from vislam2tag.studio.receiving.uploads import file_zip
     from vislam2tag.studio.receiving.zips import RefusedZipError
 
     try:

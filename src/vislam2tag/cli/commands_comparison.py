@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson, FollowLinks, Replace
+from vislam2tag.cli.options import AsJson, ConfigFile, FollowLinks, Replace, option_of, setting, settings_of
 from vislam2tag.cli.progress import outputs_of_interrupted, session_bar
 from vislam2tag.cli.records import argument, command, option, settings_given
-from vislam2tag.cli.settings_options import ConfigFile, option_of, setting, settings_of
 from vislam2tag.cli.tables import metres, print_table
 from vislam2tag.cli.terminal import answer, say, visible_console
 from vislam2tag.common.errors import UsageError

@@ -8,10 +8,21 @@ from pathlib import Path
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, AsJson, Description, FollowLinks, Jobs, PrivacyOptions, Replace
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    AsJson,
+    ConfigFile,
+    Description,
+    FollowLinks,
+    Jobs,
+    PrivacyOptions,
+    Replace,
+    setting,
+    settings_from,
+    settings_of,
+)
 from vislam2tag.cli.progress import interrupted_with, outputs_of_interrupted, session_bar
 from vislam2tag.cli.records import argument, command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from, settings_of
 from vislam2tag.cli.tables import print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError

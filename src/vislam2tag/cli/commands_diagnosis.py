@@ -8,10 +8,19 @@ from typing import TYPE_CHECKING
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, SurveyFolder
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    AsJson,
+    ConfigFile,
+    FollowLinks,
+    Jobs,
+    SurveyFolder,
+    setting,
+    settings_from,
+    settings_of,
+)
 from vislam2tag.cli.progress import outputs_of_interrupted, session_bar
 from vislam2tag.cli.records import command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from, settings_of
 from vislam2tag.cli.tables import print_warnings, show_table
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError

@@ -10,10 +10,18 @@ import typer
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, AsJson, DryRun, ExecutorOptions, FollowLinks, Jobs
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    AsJson,
+    ConfigFile,
+    DryRun,
+    ExecutorOptions,
+    FollowLinks,
+    Jobs,
+    settings_of,
+)
 from vislam2tag.cli.progress import interrupted_with, session_bar
 from vislam2tag.cli.records import argument, command, group, option
-from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.files.store import shown

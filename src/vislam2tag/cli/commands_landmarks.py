@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson, Floors, FollowLinks
+from vislam2tag.cli.options import AsJson, ConfigFile, Floors, FollowLinks, setting, settings_from, settings_of
 from vislam2tag.cli.progress import interrupted_with, session_bar
 from vislam2tag.cli.records import argument, command, option, settings_given
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from, settings_of
 from vislam2tag.cli.tables import or_dash, print_table
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError

@@ -268,8 +268,7 @@ def _serve(given: LocateOptions) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
     from vislam2tag.common.addresses import listen
     from vislam2tag.common.serving import serve
-    from vislam2tag.pipeline.positioning.locate_app import locate_app
-    from vislam2tag.pipeline.positioning.served_answers import ServedAnswers
+    from vislam2tag.pipeline.positioning.serve import ServedAnswers, locate_app
 
     answers = ServedAnswers(api.load_model(given.model), given.plans)
     with listen(LOOPBACK, given.port) as opened:

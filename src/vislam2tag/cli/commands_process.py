@@ -12,6 +12,7 @@ from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     AsJson,
+    ConfigFile,
     DryRun,
     ExecutorName,
     ExecutorOptions,
@@ -21,10 +22,12 @@ from vislam2tag.cli.options import (
     Replace,
     SessionOptions,
     SurveyFolder,
+    setting,
+    settings_from,
+    settings_of,
 )
 from vislam2tag.cli.progress import contents_there, interrupted_with, labels_there, session_bar
 from vislam2tag.cli.records import argument, command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import answer, say, visible_console
 from vislam2tag.common.files.store import shown

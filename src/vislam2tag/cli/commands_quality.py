@@ -9,10 +9,20 @@ from typing import TYPE_CHECKING
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, LandmarkFile, SessionOptions, SurveyFolder
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    AsJson,
+    ConfigFile,
+    FollowLinks,
+    Jobs,
+    LandmarkFile,
+    SessionOptions,
+    SurveyFolder,
+    setting,
+    settings_from,
+)
 from vislam2tag.cli.progress import SessionBar, interrupted_with, outputs_of_interrupted, session_bar
 from vislam2tag.cli.records import command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
 from vislam2tag.cli.tables import metres, print_table, print_warnings, red
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.plugins import STRATEGIES
@@ -129,7 +139,7 @@ def _print_sessions(found: api.SurveyCheck) -> None:
 
 
 def _session_cells(session: api.SessionCheck) -> tuple[str | Text, ...]:
-    from vislam2tag.views.check_page import median_left_out_m
+    from vislam2tag.views.quality_pages import median_left_out_m
 
     if session.error is not None:
         return (red("failed"),)
@@ -144,7 +154,7 @@ def _session_cells(session: api.SessionCheck) -> tuple[str | Text, ...]:
 
 
 def _print_bad(found: list[BadLandmark]) -> None:
-    from vislam2tag.views.check_page import FAULTS
+    from vislam2tag.views.quality_pages import FAULTS
 
     rows = []
     for bad in found:

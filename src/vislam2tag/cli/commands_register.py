@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson, FollowLinks
+from vislam2tag.cli.options import AsJson, ConfigFile, FollowLinks, setting, settings_from
 from vislam2tag.cli.records import argument, command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
 from vislam2tag.cli.tables import or_dash, print_table
 from vislam2tag.cli.terminal import answer, print_line, say
 from vislam2tag.common.errors import UsageError

@@ -11,10 +11,9 @@ import typer
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.options import AsJson, ConfigFile, setting, settings_from
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.records import argument, command, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_from
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import Settings

@@ -7,10 +7,9 @@ from pathlib import Path
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import AsJson, Floors, FollowLinks, Replace, SiteFolder
+from vislam2tag.cli.options import AsJson, ConfigFile, Floors, FollowLinks, Replace, SiteFolder, setting, settings_of
 from vislam2tag.cli.progress import interrupted_with
 from vislam2tag.cli.records import argument, command, group, option
-from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.site_init import init_command, print_site, site_record
 from vislam2tag.cli.tables import or_dash, print_findings, print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say, visible_console

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vislam2tag.cli.next_steps import next_step
-from vislam2tag.cli.options import ALL_CORES, AsJson, FollowLinks, Jobs, key_of
+from vislam2tag.cli.options import ALL_CORES, AsJson, ConfigFile, FollowLinks, Jobs, key_of, settings_of
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.records import argument, command, option
-from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import answer, say, say_json
 from vislam2tag.common.errors import UsageError

@@ -1,8 +1,9 @@
 """What is found by name: built-in modules of one folder, and modules of other installed packages (entry points).
 
 Either kind of module ends with a call that adds what it holds to its :class:`Registry`. A built-in module is called
-like what it adds, ``local_corrected.py`` for ``local-corrected`` (and ``global_.py``, since ``global`` is a word of
-Python); an entry point has the name of what its module adds. So names are known before anything is imported.
+like what it adds, ``dead_reckoning.py`` for ``dead-reckoning`` (and ``global_.py``, since ``global`` is a word of
+Python), or its kind says what it adds; an entry point has the name of what its module adds. So names are known before
+anything is imported.
 """
 
 from __future__ import annotations
@@ -73,7 +74,12 @@ class Kind:
         return tuple(sorted({*self.built_in, *self.installed}))
 
 
-STRATEGIES = Kind("mapping strategy", "vislam2tag.strategies", "vislam2tag.estimation.strategies")
+STRATEGIES = Kind(
+    "mapping strategy",
+    "vislam2tag.strategies",
+    "vislam2tag.estimation.strategies",
+    shared={"global_": ("global", "global-affine"), "local": ("local", "local-corrected")},
+)
 SESSION_FORMATS = Kind(
     "session format",
     "vislam2tag.session_formats",
@@ -91,7 +97,12 @@ DATASET_FORMATS = Kind(
     shared={"published_sets": ("tampere", "uji-library", "uts", "wifine")},
 )
 MODELS = Kind("positioning model", "vislam2tag.models", "vislam2tag.positioning.models")
-STUDIO_LAYERS = Kind("layer of the studio", "vislam2tag.studio_layers", "vislam2tag.studio.layers")
+STUDIO_LAYERS = Kind(
+    "layer of the studio",
+    "vislam2tag.studio_layers",
+    "vislam2tag.studio.layers",
+    shared={"contradictions": ("conflicts", "contradictions"), "walkable": ("gaps", "walkable")},
+)
 
 
 class _UnusablePluginError(UsageError):

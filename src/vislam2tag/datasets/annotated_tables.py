@@ -21,7 +21,7 @@ from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.datasets.access_points import NOMAP
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, hashed
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.tables import SCHEMAS
 from vislam2tag.site.model import SessionKey
 
 WIFI_FILE, SENSORS_FILE = "wifi_annotated.csv", "sensors_annotated.csv"

@@ -26,7 +26,7 @@ from vislam2tag.datasets.label_comparison import LabelComparison, compare_output
 from vislam2tag.datasets.model import Dataset, one_session
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, RTT, SESSIONS
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE
-from vislam2tag.labeling.schemas import TRAJECTORY
+from vislam2tag.labeling.tables import TRAJECTORY
 
 POSITIONS = (("x", "y"), ("x_median", "y_median"), ("x_start", "y_start"), ("x_end", "y_end"), ("x_coord", "y_coord"))
 """Pairs of columns that are a position: their difference is a distance."""

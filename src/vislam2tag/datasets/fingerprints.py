@@ -26,7 +26,7 @@ from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.datasets.access_points import NO_NAMES, access_point_table
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS, empty_table, in_schema
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.labeling.schemas import STATUS_TYPE
+from vislam2tag.labeling.tables import STATUS_TYPE
 from vislam2tag.sessions.foreign_tables import FIRST_UNIX_S
 from vislam2tag.site.corrections.file import session_start
 

@@ -15,7 +15,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import has_position, labelled_share
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SessionResult
-from vislam2tag.labeling.schemas import TRAJECTORY, status_codes
+from vislam2tag.labeling.tables import TRAJECTORY, status_codes
 
 
 class ComparedSession(FiniteRecord):

@@ -22,7 +22,7 @@ from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.records import Record
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.tables import SCHEMAS
 from vislam2tag.site.links import CURE, outside_link
 
 _AGAIN = "run `vislam2tag process` again"
@@ -94,7 +94,7 @@ class LabelledSession:
         return self._path(table).is_file()
 
     def table(self, table: str, columns: Iterable[str], only: pl.Expr | None = None) -> pl.DataFrame:
-        """Read columns of a table (:data:`vislam2tag.labeling.schemas.SCHEMAS`), rows as ``only`` chooses.
+        """Read columns of a table (:data:`vislam2tag.labeling.tables.SCHEMAS`), rows as ``only`` chooses.
 
         Raises DatasetError where the file is missing or damaged, or lacks one of the columns.
         """

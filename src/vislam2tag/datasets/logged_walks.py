@@ -47,9 +47,8 @@ from vislam2tag.datasets.schema import (
 )
 from vislam2tag.datasets.sensor_windows import magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.labeling.schemas import status_text
 from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.labeling.tables import label_readings
+from vislam2tag.labeling.tables import label_readings, status_text
 
 TAP_SIGMA_M = 0.3
 """Where the walker stands when tapping, against the place tapped at; one standard deviation per axis."""

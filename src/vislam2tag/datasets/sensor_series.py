@@ -20,8 +20,8 @@ from vislam2tag.core.arrays import AnyArray, BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.clocks import estimate_pose_lag
 from vislam2tag.core.orientation import multiply
 from vislam2tag.core.status import Status, has_position
-from vislam2tag.labeling.schemas import status_codes
 from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.labeling.tables import status_codes
 
 FINE, SENSOR_GAP, FLOOR_CHANGE, JUMP = 0, 100, 101, 102
 """Faults; others are codes of :class:`~vislam2tag.core.status.Status`."""

@@ -22,11 +22,18 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.orientation import wrapped
-from vislam2tag.estimation.chain import NormalEquations, Solution
-from vislam2tag.estimation.drift import STATES, DriftKind, PathDriftSums, transitions
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors, survey_precisions
-from vislam2tag.estimation.noise import SCALE_SIGMA, DriftSource, NoiseLevels
+from vislam2tag.estimation.least_squares import NormalEquations, Solution
 from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.tracker_errors import (
+    SCALE_SIGMA,
+    STATES,
+    DriftKind,
+    DriftSource,
+    NoiseLevels,
+    PathDriftSums,
+    transitions,
+)
 
 FREE_SCALE = 30.0
 """Standard deviation of a scale that is not known at all."""

@@ -16,8 +16,8 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.transforms import as_points
-from vislam2tag.estimation.noise import DOUBTED, ESTIMATED
 from vislam2tag.estimation.smoother import SolvedWalk
+from vislam2tag.estimation.tracker_errors import DOUBTED, ESTIMATED
 
 CERTAIN_SIGMAS = 5.0
 """A landmark contradicts the rest where they put it this many standard deviations from its surveyed place ..."""

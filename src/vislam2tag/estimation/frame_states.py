@@ -12,11 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.estimation.chain import Solution
-from vislam2tag.estimation.drift import transitions
 from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import DOUBTED, DriftSource
+from vislam2tag.estimation.least_squares import Solution
+from vislam2tag.estimation.tracker_errors import DOUBTED, DriftSource, transitions
 
 KNOT_S = 0.25
 """States are computed this densely, at all nodes and at both ends of every jump, doubt and pause; linear between.

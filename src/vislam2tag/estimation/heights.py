@@ -15,7 +15,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.context import PressureLog, Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.core.visits import usable_rank
-from vislam2tag.estimation.differences import Differences, solve_robustly
+from vislam2tag.estimation.least_squares import Differences, solve_robustly
 from vislam2tag.estimation.map_moves import seen_rows
 from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry

@@ -17,8 +17,8 @@ from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.map_moves import group_sums, orientation_is_estimated, seen_rows, sheet_heading
-from vislam2tag.estimation.noise import DriftSource
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+from vislam2tag.estimation.tracker_errors import DriftSource
 
 PAUSE_S = 2.0
 """A landmark not seen for longer than this is passed again."""

@@ -19,7 +19,7 @@ Residuals, each with the covariance that it is expected to have:
 saw the landmark at ``o_p`` from the camera, with its sheet turned to ``u_p``. ``L_l`` and ``A_l`` are the landmark's
 surveyed place and heading. ``H_p x_p`` is how far the errors move a place at ``R_p o_p``. ``aside_p`` (``aside_m2`` of
 the odometry) is the variance of the camera's place while the tracker had jumped away, 0 at other frames. All residuals
-are linear, so the problem is one chain with a border (``chain``); its matrices are made by ``factors``.
+are linear, so the problem is one chain with a border (``least_squares``); its matrices are made by ``factors``.
 
 Two loops solve it. The inner one (:func:`reweight_until_converged`) keeps the reference path: it multiplies variances
 by factors for Student's t and estimates the noise levels, both from the last solution (``reweighting``). The outer one
@@ -37,13 +37,13 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies, TrackerNoise
 from vislam2tag.core.robust import Caution, iterate
 from vislam2tag.core.transforms import as_complex, as_points
-from vislam2tag.estimation.chain import Solution, solve
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, heading_origin, landmark_origin
 from vislam2tag.estimation.frame_states import beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import NoiseLevels, assumed
+from vislam2tag.estimation.least_squares import Solution, solve
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.reweighting import equivalent_variances, expected_squares, reweighted
+from vislam2tag.estimation.tracker_errors import NoiseLevels, assumed
 
 CONVERGED_SIGMAS = 0.1
 """Re-weighting has converged when no node moves any more by this many of its own standard deviations, nor these by this

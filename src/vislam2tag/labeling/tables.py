@@ -1,8 +1,7 @@
-"""Labels for the time-stamped tables of a session (paper, section IV-B, last paragraph), and which are too uncertain.
+"""The tables of a labelled session: columns, types and units (docs/reference/output.md), made, written, read back.
 
-What is too uncertain to count as labelled keeps its position and its sigma, and says so by its status.
-
-The tables of a labelled session: made of its trajectory and readings, written with their metadata, read back.
+Their rows are labelled as in the paper (section IV-B, last paragraph). What is too uncertain to count as labelled keeps
+its position and its sigma, and says so by its status: text in the tables, codes in arrays.
 """
 
 from __future__ import annotations
@@ -19,16 +18,106 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
-from vislam2tag.core.status import Status, has_position
+from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.new_frame import changed_table
-from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS, status_codes, status_text
 from vislam2tag.labeling.settings import LabelRule, LabelSettings, ProcessSettings
 from vislam2tag.sessions.model import Attachment
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.site.frame_change import FrameChange
 from vislam2tag.site.model import SessionKey
+
+TRAJECTORY = "trajectory"
+_TEXT, _I32, _I64, _F32, _F64 = pl.String(), pl.Int32(), pl.Int64(), pl.Float32(), pl.Float64()
+KEY: dict[str, pl.DataType] = {"floor": _I32, "device": _TEXT, "session": _TEXT}
+_LABEL: dict[str, pl.DataType] = {"x": _F64, "y": _F64, "z": _F64, "sigma": _F64, "status": _TEXT}
+SCHEMAS: dict[str, dict[str, pl.DataType]] = {
+    TRAJECTORY: {
+        **KEY,
+        "time_ns": _I64,
+        **dict.fromkeys(("x", "y", "z", "qx", "qy", "qz", "qw", "sigma", "cov_xx", "cov_xy", "cov_yy"), _F64),
+        "status": _TEXT,
+    },
+    "wifi": {
+        **KEY,
+        "row": _I64,
+        "scan": _I32,
+        "time_ns": _I64,
+        "bssid": _TEXT,
+        "ssid": _TEXT,
+        "rssi_dbm": _F32,
+        "frequency_mhz": _F32,
+        **_LABEL,
+    },
+    "sensors": {
+        **KEY,
+        "row": _I64,
+        "time_ns": _I64,
+        "sensor": _TEXT,
+        **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), _F64),
+        **_LABEL,
+    },
+    "ble": {
+        **KEY,
+        "row": _I64,
+        "time_ns": _I64,
+        "address": _TEXT,
+        "name": _TEXT,
+        "uuid": _TEXT,
+        "major": _I32,
+        "minor": _I32,
+        "rssi_dbm": _F32,
+        **_LABEL,
+    },
+    "rtt": {
+        **KEY,
+        "row": _I64,
+        "time_ns": _I64,
+        "bssid": _TEXT,
+        "responder": pl.Boolean(),
+        "range_m": _F32,
+        "range_sigma_m": _F32,
+        "rssi_dbm": _F32,
+        "attempted": _I32,
+        "successful": _I32,
+        **_LABEL,
+    },
+}
+"""Columns of the tables that sessions have, in order."""
+OPTIONAL = ("ble", "rtt")
+"""Tables that only those sessions have that logged them."""
+UNITS = {
+    "x": "m",
+    "y": "m",
+    "z": "m",
+    "sigma": "m",
+    "cov_xx": "m^2",
+    "cov_xy": "m^2",
+    "cov_yy": "m^2",
+    **dict.fromkeys(("qx", "qy", "qz", "qw"), "unit quaternion, camera to BCS"),
+    "time_ns": "ns since boot of the phone",
+    "rssi_dbm": "dBm",
+    "frequency_mhz": "MHz",
+    "range_m": "m, from the phone to the access point",
+    "range_sigma_m": "m, one standard deviation within the burst",
+    **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), "as Android gives them for the sensor"),
+}
+
+
+STATUS_TYPE = pl.Enum(STATUS_LABELS)
+"""Its physical values are the status codes."""
+_LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
+
+
+def status_text(status: StatusArray) -> pl.Series:
+    """Turn status codes (n,) into the text column ``status``."""
+    return _LABELS[status].rename("status")
+
+
+def status_codes(table: pl.DataFrame) -> StatusArray:
+    """Status code (n,) of each row of a labelled table, an array of its own."""
+    return table["status"].cast(STATUS_TYPE).to_physical().to_numpy().astype(np.int8)
 
 
 def label_readings(

@@ -19,9 +19,8 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.strategy import strategies_for_poses
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.labeling.tables import trajectory_of
+from vislam2tag.labeling.tables import TRAJECTORY, trajectory_of
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.quality.evaluation.metrics import ErrorSummary, average, summarise

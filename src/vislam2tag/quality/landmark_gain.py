@@ -19,8 +19,8 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.place_names import near_landmarks
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import as_points
-from vislam2tag.estimation.chain import solve
 from vislam2tag.estimation.factors import LinearWalk
+from vislam2tag.estimation.least_squares import solve
 from vislam2tag.estimation.observations import Passes
 from vislam2tag.estimation.smoother import SolvedWalk
 from vislam2tag.quality.self_check import expected_error_m

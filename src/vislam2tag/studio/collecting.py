@@ -24,10 +24,9 @@ from vislam2tag.site.floors import read_room_names
 from vislam2tag.site.walkable.walked import Areas, WalkedFloor, WalkedSpace, filling_walk, walked_floor, walked_space
 from vislam2tag.studio.messages import Point, seen_as
 from vislam2tag.studio.outputs import LABELS, Track
-from vislam2tag.studio.receiving.filing import FiledSession
 from vislam2tag.studio.receiving.server import Listener, Receiver
 from vislam2tag.studio.receiving.token import Guard, grouped, new_token
-from vislam2tag.studio.receiving.uploads import Uploads
+from vislam2tag.studio.receiving.uploads import FiledSession, Uploads
 from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.work_messages import JobRequest
 from vislam2tag.studio.workspace import Workspace, plan_stamp

@@ -16,7 +16,6 @@ from pydantic import Field
 
 from vislam2tag.common.addresses import code_of, url_for
 from vislam2tag.studio import corrections_view, messages, preparing, session_view, survey_view, work_messages
-from vislam2tag.studio import series as charts
 from vislam2tag.studio.collecting import CollectingView, Handover
 from vislam2tag.studio.events import Events
 from vislam2tag.studio.guard import Guard
@@ -114,13 +113,13 @@ def _series(
     start: From = -1e9,
     end: To = 1e9,
 ) -> Binary:
-    found = charts.session_series(workspace, id, output)
-    return Binary(arrow_stream(charts.series_columns(found, points, (start, end))), ARROW)
+    found = session_view.session_series(workspace, id, output)
+    return Binary(arrow_stream(session_view.series_columns(found, points, (start, end))), ARROW)
 
 
 @endpoint("GET", "/api/scans")
 def _scans(workspace: Workspace, output: Text = LABELS) -> Binary:
-    table = charts.scans_table(workspace, output)
+    table = session_view.scans_table(workspace, output)
     return Binary(arrow_stream({name: table[name].to_numpy() for name in table.columns}), ARROW)
 
 

@@ -41,8 +41,7 @@ from vislam2tag.studio.guard import CONTENT_POLICY, PAGE
 from vislam2tag.studio.outputs import FULL, joined
 from vislam2tag.studio.radio import NUMBER, STRONGEST, Radio, made_radio, radio_job
 from vislam2tag.studio.routing import endpoint
-from vislam2tag.studio.series import scans_table, series_columns, session_series
-from vislam2tag.studio.session_view import overview
+from vislam2tag.studio.session_view import overview, scans_table, series_columns, session_series
 from vislam2tag.studio.survey_view import plan_png
 from vislam2tag.studio.workspace import Workspace, beside
 

@@ -20,8 +20,8 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import RESULTS
-from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.labeling.tables import TRAJECTORY
 from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.label_run import label_run
 from vislam2tag.pipeline.labels.session import jobs_of

@@ -24,7 +24,7 @@ from vislam2tag.core.status import Status, has_position
 from vislam2tag.datasets.label_comparison import settings_of_output
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.labeling.results import RESULTS, SessionResult
-from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY, status_codes
+from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_codes
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.quality.evaluation.truth import walking_velocity
 

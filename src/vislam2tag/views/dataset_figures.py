@@ -1,13 +1,19 @@
-"""A data set in print: its charts with their numbers, and its coverage."""
+"""The charts of a data set, on its page and in print: fingerprints by device and floor, over time, RSSI, sigma.
+
+In print they come with their numbers, and with its coverage.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import accumulate
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from vislam2tag.common import log_bins
 from vislam2tag.datasets.coverage import coverage, gap_walks
 from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.settings import CoverageSettings
@@ -15,23 +21,199 @@ from vislam2tag.datasets.statistics_record import (
     DatasetStatistics,
     DeviceRssi,
     Distribution,
+    FloorLabels,
     SessionStatistics,
     SigmaDistribution,
     TechnologyStatistics,
 )
 from vislam2tag.views.coverage_figures import CoveredFloor, coverage_map, storey_title
-from vislam2tag.views.dataset_charts import (
-    by_device,
-    by_floor,
-    colours_of,
-    heard,
-    over_time,
-    rssi_boxes,
-    rssi_offsets,
-    sigma_curve,
+from vislam2tag.views.layers import (
+    BLUE,
+    ORANGE,
+    PALETTE,
+    Chart,
+    Trace,
+    axis,
+    bars,
+    dots,
+    line,
+    plotly_text,
+    scatter,
+    written,
 )
-from vislam2tag.views.layers import BLUE, PALETTE, Chart, Trace, dots, line, written
 from vislam2tag.views.panels import COLUMN_IN, PAGE_IN, printed
+
+PALE = "#c9d1d9"
+BINS = 60
+"""Bars of a histogram at most."""
+_NAMES = {"type": "category", "automargin": True}
+"""An axis of devices or floors."""
+
+
+def charts(
+    technology: TechnologyStatistics, sessions: Sequence[SessionStatistics], name: str, colours: Mapping[str, str]
+) -> list[tuple[str, str, str]]:
+    """Each chart that there is data for: its title, a sentence, and Plotly's JSON."""
+    several = len({walk.started for walk in sessions if walk.started}) > 1
+    made = (
+        ("Pale: not labelled.", by_device(technology, colours)),
+        ("Those without a label count where their walk was.", by_floor(technology, colours)),
+        ("", heard(technology.heard)),
+        (
+            "Box: half of the readings; line: 5 % to 95 %. Of all that is heard, wherever it was walked.",
+            rssi_boxes(technology.rssi) if technology.rssi else None,
+        ),
+        (
+            "Against the mean of the devices that heard the same access point in the same 2 m cell.",
+            rssi_offsets(technology.rssi),
+        ),
+        (
+            "Share of the fingerprints that are at least so sure.",
+            None if technology.sigma is None else sigma_curve(technology.sigma),
+        ),
+        ("", over_time(sessions, name) if several else None),
+    )
+    return [(chart.title, about, chart.json()) for about, chart in made if chart is not None]
+
+
+def colours_of(devices: Sequence[str]) -> dict[str, str]:
+    """A colour for each device; one colour for all where they are more than the palette has."""
+    return {device: PALETTE[n] if len(devices) <= len(PALETTE) else BLUE for n, device in enumerate(devices)}
+
+
+def by_device(technology: TechnologyStatistics, colours: Mapping[str, str]) -> Chart:
+    """Fingerprints of each device, unlabelled ones pale."""
+    devices = sorted(technology.by_device, key=lambda device: technology.by_device[device].fingerprints)
+    labels = [technology.by_device[device] for device in devices]
+    names = [plotly_text(device) for device in devices]
+    labelled = [one.labelled for one in labels]
+    missing = [one.fingerprints - one.labelled for one in labels]
+    own = [colours.get(device, BLUE) for device in devices]
+    layers = [
+        bars("labelled", names, labelled, own, "%{y}: %{x} labelled"),
+        bars("not labelled", names, missing, PALE, "%{y}: %{x} not labelled"),
+    ]
+    return _stacked("Fingerprints per device", layers, len(devices))
+
+
+def by_floor(technology: TechnologyStatistics, colours: Mapping[str, str]) -> Chart:
+    """Fingerprints of each floor by device, unlabelled ones pale."""
+    floors = [plotly_text(floor_name(floor)) for floor in technology.by_floor]
+    layers = []
+    for device in sorted(technology.by_device):
+        counts = [floor.by_device[device].labelled if device in floor.by_device else 0 for floor in technology.by_floor]
+        name = plotly_text(device)
+        layers.append(bars(name, floors, counts, colours.get(device, BLUE), f"%{{y}}, {name}: %{{x}}"))
+    missing = [floor.labels.fingerprints - floor.labels.labelled for floor in technology.by_floor]
+    return _stacked("Fingerprints per floor", [*layers, bars("not labelled", floors, missing, PALE)], len(floors))
+
+
+def floor_name(floor: FloorLabels) -> str:
+    """Building and number, as far as they are known."""
+    number = "no floor" if floor.floor is None else f"floor {floor.floor}"
+    return f"{floor.building}, {number}" if floor.building else number
+
+
+def _stacked(title: str, layers: Sequence[Trace], rows: int) -> Chart:
+    layout = {"barmode": "stack", "height": 90 + 24 * max(3, rows), "bargap": max(0.2, 1 - 0.27 * rows)}
+    return _chart(title, layers, axis("fingerprints", rangemode="tozero"), _NAMES, **layout)
+
+
+def heard(access_points: Distribution) -> Chart:
+    """How many access points a fingerprint holds."""
+    width, bins = access_points.binned(BINS)
+    bar = {
+        "type": "bar",
+        "name": "",
+        "x": [lowest + (width - 1) / 2 for lowest in bins],
+        "y": list(bins.values()),
+        "text": [str(lowest) if width == 1 else f"{lowest} to {lowest + width - 1}" for lowest in bins],
+        "textposition": "none",
+        "marker": {"color": BLUE},
+        "hovertemplate": "%{text}: %{y} fingerprints<extra></extra>",
+    }
+    x = axis("access points heard", grid=False)
+    return _chart("Access points heard in a fingerprint", [bar], x, axis("fingerprints"), bargap=0.05)
+
+
+def rssi_boxes(rssi: Mapping[str, DeviceRssi]) -> Chart:
+    """What each device hears: quartiles, 5 % to 95 %, mean."""
+    devices = sorted(rssi, key=lambda device: rssi[device].rssi_dbm.quantiles["0.5"])
+    quantiles = zip(*(rssi[device].rssi_dbm.quantiles.values() for device in devices), strict=True)
+    boxes = {
+        "type": "box",
+        "y": [plotly_text(device) for device in devices],
+        **dict(zip(("lowerfence", "q1", "median", "q3", "upperfence"), quantiles, strict=True)),
+        "mean": [rssi[device].rssi_dbm.mean for device in devices],
+        "orientation": "h",
+        "line": {"color": BLUE, "width": 1.4},
+        "name": "",
+    }
+    return _chart("RSSI by device", [boxes], axis("RSSI / dBm"), _NAMES, height=90 + 26 * max(3, len(devices)))
+
+
+def rssi_offsets(rssi: Mapping[str, DeviceRssi]) -> Chart | None:
+    """How much louder devices hear at the same place; None where no two heard the same access point in a cell."""
+    known = {device: one for device, one in rssi.items() if one.offset_db is not None}
+    if not known:
+        return None
+    devices = sorted(known, key=lambda device: known[device].offset_db or 0.0)
+    names = [plotly_text(device) for device in devices]
+    shared = [known[device].shared for device in devices]
+    hover = "%{y}: %{x:+.1f} dB over %{customdata} places"
+    bar = bars("", names, [known[device].offset_db for device in devices], ORANGE, hover, customdata=shared)
+    x = axis("offset / dB") | {"zeroline": True, "zerolinecolor": "#24292f"}
+    return _chart("How much louder a device hears", [bar], x, _NAMES, height=90 + 26 * max(3, len(devices)))
+
+
+def sigma_curve(sigma: SigmaDistribution) -> Chart:
+    """The share of fingerprints that are at least so sure."""
+    edges = [min(sigma.counts), *(index + 1 for index in sigma.counts)]
+    line = scatter(
+        "lines",
+        "",
+        hover="%{y:.1%} at most %{x:.2f} m",
+        x=[round(log_bins.lower_edge_m(edge), 5) for edge in edges],
+        y=[round(count / sigma.fingerprints, 5) for count in accumulate(sigma.counts.values(), initial=0)],
+        line={"color": BLUE, "width": 2.2},
+    )
+    ticks = [step * 10.0**power for power in range(-3, 3) for step in (1, 2, 3, 5, 7)]
+    x = axis("sigma / m", type="log", tickvals=ticks, ticktext=[f"{t:g}" for t in ticks])
+    y = axis("share of the fingerprints", [0.0, 1.02], tickformat=".0%")
+    return _chart("Sigma of the fingerprints' positions", [line], x, y)
+
+
+def over_time(
+    sessions: Sequence[SessionStatistics], technology: str, colours: Mapping[str, str] | None = None
+) -> Chart:
+    """How the labelled fingerprints of walks with a date add up, all and those of each device with a colour."""
+    dated = sorted(
+        ((walk.started, walk.session, walk) for walk in sessions if walk.started), key=lambda found: found[:2]
+    )
+    layers = []
+    for device, colour in ((None, BLUE if colours is None else "#000000"), *(colours or {}).items()):
+        own = [row for row in dated if device in (None, row[2].device)]
+        counts = [walk.labels[technology].labelled if technology in walk.labels else 0 for *_, walk in own]
+        layers.append(
+            scatter(
+                "lines+markers",
+                "all devices" if device is None else plotly_text(device),
+                hover="%{text}<br>%{y} fingerprints so far",
+                x=[started.isoformat() for started, *_ in own],
+                y=list(accumulate(counts)),
+                text=[plotly_text(session) for _, session, _ in own],
+                line={"color": colour, "shape": "hv"},
+                marker={"size": 5},
+            )
+        )
+    y = axis("labelled fingerprints", rangemode="tozero")
+    return _chart("Labelled fingerprints over time", layers, axis("", type="date"), y)
+
+
+def _chart(title: str, layers: Sequence[Trace], x: Trace, y: Trace, **layout: Any) -> Chart:
+    look = {"height": 340, "hovermode": "closest", "dragmode": "zoom", "showlegend": False} | layout
+    return Chart(layers, x, y, title, look)
+
 
 _ROW_IN = 0.17
 """Height of a bar and the gap to the next, inches."""

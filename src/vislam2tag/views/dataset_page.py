@@ -20,7 +20,7 @@ from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.datasets.statistics_record import UNKNOWN, DatasetStatistics, Table3
 from vislam2tag.site.walkable.walked import WalkedFloor
 from vislam2tag.views.coverage_figures import storey_title, walk_layers
-from vislam2tag.views.dataset_charts import charts, colours_of
+from vislam2tag.views.dataset_figures import charts, colours_of
 from vislam2tag.views.floor_map import drawn_plan, map_figure, walk_to_fill
 from vislam2tag.views.layers import (
     GREY,

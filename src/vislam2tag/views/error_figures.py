@@ -15,7 +15,6 @@ from vislam2tag.quality.evaluation.metrics import ErrorCurve
 from vislam2tag.quality.evaluation.reliability import CoverageCurve
 from vislam2tag.quality.evaluation.truth import PointErrors
 from vislam2tag.site.model import Floor
-from vislam2tag.views.evaluation_page import curve_layers, movement_layer
 from vislam2tag.views.floor_map import site_layers
 from vislam2tag.views.layers import GREY, MANY_COLOURS, Chart, Trace, axis, dots, joined, line, written
 from vislam2tag.views.panels import (
@@ -32,6 +31,7 @@ from vislam2tag.views.panels import (
     print_quality,
     printed,
 )
+from vislam2tag.views.quality_pages import curve_layers, movement_layer
 from vislam2tag.views.site_figures import TRUTH, recorded, walk_layer
 from vislam2tag.views.uncertainty import COVERAGE_AXIS, coverage_layers
 

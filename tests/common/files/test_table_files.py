@@ -127,7 +127,7 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
         "common/commit.py",
         "views/page.py",
         "studio/receiving/server.py",
-        "pipeline/positioning/locate_app.py",
+        "pipeline/positioning/serve.py",
         "site/plans/reader_process.py",
         "estimation/dead_reckoning/gait.py",
     )

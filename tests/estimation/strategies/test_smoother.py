@@ -17,9 +17,9 @@ from vislam2tag.core.orientation import level_view
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.core.transforms import as_points
-from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
 from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.estimation.tracker_errors import NoiseLevels
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 

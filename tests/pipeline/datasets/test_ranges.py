@@ -13,7 +13,7 @@ from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import Privacy, hashed, with_privacy
 from vislam2tag.datasets.schema import RTT
 from vislam2tag.datasets.schema import SCHEMAS as OF_DATASETS
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.tables import SCHEMAS
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.simulation.scenario import Scenario, regular_survey

@@ -8,7 +8,7 @@ import polars as pl
 from obstore.fsspec import register
 
 from tests.pipeline.fleet.conftest import SmallFleet
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.tables import SCHEMAS
 
 
 def parts_read(fleet: SmallFleet, table: str) -> set[str]:

@@ -15,8 +15,7 @@ from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.pipeline.labels.evaluate import evaluate
-from vislam2tag.pipeline.labels.evaluate_session import IDENTIFIED, NEAREST, WITHOUT_LEAD
-from vislam2tag.pipeline.labels.evaluate_station import AT_CAMERA, AT_PRISM
+from vislam2tag.pipeline.labels.evaluate_session import AT_CAMERA, AT_PRISM, IDENTIFIED, NEAREST, WITHOUT_LEAD
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.quality.evaluation.record import ErrorRow, SurveyEvaluation

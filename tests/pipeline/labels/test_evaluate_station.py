@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.pipeline.labels import evaluate_station as evaluating
-from vislam2tag.pipeline.labels.evaluate_session import EvaluationJob, TruthComparisons
-from vislam2tag.pipeline.labels.evaluate_station import AT_PRISM, evaluate_station, station_jobs
+from vislam2tag.pipeline.labels import evaluate_session as evaluating
+from vislam2tag.pipeline.labels.evaluate_session import (
+    AT_PRISM,
+    EvaluationJob,
+    TruthComparisons,
+    evaluate_station,
+    station_jobs,
+)
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.quality.evaluation.station_frame import read_station_track
 from vislam2tag.quality.evaluation.truth import PointErrors, walking_velocity

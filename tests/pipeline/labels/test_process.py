@@ -12,8 +12,8 @@ import pytest
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
 from vislam2tag.labeling.results import Summary
-from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
+from vislam2tag.labeling.tables import OPTIONAL, SCHEMAS
 from vislam2tag.pipeline.labels import session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome

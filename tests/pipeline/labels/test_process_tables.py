@@ -9,11 +9,11 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.labeling import schemas
+from vislam2tag.labeling import tables
 from vislam2tag.labeling.results import SessionResult
 
 RAW = {"trajectory": "poses", "wifi": "wifi", "sensors": "sensors"}
-SCHEMAS = {name: schemas.SCHEMAS[name] for name in RAW}
+SCHEMAS = {name: tables.SCHEMAS[name] for name in RAW}
 
 
 def results(out: Path) -> list[SessionResult]:

@@ -30,7 +30,7 @@ from vislam2tag.estimation import smoother
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.schemas import status_codes
+from vislam2tag.labeling.tables import status_codes
 from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session_result import (

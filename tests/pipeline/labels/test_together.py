@@ -15,7 +15,7 @@ from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import joint_columns
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks
-from vislam2tag.estimation.noise import noise_of_other_walks
+from vislam2tag.estimation.tracker_errors import noise_of_other_walks
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduce_session

@@ -40,7 +40,7 @@ def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
     ("module", "counts"),
     [
         ("vislam2tag.core.transforms", True),
-        ("vislam2tag.estimation.drift", True),
+        ("vislam2tag.estimation.tracker_errors", True),
         ("vislam2tag.sessions.registry", True),
         ("vislam2tag.sessions", True),
         ("vislam2tag.labeling.settings", True),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vislam2tag.estimation.drift import STATES
+from vislam2tag.estimation.tracker_errors import STATES
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.site.model import SessionKey

@@ -18,7 +18,6 @@ from vislam2tag.common.serving import REPORTED_A_MINUTE
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.discover import read_site
-from vislam2tag.studio.receiving.filing import FiledSession
 from vislam2tag.studio.receiving.server import (
     ANSWER_MAC,
     BODY_SHA256,
@@ -31,7 +30,7 @@ from vislam2tag.studio.receiving.server import (
     survey_facts,
 )
 from vislam2tag.studio.receiving.token import Guard, answer_mac
-from vislam2tag.studio.receiving.uploads import Uploads
+from vislam2tag.studio.receiving.uploads import FiledSession, Uploads
 
 PLENTY = 1_000_000
 TOKEN = "ABCDEFGHIJKLMNOP"

@@ -21,8 +21,7 @@ from tests.studio.receiving.zips import HEADER, SESSION, packed, record, session
 from tests.surveys import bytes_of
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.sessions.registry import format_of
-from vislam2tag.studio.receiving.filing import file_zip, is_filed
-from vislam2tag.studio.receiving.uploads import Uploads
+from vislam2tag.studio.receiving.uploads import Uploads, file_zip, is_filed
 from vislam2tag.studio.receiving.zips import AppPlace, RefusedZipError, unpack
 
 PLENTY = 1_000_000

@@ -46,8 +46,8 @@ from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.datasets.writing import shared_labels
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
-from vislam2tag.labeling.schemas import TRAJECTORY
+from vislam2tag.labeling.tables import SCHEMAS as LABELLED
+from vislam2tag.labeling.tables import TRAJECTORY
 from vislam2tag.sessions.formats.published import FILE_NAMES
 from vislam2tag.sessions.registry import at_hand, format_of, open_survey
 from vislam2tag.site.corrections.file import session_start

@@ -28,8 +28,7 @@ from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, reg
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.writing import UNMAPPED, shared_labels
 from vislam2tag.labeling.results import FloorRecord
-from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
-from vislam2tag.labeling.tables import trajectory_of
+from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, trajectory_of
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.georeference import Georeference, to_wgs84
 from vislam2tag.site.links import left_out_of

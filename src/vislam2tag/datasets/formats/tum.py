@@ -11,8 +11,7 @@ from vislam2tag.core.status import has_position
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.writing import UNMAPPED, shared_labels
-from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
-from vislam2tag.labeling.tables import trajectory_of
+from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, trajectory_of
 from vislam2tag.quality.evaluation.trajectory_files import covariance_text, tum_text
 
 HOLDS = {

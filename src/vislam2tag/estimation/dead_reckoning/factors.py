@@ -27,10 +27,10 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.transforms import as_points
-from vislam2tag.estimation.chain import NormalEquations
 from vislam2tag.estimation.dead_reckoning.gait import WindowFeatures
 from vislam2tag.estimation.dead_reckoning.maps import MEMORY_S, SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, Headings, WalkSignals
+from vislam2tag.estimation.least_squares import NormalEquations
 
 STATES = 5
 SCALE, HEADING, OFFSET = 2, 3, 4

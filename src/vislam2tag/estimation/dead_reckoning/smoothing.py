@@ -16,8 +16,8 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.robust import iterate
 from vislam2tag.core.transforms import as_points
-from vislam2tag.estimation.chain import most_probable, solve
 from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, WalkFixes
+from vislam2tag.estimation.least_squares import most_probable, solve
 
 ROUNDS = 12
 CLOSE_M = 0.01

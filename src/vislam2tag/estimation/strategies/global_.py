@@ -52,3 +52,8 @@ def _median_pairs(log: LandmarkLog, landmarks: Landmarks) -> tuple[FloatArray, F
 
 
 register("global", lambda settings: GlobalMapping(Similarity2, settings.visit_radius_m))
+
+
+NEEDS = "three surveyed landmarks seen that are not on one line"
+
+register("global-affine", lambda settings: GlobalMapping(Affine2, settings.visit_radius_m, NEEDS))

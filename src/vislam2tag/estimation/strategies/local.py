@@ -1,4 +1,7 @@
-"""The paper's local mapping: one similarity for each sub-trajectory between two landmarks (section V-B)."""
+"""The paper's local mapping: one similarity for each sub-trajectory between two landmarks (section V-B).
+
+``local-corrected`` gives up sub-trajectories which cannot be right.
+"""
 
 from __future__ import annotations
 
@@ -105,3 +108,6 @@ def _longest_step(builder: TrajectoryBuilder, camera: CameraTrack, start: int, s
 
 
 register("local", lambda settings: LocalMapping(settings.visit_radius_m, math.inf, discards=False))
+
+
+register("local-corrected", lambda settings: LocalMapping(settings.visit_radius_m, settings.max_step_m, discards=True))

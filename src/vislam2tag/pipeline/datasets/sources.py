@@ -36,7 +36,7 @@ from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord, SessionResult
-from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
+from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY
 from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 from vislam2tag.sessions.registry import slugs_from_outside
 from vislam2tag.site.discover import read_site

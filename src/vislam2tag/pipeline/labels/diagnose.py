@@ -27,7 +27,7 @@ from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.smoother import mapped_path
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.check_session import doubtful_fixes, reckoned, solved
+from vislam2tag.pipeline.labels.check import doubtful_fixes, reckoned, solved
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, join_sessions, reduced
 from vislam2tag.pipeline.labels.odd_references import odd_faults, references
 from vislam2tag.pipeline.labels.survey_evidence import Places, places_of, survey_evidence, thinned

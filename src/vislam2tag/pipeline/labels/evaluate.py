@@ -16,8 +16,15 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
-from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
+from vislam2tag.pipeline.labels.evaluate_session import (
+    TRAJECTORIES,
+    EvaluationJob,
+    StationOutcome,
+    evaluate_session,
+    evaluate_station,
+    station_jobs,
+    with_station,
+)
 from vislam2tag.pipeline.labels.label_run import removed_findings, run_record
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.output import OutputFolder, without_sessions
@@ -28,7 +35,7 @@ from vislam2tag.quality.evaluation.metrics import dense_csv, latex_text, rows_cs
 from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_points
 from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.quality.evaluation.trajectory_files import READERS
-from vislam2tag.views.evaluation_page import write_evaluation_page
+from vislam2tag.views.quality_pages import write_evaluation_page
 
 PROGRAM = "vislam2tag evaluate"
 RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"

@@ -24,9 +24,8 @@ from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.intake.readings import level_findings, with_addresses
-from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY, status_text
 from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.labeling.tables import trajectory_of, walked_within_sigma
+from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_text, trajectory_of, walked_within_sigma
 from vislam2tag.sessions.clocks import LEVELS, MOTION, heard_in
 from vislam2tag.sessions.foreign_tables import (
     MOST_NS,

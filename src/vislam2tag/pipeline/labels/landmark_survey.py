@@ -20,10 +20,10 @@ from vislam2tag.estimation.heights import Heights, estimate_heights, vertical_sp
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
 from vislam2tag.estimation.landmark_survey.local_map import LocalMap
-from vislam2tag.estimation.noise import NoiseLevels
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.smoother import solve_in_own_frame
+from vislam2tag.estimation.tracker_errors import NoiseLevels
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.failures import done_or_failed
 from vislam2tag.pipeline.run.selection import OpenedSurvey, Selection

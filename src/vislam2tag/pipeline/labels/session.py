@@ -25,14 +25,12 @@ from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.estimation.strategy import strategy_modules
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.labeling.tables import LabelledWalk, write_table
+from vislam2tag.labeling.tables import OPTIONAL, SCHEMAS, LabelledWalk, write_table
 from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
-from vislam2tag.pipeline.run.output import Kept, OutputFolder, short
-from vislam2tag.pipeline.run.session_files import SessionFiles, rows_of, session_files
+from vislam2tag.pipeline.run.output import Kept, OutputFolder, SessionFiles, rows_of, session_files, short
 from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, mappable_session

@@ -32,9 +32,8 @@ from vislam2tag.labeling.results import (
     SigmaStatistics,
     VisitMark,
 )
-from vislam2tag.labeling.schemas import status_codes
 from vislam2tag.labeling.settings import USUAL_TRUTH, ProcessSettings, TruthSettings
-from vislam2tag.labeling.tables import LabelledWalk
+from vislam2tag.labeling.tables import LabelledWalk, status_codes
 from vislam2tag.pipeline.labels.drawing import draw
 from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.pipeline.labels.survey_evidence import passes_record

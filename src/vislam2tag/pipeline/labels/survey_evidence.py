@@ -15,8 +15,8 @@ from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.transforms import as_complex, as_points
-from vislam2tag.estimation.drift import STATES
 from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.tracker_errors import STATES
 from vislam2tag.labeling.results import PassesRecord
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table

@@ -27,9 +27,9 @@ from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
-from vislam2tag.estimation.noise import noise_of_other_walks
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.estimation.tracker_errors import noise_of_other_walks
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
 from vislam2tag.pipeline.labels.odd_references import references

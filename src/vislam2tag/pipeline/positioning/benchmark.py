@@ -28,7 +28,7 @@ from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.model import Dataset, Split, Storey
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
-from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+from vislam2tag.pipeline.datasets.import_export import ImportOptions, import_format
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.output import OutputFolder

@@ -28,9 +28,8 @@ from vislam2tag.datasets.schema import FINGERPRINTS
 from vislam2tag.datasets.statistics_record import FieldWork
 from vislam2tag.labeling.new_frame import changed_result, changed_table, floors_of_result
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
-from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.labeling.tables import write_table
+from vislam2tag.labeling.tables import SCHEMAS, write_table
 from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path
 from vislam2tag.pipeline.labels.label_run import floor_records, site_hashes

@@ -4,8 +4,9 @@ A walk is turned and shifted as most of its passes say. A pass that fits badly i
 cut for another where the tracker seems to have slipped, so that neither bends the rest; what is left over is the sum of
 squared residuals in units of their covariance, which all along the walk hangs together (Baarda's data snooping).
 
-How far the tracker may have drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.estimation.noise`)
-and not from how the walk was mapped: a wrong landmark would have made that worse.
+How far the tracker may have drifted from pass to pass follows from its usual noise
+(:mod:`vislam2tag.estimation.tracker_errors`) and not from how the walk was mapped: a wrong landmark would have made
+that worse.
 """
 
 from __future__ import annotations
@@ -19,11 +20,10 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_AT_ONCE, MAX_DIAGNOSED_PASSES, MAX_PAIRS
 from vislam2tag.core.transforms import as_complex, as_points
-from vislam2tag.estimation.drift import STATES, transitions
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
-from vislam2tag.estimation.noise import SCALE_SIGMA, USUAL
 from vislam2tag.estimation.observations import WalkObservations
+from vislam2tag.estimation.tracker_errors import SCALE_SIGMA, STATES, USUAL, transitions
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.model import SessionKey
 
@@ -35,7 +35,7 @@ class WalkPasses:
     ``landmark`` (p,) ids as logged; ``time_s`` (p,) from the first frame; ``camera`` (p,) complex, metres, where the
     camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``sighting_m2`` (p,) variance per axis of
     each pass; ``drift`` (p - 1, 4, 4) covariances of the drift from pass to pass (states as in
-    :mod:`vislam2tag.estimation.drift`); ``id_shift`` is what to add to the ids, None if nothing.
+    :mod:`vislam2tag.estimation.tracker_errors`); ``id_shift`` is what to add to the ids, None if nothing.
     """
 
     key: SessionKey

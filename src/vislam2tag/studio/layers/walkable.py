@@ -1,12 +1,15 @@
-"""Where a floor can be walked, found from its plan as planning finds it."""
+"""Where a floor can be walked, found from its plan as planning finds it; what of it no walk came near yet."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from vislam2tag.common.extras import import_extra
+from vislam2tag.common.findings import Severity
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
+from vislam2tag.studio.collecting import covered
 from vislam2tag.studio.layer_registry import Layer, register
 from vislam2tag.studio.messages import Point
 from vislam2tag.studio.work_messages import Feature, Title
@@ -40,5 +43,58 @@ def rings_of(space: WalkableSpace) -> list[list[Point]]:
     return [[(round(x, 3), round(y, 3)) for x, y in ring.tolist()] for ring in rings]
 
 
-_TITLE = Title(en="Walkable space", de="Begehbare Fläche")
-register(Layer("walkable", _TITLE, walkable))
+_WALKABLE = Title(en="Walkable space", de="Begehbare Fläche")
+register(Layer("walkable", _WALKABLE, walkable))
+
+
+_WAY = "#a8447f"
+"""Of no walk's status."""
+
+
+def gaps(workspace: Workspace, floor: int) -> list[Feature]:
+    """Areas of what is missing, a line through them and its first stop; none if the floor has no plan to walk."""
+    record, space = covered(workspace, floor)
+    if space is None:
+        return []
+    step_m = space.distances.step_m
+    features = [
+        Feature(
+            id=f"gaps:{floor}:{number}",
+            shape="area",
+            floor=floor,
+            coordinates=outer,
+            holes=holes,
+            severity=Severity.WARNING,
+        )
+        for number, (outer, *holes) in enumerate(outlines(space.places_m[~space.walked], step_m))
+    ]
+    if record.walk is not None:
+        line, stop = record.walk.points_m, record.walk.stops_m[0]
+        way = Feature(id=f"gaps:{floor}:way", shape="line", floor=floor, coordinates=line, colour=_WAY)
+        stopped = Feature(id=f"gaps:{floor}:next", shape="point", floor=floor, coordinates=[stop], colour=_WAY)
+        features += [way, stopped]
+    return features
+
+
+def outlines(places_m: FloatArray, step_m: float) -> list[list[list[Point]]]:
+    """Outlines of what places (n, 2) of a grid cover, metres: of each part the outer ring, then those of its holes."""
+    if not len(places_m):
+        return []
+    import shapely
+
+    cells = np.round(places_m / step_m)
+    shift_m = places_m[0] - cells[0] * step_m
+    parts = shapely.get_parts(
+        shapely.simplify(shapely.coverage_union_all(shapely.box(*(cells - 0.5).T, *(cells + 0.5).T)), 0.0)
+    )
+    return [
+        [
+            [(round(x, 3), round(y, 3)) for x, y in (np.array(ring.coords)[:-1] * step_m + shift_m).tolist()]
+            for ring in (part.exterior, *part.interiors)
+        ]
+        for part in parts
+    ]
+
+
+_GAPS = Title(en="Not walked yet, and the way there", de="Noch nicht begangen, und der Weg dorthin")
+register(Layer("gaps", _GAPS, gaps))

@@ -31,11 +31,11 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import site_name
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import plan_picture
-from vislam2tag.studio.receiving.filing import FiledSession
 from vislam2tag.studio.receiving.token import SCHEME, WRONG_PROOF, Guard, SignedRequest, answer_mac, authorization_mac
 from vislam2tag.studio.receiving.uploads import (
     BUSY_S,
     UPLOAD_NAME,
+    FiledSession,
     RefusalError,
     Uploads,
     UploadState,

@@ -17,7 +17,7 @@ from tests.cli.test_app import command_of
 from tests.docs.settings_page import settings_page
 from vislam2tag.cli.app import OLD_NAMES, app
 from vislam2tag.cli.commands_process import ProcessOptions
-from vislam2tag.cli.settings_options import option_of, settings_of
+from vislam2tag.cli.options import option_of, settings_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import part_of, setting_fields
 

@@ -15,10 +15,9 @@ from playwright.sync_api import Route
 
 from tests.positioning.radio_world import radio_world
 from tests.views.browser import running_browser
-from vislam2tag.pipeline.positioning import locate_app as serving_app
-from vislam2tag.pipeline.positioning.locate_app import locate_app
-from vislam2tag.pipeline.positioning.served_answers import MOST_LATEST, MOST_SCANS, ServedAnswers
-from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, save_model
+from vislam2tag.pipeline.positioning import serve as serving_app
+from vislam2tag.pipeline.positioning.serve import MOST_LATEST, MOST_SCANS, ServedAnswers, locate_app
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
 from vislam2tag.positioning.registry import model_named
 
 SCANS, PLACES = radio_world(seed=1)

@@ -1,4 +1,7 @@
-"""The chain solver against a dense one that knows nothing of chains."""
+"""The chain solver against a dense one that knows nothing of chains.
+
+Robust least squares over differences.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from tests.estimation.dense import as_matrix
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.estimation.chain import NormalEquations, Solution, solve
+from vislam2tag.estimation.least_squares import Differences, NormalEquations, Solution, solve, solve_robustly
 
 
 def random_equations(seed: int, states: int, border: int, size: int) -> NormalEquations:
@@ -85,3 +89,26 @@ def test_singular_equations_are_refused() -> None:
     equations.upper[0] = 0
     with pytest.raises(np.linalg.LinAlgError):
         solve(equations)
+
+
+def chain(values: np.ndarray, tailed: bool) -> list[Differences]:
+    """A first value that is known, and all steps from each to the next."""
+    k = len(values)
+    steps = Differences(np.arange(1, k), np.arange(k - 1), np.diff(values), np.full(k - 1, 0.1), tailed)
+    return [Differences(np.zeros(1, np.int64), np.full(1, -1), values[:1], np.full(1, 0.01), False), steps]
+
+
+@given(arrays(np.float64, st.integers(2, 30), elements=st.floats(-100, 100)), st.booleans())
+def test_consistent_measurements_are_met_exactly(values: np.ndarray, tailed: bool) -> None:
+    found = solve_robustly(chain(values, tailed), np.zeros(len(values)))
+    assert found.converged
+    assert found.state == pytest.approx(values, abs=1e-6)
+
+
+def test_one_wrong_measurement_among_many_is_outvoted_where_it_is_tailed() -> None:
+    first, second = np.zeros(9, np.int64), np.full(9, -1)
+    value = np.array([1.0] * 8 + [50.0])
+    wrong = [Differences(first, second, value, np.full(9, 0.1), tailed) for tailed in (True, False)]
+    robust, plain = (solve_robustly([part], np.zeros(1)).state[0] for part in wrong)
+    assert robust == pytest.approx(1.0, abs=0.02)
+    assert plain == pytest.approx(value.mean())
