@@ -18,10 +18,29 @@ from vislam2tag.core.context import AnchorLog, ToldFloors
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions import phone_app as app
 from vislam2tag.sessions.clocks import clock_of, pose_lag_of
 from vislam2tag.sessions.model import Recording, Session
-from vislam2tag.sessions.phone_app import TRACKING, PhoneRecord
+from vislam2tag.sessions.phone_app import (
+    ANCHORS,
+    BLE,
+    CAMERA,
+    EVENTS,
+    FIRST_COLUMN,
+    LANDMARKS,
+    PRESSES,
+    RECORD_FILE,
+    RTT,
+    SENSORS,
+    SIGHTING,
+    STOPPED,
+    TAPS,
+    TRACKING,
+    WIFI,
+    PhoneRecord,
+    parse_record,
+    phone_camera,
+    unit_poses,
+)
 from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
@@ -33,7 +52,7 @@ from vislam2tag.site.model import SessionKey
 from vislam2tag.site.site_table import is_file
 
 FILE_NAMES = {
-    "record": (app.RECORD_FILE,),
+    "record": (RECORD_FILE,),
     "poses": ("CameraPose.csv",),
     "landmarks": ("LandmarkPose.csv",),
     "anchors": ("AnchorPose.csv",),
@@ -52,20 +71,20 @@ _RADIOS = {"wifi": "Wi-Fi", "ble": "Bluetooth"}
 
 def _recognises(folder: Path) -> bool:
     """A session has ``session.json``, or a table of a known name that begins with our header."""
-    return is_file(folder / app.RECORD_FILE) or any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
+    return is_file(folder / RECORD_FILE) or any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
     record = _record(reading, key)
-    poses = reading.rows("poses", app.CAMERA.read, FRAMES)
-    camera = reading.noted(app.phone_camera(poses, reading.name_of("poses"), settings))
+    poses = reading.rows("poses", CAMERA.read, FRAMES)
+    camera = reading.noted(phone_camera(poses, reading.name_of("poses"), settings))
     landmarks = _landmarks(reading, camera)
     anchors = _anchors(reading, camera)
-    sensors = reading.readings(app.SENSORS.read, camera)
+    sensors = reading.readings(SENSORS.read, camera)
     clock_ns = clock_of(camera, sensors)
-    wifi = reading.wifi(reading.rows("wifi", app.WIFI.read, SCANS, clock_ns), settings)
+    wifi = reading.wifi(reading.rows("wifi", WIFI.read, SCANS, clock_ns), settings)
     tables = {"wifi": reading.on_clock("wifi", wifi, camera), "sensors": sensors}
-    ble = reading.on_clock("ble", reading.ble(reading.rows("ble", app.BLE.read, ANY, clock_ns)), camera)
+    ble = reading.on_clock("ble", reading.ble(reading.rows("ble", BLE.read, ANY, clock_ns)), camera)
     tables |= {name: table for name, table in (("ble", ble), ("rtt", _rtt(reading, camera, clock_ns))) if table.height}
     presses_ns, taps = _presses(reading, camera, clock_ns)
     recording, told_floors = _recording(reading, record, clock_ns)
@@ -78,7 +97,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
 def _has_header(path: Path) -> bool:
     try:
         with plain(path).open("rb") as file:
-            return file.read(len(app.FIRST_COLUMN)) == app.FIRST_COLUMN
+            return file.read(len(FIRST_COLUMN)) == FIRST_COLUMN
     except OSError:
         return False
 
@@ -91,7 +110,7 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
         reading.note("missing_file", file, message)
         return None
     try:
-        record = app.parse_record(data, str(reading.folder / file))
+        record = parse_record(data, str(reading.folder / file))
     except ValueError as error:
         message = f"{error}; the folders tell floor and device, how the recording ended is not known"
         reading.note("unreadable_record", file, message)
@@ -103,7 +122,7 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
             "move its folder if that is wrong"
         )
         reading.note("other_floor", file, message)
-    if record.ended != app.STOPPED:
+    if record.ended != STOPPED:
         detail = f" ({record.end.detail})" if record.end and record.end.detail else ""
         message = f"the recording was not stopped by hand, it ended as '{record.ended}'{detail}; what there is counts"
         reading.note("recording_ended", file, message, Severity.INFO)
@@ -113,11 +132,11 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     """Rows that the tracker stands for; one that it does not track, or in a lost frame, counts as lost."""
     file = reading.name_of("landmarks")
-    rows = app.unit_poses(reading.rows("landmarks", app.LANDMARKS.read, FRAMES, clock_of(camera)))
+    rows = unit_poses(reading.rows("landmarks", LANDMARKS.read, FRAMES, clock_of(camera)))
     # A row that is not tracked may have no pose: it says no more than that.
     logged = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
     log, findings = landmark_log(logged, file, camera)
-    by_row = rows.select("row", tracked=pl.col("state") == TRACKING, seen=pl.col("method") == app.SIGHTING)
+    by_row = rows.select("row", tracked=pl.col("state") == TRACKING, seen=pl.col("method") == SIGHTING)
     state = pl.DataFrame({"row": log.row}).join(by_row, on="row", how="left", maintain_order="left")
     lost = ~state["tracked"].to_numpy()
     if camera.state is not None:
@@ -128,7 +147,7 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
 
 def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     """Rows of anchors that are tracked, at usable frames with tracking; None where there are none."""
-    rows = app.unit_poses(reading.rows("anchors", app.ANCHORS.read, FRAMES, clock_of(camera)))
+    rows = unit_poses(reading.rows("anchors", ANCHORS.read, FRAMES, clock_of(camera)))
     rows = rows.filter(pl.col("state") == TRACKING)
     position, orientation, sound, odd = poses_of(rows, reading.name_of("anchors"))
     reading.findings += odd
@@ -145,7 +164,7 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
 
 def _rtt(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
     """Ranges to access points; older apps have no such file."""
-    rows = reading.noted(admitted(reading.rows("rtt", app.RTT.read, ANY, clock_ns), "bssid", reading.name_of("rtt")))
+    rows = reading.noted(admitted(reading.rows("rtt", RTT.read, ANY, clock_ns), "bssid", reading.name_of("rtt")))
     rows = mark_repeated(rows.with_columns(responder=pl.col("responder") != 0), "bssid")
     return reading.on_clock("rtt", rows, camera)
 
@@ -165,7 +184,7 @@ def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> 
 
 def _parse_presses(data: bytes, file: str) -> RawTable:
     has_places = b"x_m" in data.partition(b"\n")[0].split(b",")
-    return (app.TAPS if has_places else app.PRESSES).read(data, file)
+    return (TAPS if has_places else PRESSES).read(data, file)
 
 
 def _recording(
@@ -173,7 +192,7 @@ def _recording(
 ) -> tuple[Recording, ToldFloors | None]:
     """What the recorder says of itself, and where the walker said to have come to another floor."""
     file = reading.name_of("events")
-    rows = reading.rows("events", app.EVENTS.read, ANY, clock_ns)
+    rows = reading.rows("events", EVENTS.read, ANY, clock_ns)
     counts = dict(rows["event"].value_counts().sort("event").iter_rows())
     recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
     if recording.scans_refused:
