@@ -115,9 +115,8 @@ _NAMES = {
     "simulation.survey": "WritingOptions simulate",
     "site.frame_change": "FrameChanges",
     "site.model": "Floor SessionKey SessionRef Site Survey",
-    "site.settings": "SurveySettings",
+    "site.settings": "SurveySettings WalkableSettings",
     "site.site_file": "GeoreferencePart SiteFile",
-    "site.walkable.settings": "WalkableSettings",
 }
 """By module; ``NAME=ORIGINAL`` where a command's function has another name there."""
 

@@ -5,11 +5,9 @@ It is written last (``sessions/SLUG.json``) and so marks the session as done.
 
 from __future__ import annotations
 
-from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import NOT_RUN, Judgement, counted
+from vislam2tag.common.findings import NOT_RUN, Finding, Judgement, counted
 from vislam2tag.common.records import Record
-from vislam2tag.core.faults import EventKind
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import EventKind, Status
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.georeference import Georeference
 

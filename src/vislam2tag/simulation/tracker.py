@@ -12,8 +12,8 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.orientation import multiply
 from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.core.transforms import multiply
 from vislam2tag.simulation.model import MapMotion, SimulatedEvent, SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.tracker_camera import CameraFrames, DeadReckoning, dead_reckon, expose, sight

@@ -13,8 +13,8 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
 from vislam2tag.common.files.archives import MOST_UNPACKED
 from vislam2tag.common.files.folder import scratch_folder
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.description import Description, with_description
 from vislam2tag.datasets.folder import dataset_folder, open_dataset
 from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, import_format_of, import_named

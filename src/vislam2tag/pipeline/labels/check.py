@@ -16,11 +16,10 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_file import output_errors
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
+from vislam2tag.common.files.whole_output import output_errors
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.check_session import CheckedSession, check_session
 from vislam2tag.pipeline.labels.walked_floors import FloorWalked, WalkPlaces, walked_floors
@@ -29,7 +28,7 @@ from vislam2tag.quality.landmark_gain import GainMap
 from vislam2tag.quality.self_check import bad_landmarks, judgement_of
 from vislam2tag.quality.self_check_record import FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.site.links import left_out_of, shared_survey
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.views.check_page import write_check_page
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"

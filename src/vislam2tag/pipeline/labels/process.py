@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Unpack
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings

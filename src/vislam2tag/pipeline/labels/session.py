@@ -34,11 +34,11 @@ from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.output import Kept, OutputFolder, short
 from vislam2tag.pipeline.run.session_files import SessionFiles, rows_of, session_files
 from vislam2tag.pipeline.run.workers import Job
-from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks, floors_told
 from vislam2tag.site.model import SessionRef
+from vislam2tag.site.walkable.drawn_cells import drawing_mark
 
 _Made = TypeVar("_Made")
 _NOWHERE = OutputFolder(Path())

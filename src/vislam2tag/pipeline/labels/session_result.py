@@ -13,7 +13,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common import log_bins
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation

@@ -14,7 +14,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.site.floors import names_on_plan, read_room_names
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.source import PlanText
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.walked import (
     Areas,

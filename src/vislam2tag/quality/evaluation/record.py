@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import NOT_RUN, Judgement
+from vislam2tag.common.findings import NOT_RUN, Finding, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.quality.evaluation.odd_truth import OddPoint, PressOffset
 from vislam2tag.quality.evaluation.truth import TruthKind

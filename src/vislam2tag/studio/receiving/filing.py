@@ -9,8 +9,8 @@ from pathlib import Path, PurePosixPath
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.sessions.phone_app import RECORD_FILE, PhoneRecord
+from vislam2tag.common.files.given_files import read_bytes
+from vislam2tag.sessions.formats.phone import RECORD_FILE, PhoneRecord
 from vislam2tag.site.discover import floor_folders
 from vislam2tag.site.model import same_name
 from vislam2tag.studio.receiving.zips import (

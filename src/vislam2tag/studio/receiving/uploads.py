@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.common.files.given_files import plain, read_bytes
 from vislam2tag.common.records import Record
 from vislam2tag.studio.receiving.filing import WORK_FOLDER, FiledSession, file_zip, is_filed
 from vislam2tag.studio.receiving.zips import AppPlace, RefusedZipError
