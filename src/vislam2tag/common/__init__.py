@@ -2,5 +2,5 @@
 
 ``errors`` end a command, ``findings`` do not; ``records`` are the base of what is kept or set. ``files`` reads files
 and writes them whole, ``text_tables`` writes tables as text; ``plugins`` and ``extras`` find what is installed.
-``log_bins``, ``bootstrap`` and ``palette``: counts of errors, their scatter, colours.
+``error_statistics`` and ``palette``: counts of errors and their scatter, colours.
 """

@@ -128,14 +128,14 @@ class SigmaStatistics(Record):
     uncertain_share: float
     """Share of these frames whose status is ``uncertain``, 0 to 1."""
     frames: dict[int, int]
-    """Number of frames by the bin of their sigma (:mod:`vislam2tag.common.log_bins`)."""
+    """Number of frames by the bin of their sigma (:mod:`vislam2tag.common.error_statistics`)."""
 
 
 class SigmaRow(Record):
     """Errors of the labels whose stated sigma falls into one bin."""
 
     sigma: int | None
-    """Bin of the sigma (:mod:`vislam2tag.common.log_bins`); None where no sigma is stated."""
+    """Bin of the sigma (:mod:`vislam2tag.common.error_statistics`); None where no sigma is stated."""
     sum_m: float
     """Sum of the errors, metres."""
     errors: dict[int, int]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import Any
 
-from vislam2tag.common import log_bins
+from vislam2tag.common import error_statistics
 from vislam2tag.datasets.statistics_record import (
     DeviceRssi,
     Distribution,
@@ -147,7 +147,7 @@ def sigma_curve(sigma: SigmaDistribution) -> Chart:
         "lines",
         "",
         hover="%{y:.1%} at most %{x:.2f} m",
-        x=[round(log_bins.lower_edge_m(edge), 5) for edge in edges],
+        x=[round(error_statistics.lower_edge_m(edge), 5) for edge in edges],
         y=[round(count / sigma.fingerprints, 5) for count in accumulate(sigma.counts.values(), initial=0)],
         line={"color": BLUE, "width": 2.2},
     )
