@@ -20,7 +20,7 @@ module; ``api.pyi`` has their imports for type checkers.
 from __future__ import annotations
 
 from vislam2tag import __version__ as __version__
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import import_extra
 
 _NAMES = {
     "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",

@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import UsageError
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import UsageError, import_extra
 from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.positioning.registry import Positioner
 

@@ -20,8 +20,7 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import IO, Any, TypeVar
 
-from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line, import_extra
 from vislam2tag.common.files.folder import Folder, scratch_folder
 
 SCHEMES = {"s3": "S3", "gs": "Google Cloud Storage", "az": "Azure Blob Storage", "memory": "memory"}

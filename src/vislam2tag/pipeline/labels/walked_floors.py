@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.errors import SurveyError, missing_extra
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.site.floors import names_on_plan, read_room_names
 from vislam2tag.site.model import Floor, Site

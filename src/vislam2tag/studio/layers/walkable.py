@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import import_extra
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 from vislam2tag.studio.layer_registry import Layer, register
