@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 from data_sets import Walk, every_kth, real_walks, with_tracker
 
-from vislam2tag.common.bootstrap import FEWEST_WALKS, draws, multiplicities
+from vislam2tag.common.error_statistics import FEWEST_WALKS, draws, multiplicities
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.strategy import strategy_named

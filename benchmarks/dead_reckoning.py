@@ -29,10 +29,10 @@ from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, speed_model
 from vislam2tag.estimation.dead_reckoning.walk import SensedWalk
 from vislam2tag.estimation.settings import DeadReckoningSettings
-from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 from vislam2tag.site.discover import read_site
+from vislam2tag.site.walkable.drawn_cells import drawn_area
 
 COLUMNS = {"all but one": None, "every 3rd": 3, "every 5th": 5, "first and last": 0}
 FOLDS = 5

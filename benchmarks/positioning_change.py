@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.common.bootstrap import mean_interval
+from vislam2tag.common.error_statistics import mean_interval
 from vislam2tag.core.arrays import AnyArray, BoolArray
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset

@@ -23,8 +23,7 @@ import pytest
 from tests.azurite import SERVER
 from tests.gcs_server import command as gcs_server
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.store import Store
-from vislam2tag.common.files.store_connection import connection_to
+from vislam2tag.common.files.store import Store, connection_to
 from vislam2tag.pipeline.run.output import LOGS
 
 HOST = "127.0.0.1"

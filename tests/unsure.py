@@ -10,8 +10,7 @@ from unittest import mock
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
-from vislam2tag.core.status import has_position
+from vislam2tag.core.status import Contradiction, EventKind, TrackerEvent, has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import STRATEGIES, strategy_named

@@ -20,7 +20,7 @@ module; ``api.pyi`` has their imports for type checkers.
 from __future__ import annotations
 
 from vislam2tag import __version__ as __version__
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import import_extra
 
 _NAMES = {
     "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",
@@ -111,9 +111,8 @@ _NAMES = {
     "simulation.survey": "WritingOptions simulate",
     "site.frame_change": "FrameChanges",
     "site.model": "Floor SessionKey SessionRef Site Survey",
-    "site.settings": "SurveySettings",
+    "site.settings": "SurveySettings WalkableSettings",
     "site.site_file": "GeoreferencePart SiteFile",
-    "site.walkable.settings": "WalkableSettings",
 }
 """By module; ``NAME=ORIGINAL`` where a command's function has another name there."""
 

@@ -189,9 +189,9 @@ from vislam2tag.site.model import SessionRef as SessionRef
 from vislam2tag.site.model import Site as Site
 from vislam2tag.site.model import Survey as Survey
 from vislam2tag.site.settings import SurveySettings as SurveySettings
+from vislam2tag.site.settings import WalkableSettings as WalkableSettings
 from vislam2tag.site.site_file import GeoreferencePart as GeoreferencePart
 from vislam2tag.site.site_file import SiteFile as SiteFile
-from vislam2tag.site.walkable.settings import WalkableSettings as WalkableSettings
 
 dataset = _build_dataset
 demo = _run_demo

@@ -12,16 +12,15 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.files.plain_files import read_toml_values
+from vislam2tag.common.files.given_files import AnyPath, read_toml_values
 from vislam2tag.common.records import FiniteRecord, SettingsRecord
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.preparation.sheets.settings import SheetSettings
 from vislam2tag.simulation.settings import SimulationSettings
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 
 _LEAST, _GREATEST = 1e-6, 1e9
 

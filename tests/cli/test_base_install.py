@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.surveys import make_survey
-from vislam2tag.common import extras
+from vislam2tag.common import errors
 
 ROOT = Path(__file__).parents[2]
 HIDING = f"""
@@ -19,7 +19,7 @@ import sys
 
 class Hidden:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {[package for packages in extras._EXTRAS.values() for package in packages]}:
+        if name.partition(".")[0] in {[package for packages in errors._EXTRAS.values() for package in packages]}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 
 sys.meta_path.insert(0, Hidden())
@@ -106,4 +106,4 @@ def test_what_needs_an_extra_names_it(folder: Path) -> None:
 
 def test_extras_are_those_of_the_project_file() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert {*extras._EXTRAS, "all"} == set(project["optional-dependencies"])
+    assert {*errors._EXTRAS, "all"} == set(project["optional-dependencies"])

@@ -1,4 +1,4 @@
-"""Replaces a folder again and again, killed at one step later each time: run by ``test_whole_folder``.
+"""Replaces a folder again and again, killed at one step later each time: run by ``test_whole_output``.
 
     python -m tests.common.killed_writer FOLDER exchange|rename
 
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from vislam2tag.common.files import atomic as module
-from vislam2tag.common.files.whole_folder import restore, whole_folder
+from vislam2tag.common.files.whole_output import restore, whole_folder
 
 FILES = 3
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.drifting import Drifting, loops
-from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
+from vislam2tag.core.status import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.estimation.fault_detection import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.landmark_priors import LandmarkPriors

@@ -16,7 +16,7 @@ from tests.drifting import loops
 from tests.estimation.test_factors import bent, linearised, uneven
 from tests.estimation.test_smoother import TYPICAL, solved
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.orientation import camera_to_bcs
+from vislam2tag.core.transforms import camera_to_bcs
 from vislam2tag.estimation import factors
 from vislam2tag.estimation import frame_states as bridge
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors

@@ -12,7 +12,7 @@ from tests.drifting import sheet_orientation
 from tests.walks import camera_on, log_of, to_acs
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import AnchorLog, TrackerState
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import as_points
 from vislam2tag.core.visits import frames_without_landmark

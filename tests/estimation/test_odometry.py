@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from tests.drifting import Drifting, about_vertical, camera_track, loops, nothing_logged
 from tests.walks import camera_on, log_of, rows_of_log, to_acs
 from vislam2tag.core.arrays import BoolArray, ComplexArray
-from vislam2tag.core.faults import EventKind
-from vislam2tag.core.orientation import multiply
+from vislam2tag.core.status import EventKind
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.core.transforms import as_complex, as_points
+from vislam2tag.core.transforms import as_complex, as_points, multiply
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 from vislam2tag.estimation.steps import FOUND_M_S
 

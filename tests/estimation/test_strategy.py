@@ -11,10 +11,9 @@ from tests.drifting import Drifting, about_vertical, loops
 from tests.walks import to_acs
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.context import TrackerState
-from vislam2tag.core.orientation import multiply
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, longest_section, section_numbers
-from vislam2tag.core.transforms import as_complex, as_points
+from vislam2tag.core.transforms import as_complex, as_points, multiply
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 

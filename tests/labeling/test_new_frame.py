@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from scipy.spatial.transform import Rotation
 
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.labeling.new_frame import changed_result, changed_table, floors_of_result
 from vislam2tag.labeling.results import (
     ContradictionMark,

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.drifting import SURVEY_SIGMA_M, Drifting, loops
-from vislam2tag.common.judgement import Answer
+from vislam2tag.common.findings import Answer
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors

@@ -25,8 +25,8 @@ from vislam2tag.simulation.site_building import (
 from vislam2tag.simulation.tracker import track
 from vislam2tag.simulation.walk import make_walk
 from vislam2tag.site.discover import read_site
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.graph import NodeKind, corridor_graph
-from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 
 WIDE = rectangles(40, 12, (1, 2, 39, 9))

@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import AnchorLog
-from vislam2tag.core.orientation import camera_to_bcs
 from vislam2tag.core.tracks import to_plane
-from vislam2tag.core.transforms import Similarity2, as_complex
+from vislam2tag.core.transforms import Similarity2, as_complex, camera_to_bcs
 from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.model import MapMotion, TrackerLog, TrueWalk, orientation_at, position_at
 from vislam2tag.simulation.scenario import regular_survey

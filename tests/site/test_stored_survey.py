@@ -13,13 +13,13 @@ from tests.stores import Bucket
 from tests.surveys import make_survey
 from vislam2tag.common.errors import StoreError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.sessions import drawn_floor
 from vislam2tag.sessions.companion_ties import Tie, recording_sha256, write_tie
-from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.stored_survey import survey_at_hand
+from vislam2tag.site.walkable import drawn_cells
+from vislam2tag.site.walkable.drawn_cells import drawing_mark
 
 OUTLINES = "F1/geojson_map.json"
 
@@ -46,12 +46,12 @@ def test_a_worker_without_the_folder_that_was_opened_reads_the_drawing(
     assert drawing_mark(there.floor) == drawing_mark(here.floor)
     areas = []
     for task in (here, there):
-        monkeypatch.setattr(drawn_floor, "_areas", {})
+        monkeypatch.setattr(drawn_cells, "_areas", {})
         areas.append(prepared_session(task).session.camera.area)
     assert areas[0] is not None
     assert areas[1] is not None
     assert (areas[0].mask == areas[1].mask).all()
-    monkeypatch.setattr(drawn_floor, "_areas", {})
+    monkeypatch.setattr(drawn_cells, "_areas", {})
     s3.store("drawn").put(OUTLINES, b"another")
     with pytest.raises(StoreError, match=r"s3://bucket/drawn/F1/geojson_map.json: has changed meanwhile; run the same"):
         prepared_session(there)

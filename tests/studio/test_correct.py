@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from tests.studio.running import Page
-from vislam2tag.common.judgement import Answer, Judgement
+from vislam2tag.common.findings import Answer, Judgement
 from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind
 from vislam2tag.studio import corrections_view
 from vislam2tag.studio.outputs import LABELS

@@ -30,7 +30,7 @@ from vislam2tag.simulation.site_building import site_building, site_floors
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.studio.receiving.server import UPLOADS
 
 WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 400, "height": 800}

@@ -22,7 +22,7 @@ from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, wr
 from vislam2tag.pipeline.site.show import write_walkable
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.registration.record import RegistrationSettings
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 
 FILE = {"Content-Type": "application/octet-stream"}
 POINTS = (120.0, 300.0), (120.0 + 0.2 * drawn_floor.POINTS_PER_M, 300.0)

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from vislam2tag.common.error_statistics import counts_of
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.log_bins import counts_of
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import (
     ContradictionMark,

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.views.browser import note_problems, running_browser
 from tests.views.factory import make_result, make_results, make_survey
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.labeling.results import Drawing, Polyline, SessionResult, Stretch
 from vislam2tag.settings import Settings
 from vislam2tag.views.run_report import write_report

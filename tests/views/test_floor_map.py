@@ -12,8 +12,7 @@ import pytest
 from PIL import Image
 
 from tests.views.factory import HEIGHT_M, WIDTH_M, failed_result, make_result, make_survey
-from vislam2tag.core.faults import EventKind
-from vislam2tag.core.status import STATUS_LABELS
+from vislam2tag.core.status import STATUS_LABELS, EventKind
 from vislam2tag.labeling.results import Drawing, EventMark, LandmarkContradiction, SessionResult, Stretch, VisitMark
 from vislam2tag.site.model import ControlPoints, Floor, Survey
 from vislam2tag.views.floor_map import (

@@ -20,8 +20,7 @@ from vislam2tag.cli.addresses import take_addresses
 from vislam2tag.cli.records import help_of
 from vislam2tag.cli.terminal import hide_progress, native_output_last, say
 from vislam2tag.common.commit import commit_of_package
-from vislam2tag.common.errors import Vislam2tagError, first_line
-from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.errors import Vislam2tagError, first_line, missing_extra
 from vislam2tag.common.garbage import search_seldom
 
 COMMANDS = {

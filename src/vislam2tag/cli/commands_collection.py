@@ -15,8 +15,7 @@ from vislam2tag.cli.tables import or_dash, print_table, red
 from vislam2tag.cli.terminal import answer, print_line, say, visible_console
 from vislam2tag.common.addresses import EVERYWHERE, code_of, listen, url_for
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import Answer
+from vislam2tag.common.findings import Answer, Finding
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -24,7 +24,7 @@ from vislam2tag.cli.records import command, option
 from vislam2tag.cli.tables import print_warnings, show_table
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.judgement import Answer
+from vislam2tag.common.findings import Answer
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -283,7 +283,7 @@ def _serve(given: LocateOptions) -> None:
 @contextmanager
 def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
     """Yield what takes text: standard output, or a file that is there when it is whole."""
-    from vislam2tag.common.files.whole_file import file_to_write
+    from vislam2tag.common.files.whole_output import file_to_write
 
     if out is None:
         write = sys.stdout.write

@@ -98,7 +98,7 @@ def check_command(given: CheckOptions) -> None:
 
 def _after(found: api.SurveyCheck) -> str:
     """Name what to go on with."""
-    from vislam2tag.common.judgement import Answer
+    from vislam2tag.common.findings import Answer
 
     if found.failed or not found.checked:
         return "check, failed"

@@ -105,7 +105,7 @@ def _print_label(made: api.TableLabels, labelled: int, written: Path, labels: Pa
 
 def _write(table: pl.DataFrame, path: Path) -> None:
     from vislam2tag.common.files.table_files import parquet_bytes
-    from vislam2tag.common.files.whole_file import write_file
+    from vislam2tag.common.files.whole_output import write_file
 
     write_file(path, parquet_bytes(table) if path.suffix.lower() == ".parquet" else table.write_csv())
 

@@ -14,7 +14,7 @@ from vislam2tag.cli.site_init import init_command, print_site, site_record
 from vislam2tag.cli.tables import or_dash, print_findings, print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say, visible_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.judgement import Answer
+from vislam2tag.common.findings import Answer
 
 
 @command

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vislam2tag.core.faults import EventKind
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import EventKind, Status
 
 
 @dataclass(frozen=True)

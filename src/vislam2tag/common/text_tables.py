@@ -1,10 +1,17 @@
-"""Tables as text: CSV, Markdown and LaTeX, the one way in which this program writes them."""
+"""Tables as text: CSV, Markdown and LaTeX, the one way in which this program writes them.
+
+People open CSV files in a spreadsheet, which takes ``=HYPERLINK(...)`` for a formula. An apostrophe before it makes it
+text; reading takes it off again. A text that begins with apostrophes and then as a formula gets one more in any case,
+so that every text comes back as it was (OWASP, CSV injection).
+"""
 
 from __future__ import annotations
 
 import csv
 import io
 from collections.abc import Iterable, Sequence
+
+import polars as pl
 
 
 def csv_rows(rows: Iterable[Sequence[object]], newline: str = "\n") -> str:
@@ -46,3 +53,21 @@ def _latex_row(cells: Sequence[str]) -> str:
 def latex_escaped(text: str) -> str:
     """Write text so that LaTeX prints it as it stands."""
     return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)
+
+
+_BEGINS_A_FORMULA = r"[=+\-@\t\r]"
+
+
+def spreadsheet_escaped(table: pl.DataFrame, *, formulas: bool = True) -> pl.DataFrame:
+    """Put an apostrophe before all texts of a table that a spreadsheet would take for a formula.
+
+    ``formulas`` False: they stay as they are.
+    """
+    begins = f"^'{'*' if formulas else '+'}{_BEGINS_A_FORMULA}"
+    texts = pl.col(pl.String)
+    return table.with_columns(pl.when(texts.str.contains(begins)).then("'" + texts).otherwise(texts).name.keep())
+
+
+def spreadsheet_unescaped(table: pl.DataFrame) -> pl.DataFrame:
+    """Take off again what :func:`spreadsheet_escaped` put before texts."""
+    return table.with_columns(pl.col(pl.String).str.replace(f"^'('*{_BEGINS_A_FORMULA})", "$1"))

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.orientation import angular_speed
+from vislam2tag.core.transforms import angular_speed
 
 STEP_S = 0.05
 LEAST_OVERLAP_S = 40.0

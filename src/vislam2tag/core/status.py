@@ -1,9 +1,13 @@
-"""Why a frame or reading has a position, or why it has none."""
+"""What became of a walk: why a frame or reading has a position or has none, and what went wrong on the way.
+
+What goes wrong is events of the tracker, and landmarks that contradict the others.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import IntEnum
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
 
 import numpy as np
 
@@ -54,3 +58,60 @@ def labelled_share(counts: Mapping[str, int]) -> float | None:
     """
     total = sum(count for label, count in counts.items() if label != Status.DUPLICATE.label)
     return counts.get(Status.OK.label, 0) / total if total else None
+
+
+class EventKind(StrEnum):
+    """What a step of the tracker was that is no motion of the camera; without tracker, what happened on the walk."""
+
+    MAP_UPDATE = "map_update"
+    """Camera and landmarks moved together: the tracker re-expressed its frame. Harmless."""
+    CORRECTION = "correction"
+    """Camera and landmarks moved, but not alike: the tracker corrected its drift."""
+    BREAK = "break"
+    """The camera alone jumped."""
+    RELOCALISATION = "relocalisation"
+    """The camera alone jumped as a known landmark came into view again, or back to where it had been."""
+    LOSS = "loss"
+    """Tracking was lost; ``size_m`` is what the tracker says the camera moved meanwhile."""
+    SLIP = "slip"
+    """Between two passes of landmarks the tracker led elsewhere than usual drift explains; the frame is the middle."""
+    STANDING = "standing"
+    """No tracker: the walker stood still, from the frame on."""
+    TURN = "turn"
+    """No tracker: the walker turned on the spot, by ``turn_rad``."""
+    STAIRS = "stairs"
+    """No tracker: air pressure tells of ``size_m`` up or down, on foot."""
+    LIFT = "lift"
+    """No tracker: air pressure tells of ``size_m`` up or down without a step."""
+    DOUBTFUL_FIX = "doubtful_fix"
+    """No tracker: a known position lies ``size_m`` from where the walk's others put it."""
+
+
+@dataclass(frozen=True)
+class TrackerEvent:
+    """A step of the tracker that is no motion, between the usable frame before ``frame`` and ``frame``.
+
+    ``size_m`` is the length of the jump in metres, ``turn_rad`` its turn about the vertical (NaN where unknown).
+    """
+
+    kind: EventKind
+    frame: int
+    size_m: float
+    turn_rad: float = float("nan")
+    reason: str = ""
+    """What the tracker says why, in its own word; empty where it says nothing."""
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """A landmark whose surveyed position disagrees with all the others by ``size_m``, expected within ``sigma_m``.
+
+    ``offset_bcs_m`` is from the surveyed position to where the walk puts the landmark, metres in the BCS;
+    ``passes`` counts the passes that say so.
+    """
+
+    landmark: str
+    size_m: float
+    sigma_m: float
+    offset_bcs_m: tuple[float, float]
+    passes: int

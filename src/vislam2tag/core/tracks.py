@@ -3,6 +3,8 @@
 Frames of reference: **ACS** is the tracker's own frame (right-handed, y up, metres), **BCS** the building
 frame of a floor (x right, y up on the plan, z up, metres). The horizontal plane of the ACS is the
 right-handed 2-D frame ``(tx, -tz)``.
+
+Places as people on site find them: by the landmarks that hang near.
 """
 
 from __future__ import annotations
@@ -26,9 +28,8 @@ from vislam2tag.core.context import (
     TrackerState,
     WalkedWays,
 )
-from vislam2tag.core.faults import Contradiction, TrackerEvent
 from vislam2tag.core.notebook import Drawable, Summarised
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import Contradiction, Status, TrackerEvent
 
 
 def _no_rows() -> IntArray:
@@ -356,3 +357,19 @@ def longest_section(camera: CameraTrack, log: LandmarkLog) -> tuple[CameraTrack,
 def to_plane(position_acs: FloatArray) -> FloatArray:
     """Project ACS positions (..., 3) onto the horizontal plane: ``(tx, -tz)`` (..., 2), metres."""
     return np.stack((position_acs[..., 0], -position_acs[..., 2]), axis=-1)
+
+
+LANDMARKS_NAMED = 2
+"""So many landmarks tell where a place is: two distances leave two places at most."""
+
+
+def near_landmarks(landmarks: Landmarks, floor: int, place_m: tuple[float, float]) -> str:
+    """Name a place (BCS) by the surveyed landmarks of its floor: ``3 m from landmark 9, 12 m from landmark 4``.
+
+    Empty where the floor has none.
+    """
+    here = landmarks.on_floor(floor)
+    away_m = np.linalg.norm(here.position_bcs - np.asarray(place_m), axis=1)
+    surveyed = here.surveyed
+    rows = [row for row in np.argsort(away_m, kind="stable").tolist() if surveyed[row]]
+    return ", ".join(f"{away_m[row]:.0f} m from landmark {here.ids[row]}" for row in rows[:LANDMARKS_NAMED])

@@ -16,7 +16,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.datasets.access_points import NOMAP
 from vislam2tag.datasets.labelled import LabelledSession

@@ -14,12 +14,11 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.common.files.given_files import AnyPath, read_json
 from vislam2tag.common.files.stored_folder import folder_at_hand
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.annotated_tables import ANNOTATED_FILES, WIFI_FILE, read_annotated
 from vislam2tag.datasets.folder import is_dataset, open_dataset
 from vislam2tag.datasets.label_comparison import LabelComparison, compare_outputs

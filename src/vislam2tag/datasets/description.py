@@ -16,7 +16,7 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 from pydantic import AfterValidator, Field, StringConstraints, ValidationError
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.files.plain_files import read_toml_values
+from vislam2tag.common.files.given_files import read_toml_values
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
 from vislam2tag.site.georeference import Georeference

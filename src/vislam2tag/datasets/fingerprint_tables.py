@@ -17,7 +17,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity, pooled
 from vislam2tag.datasets.access_points import NO_NAMES
 from vislam2tag.datasets.description import Person

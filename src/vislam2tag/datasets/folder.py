@@ -20,12 +20,11 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, first_line
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.given_files import AnyPath, plain, read_bytes, read_json
 from vislam2tag.common.files.own_files import OwnFiles
-from vislam2tag.common.files.plain_files import plain, read_bytes, read_json
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
-from vislam2tag.common.files.whole_folder import restore, whole_folder
+from vislam2tag.common.files.whole_output import restore, whole_folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.datasets.privacy import counted_without

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.common.files.given_files import read_json
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import has_position, labelled_share

@@ -15,11 +15,11 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.given_files import read_bytes, read_json
 from vislam2tag.common.files.store import Store, store_at
 from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of, place_for
 from vislam2tag.common.files.table_files import scan_parquet
-from vislam2tag.common.files.whole_folder import restore
+from vislam2tag.common.files.whole_output import restore
 from vislam2tag.common.records import Record
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.tables import SCHEMAS

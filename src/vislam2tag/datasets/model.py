@@ -15,9 +15,9 @@ import polars as pl
 from polars._typing import PolarsDataType
 from pydantic import Field
 
+from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.datasets.description import Funding, Person, Related
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MEASURED, READINGS, SESSIONS

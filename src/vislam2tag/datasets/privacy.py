@@ -14,7 +14,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, OF_ACCESS_POINTS

@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.clocks import estimate_pose_lag
-from vislam2tag.core.orientation import multiply
 from vislam2tag.core.status import Status, has_position
+from vislam2tag.core.transforms import multiply
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import status_codes
 

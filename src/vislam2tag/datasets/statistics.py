@@ -11,7 +11,7 @@ from typing import Any
 
 import polars as pl
 
-from vislam2tag.common import log_bins
+from vislam2tag.common import error_statistics
 from vislam2tag.core.status import Status
 from vislam2tag.datasets import statistics_record as record
 from vislam2tag.datasets.model import Dataset, RunningTotal, SessionTables, each_session
@@ -67,7 +67,7 @@ class StatisticsTally:
         own = scans.select("scan_id", "technology", "building", "device")
         readings = tables.readings.join(own, on="scan_id", how="left")
         levels = readings.drop_nulls("rssi_dbm")
-        self._count("sigma", sure, pl.Series(log_bins.bins_of(sure["sigma"].to_numpy())))
+        self._count("sigma", sure, pl.Series(error_statistics.bins_of(sure["sigma"].to_numpy())))
         self._count("heard", own.join(heard, on="scan_id", how="left"), pl.col("heard").fill_null(0))
         self._count("readings", readings, pl.col("x").is_not_null())
         self._count("rssi", levels, pl.col("rssi_dbm").round())
@@ -238,8 +238,8 @@ def _sigma(counts: Mapping[int, int]) -> record.SigmaDistribution | None:
         return None
     return record.SigmaDistribution(
         fingerprints=sum(counts.values()),
-        median_m=round(log_bins.quantile_m(counts, 0.5), 4),
-        p95_m=round(log_bins.quantile_m(counts, 0.95), 4),
+        median_m=round(error_statistics.quantile_m(counts, 0.5), 4),
+        p95_m=round(error_statistics.quantile_m(counts, 0.95), 4),
         counts=dict(sorted(counts.items())),
     )
 

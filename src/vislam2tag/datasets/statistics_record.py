@@ -99,7 +99,7 @@ class SigmaDistribution(FiniteRecord):
     median_m: float
     p95_m: float
     counts: dict[int, int]
-    """Number of fingerprints by the bin of their sigma (:mod:`vislam2tag.common.log_bins`)."""
+    """Number of fingerprints by the bin of their sigma (:mod:`vislam2tag.common.error_statistics`)."""
 
 
 class DeviceRssi(FiniteRecord):

@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
-from vislam2tag.common.files.plain_files import plain
+from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
 from vislam2tag.intake import readings

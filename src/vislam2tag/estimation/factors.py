@@ -21,7 +21,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import TrackerNoise
-from vislam2tag.core.orientation import wrapped
+from vislam2tag.core.transforms import wrapped
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors, survey_precisions
 from vislam2tag.estimation.least_squares import NormalEquations, Solution
 from vislam2tag.estimation.observations import WalkObservations

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
+from vislam2tag.core.status import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.smoother import SolvedWalk
 from vislam2tag.estimation.tracker_errors import DOUBTED, ESTIMATED

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
-from vislam2tag.core.faults import EventKind, TrackerEvent
-from vislam2tag.core.orientation import wrapped
+from vislam2tag.core.status import EventKind, TrackerEvent
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.core.transforms import as_complex
+from vislam2tag.core.transforms import as_complex, wrapped
 from vislam2tag.estimation.map_moves import MapMoves, map_moves
 from vislam2tag.estimation.steps import (
     AFTER,

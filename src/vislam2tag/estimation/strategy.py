@@ -14,7 +14,6 @@ import numpy as np
 from vislam2tag.common import plugins
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
-from vislam2tag.core.orientation import camera_to_bcs
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import (
     CameraTrack,
@@ -26,7 +25,7 @@ from vislam2tag.core.tracks import (
     one_section,
     section_numbers,
 )
-from vislam2tag.core.transforms import Affine2, Similarity2
+from vislam2tag.core.transforms import Affine2, Similarity2, camera_to_bcs
 from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import InertialLog
-from vislam2tag.core.orientation import rotated
+from vislam2tag.core.transforms import rotated
 
 FRAME_S = 0.1
 """Frames are thinned out to this distance in time: walks need no closer look."""

@@ -12,9 +12,9 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.palette import STATUS_STYLES
 from vislam2tag.core.notebook import Drawable
-from vislam2tag.core.orientation import level_view
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.transforms import level_view
 from vislam2tag.labeling.tables import LabelledWalk, label_readings, trajectory_table
 from vislam2tag.sessions.in_memory import Table, checked_column, frame_of
 

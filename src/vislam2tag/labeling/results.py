@@ -5,11 +5,9 @@ It is written last (``sessions/SLUG.json``) and so marks the session as done.
 
 from __future__ import annotations
 
-from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import NOT_RUN, Judgement, counted
+from vislam2tag.common.findings import NOT_RUN, Finding, Judgement, counted
 from vislam2tag.common.records import Record
-from vislam2tag.core.faults import EventKind
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import EventKind, Status
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.georeference import Georeference
 
@@ -130,14 +128,14 @@ class SigmaStatistics(Record):
     uncertain_share: float
     """Share of these frames whose status is ``uncertain``, 0 to 1."""
     frames: dict[int, int]
-    """Number of frames by the bin of their sigma (:mod:`vislam2tag.common.log_bins`)."""
+    """Number of frames by the bin of their sigma (:mod:`vislam2tag.common.error_statistics`)."""
 
 
 class SigmaRow(Record):
     """Errors of the labels whose stated sigma falls into one bin."""
 
     sigma: int | None
-    """Bin of the sigma (:mod:`vislam2tag.common.log_bins`); None where no sigma is stated."""
+    """Bin of the sigma (:mod:`vislam2tag.common.error_statistics`); None where no sigma is stated."""
     sum_m: float
     """Sum of the errors, metres."""
     errors: dict[int, int]

@@ -11,11 +11,9 @@ import polars as pl
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.given_files import AnyPath, read_bytes, read_json
 from vislam2tag.common.files.table_files import read_parquet, write_csv
-from vislam2tag.common.files.whole_file import output_errors
-from vislam2tag.common.files.whole_folder import whole_folder, work_folder_of
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.files.whole_output import output_errors, whole_folder, work_folder_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.strategy import strategies_for_poses
 from vislam2tag.labeling.results import SessionResult

@@ -10,12 +10,11 @@ from typing import TypeAlias, TypeVar
 
 from pydantic import ValidationError
 
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes, read_json
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
-from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.datasets.folder import is_dataset
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset

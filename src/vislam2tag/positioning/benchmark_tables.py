@@ -13,7 +13,7 @@ from itertools import groupby
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.bootstrap import mean_interval
+from vislam2tag.common.error_statistics import mean_interval
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
 from vislam2tag.positioning.benchmark import ALL, FIGURES, SHARES, BenchmarkRow, BestModel, RunRecord, RunTime

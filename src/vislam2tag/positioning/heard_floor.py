@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from vislam2tag.common.bootstrap import draws, multiplicities
+from vislam2tag.common.error_statistics import draws, multiplicities
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.nearest_scans import Apart, NearestScans, ScanIndex, SignalDistance
 from vislam2tag.positioning.places import calibration_rows

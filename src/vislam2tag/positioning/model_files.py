@@ -30,11 +30,10 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save as packed
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import ModelError, UsageError, first_line
-from vislam2tag.common.extras import import_extra
-from vislam2tag.common.files.whole_file import write_file
+from vislam2tag.common.errors import ModelError, UsageError, first_line, import_extra
+from vislam2tag.common.files.given_files import AnyPath
+from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.datasets.model import Storey
 from vislam2tag.intake.readings import normal_address

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.common.bootstrap import mean_interval
+from vislam2tag.common.error_statistics import mean_interval
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record

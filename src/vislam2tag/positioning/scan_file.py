@@ -23,10 +23,9 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.files.plain_files import plain
+from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.readings import (
     SIGNAL_STRENGTH,

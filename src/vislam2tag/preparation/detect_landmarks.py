@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from vislam2tag.common.errors import SessionError, UsageError
-from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.common.files.given_files import plain, read_bytes
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.preparation.sheets.features import (

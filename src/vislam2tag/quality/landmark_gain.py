@@ -16,8 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.place_names import near_landmarks
-from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.tracks import Landmarks, near_landmarks
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.factors import LinearWalk
 from vislam2tag.estimation.least_squares import solve

@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ellipe
 
-from vislam2tag.common.judgement import Answer, Judgement, counted, none_mapped
+from vislam2tag.common.findings import Answer, Judgement, counted, none_mapped
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.estimation.fault_detection import CERTAIN_SIGMAS, LEAST_M, discrepancy

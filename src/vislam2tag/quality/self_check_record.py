@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from vislam2tag.common.judgement import NOT_RUN, Judgement
+from vislam2tag.common.findings import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.site.walkable.walked import WalkedFloor
 

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.files.plain_files import json_values, read_bytes
+from vislam2tag.common.files.given_files import json_values, read_bytes
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.orientation import multiply, rotated
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.core.transforms import multiply, rotated
 from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, WIFI_LINES, mark_repeated, sensor_rows, sensor_table

@@ -19,8 +19,8 @@ from vislam2tag.core.clocks import (
     align_by_taps,
     estimate_pose_lag,
 )
-from vislam2tag.core.orientation import angular_speed
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.core.transforms import angular_speed
 from vislam2tag.intake.readings import MASKED, measured, normal_addresses
 from vislam2tag.intake.time_units import READINGS, SCANS, Steps, recognised_ns
 from vislam2tag.sessions.model import Session

@@ -12,9 +12,8 @@ from pydantic import Field, ValidationError
 
 from vislam2tag.common.errors import SessionError, first_line
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import AnyPath, read_bytes
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.site.links import survey_output
 from vislam2tag.site.model import COMPANIONS

@@ -13,7 +13,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError
 from vislam2tag.common.files.archives import folder_of, is_archive
 from vislam2tag.common.files.folder import scratch_folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.intake.readings import KINDS, admitted

@@ -14,7 +14,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import UsageError, first_line
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.store import shown
-from vislam2tag.common.findings import Finding, Severity, count_of
-from vislam2tag.common.judgement import NOT_RUN, Answer, Judgement, counted
+from vislam2tag.common.findings import NOT_RUN, Answer, Finding, Judgement, Severity, count_of, counted
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.readings import median_scan_interval_s

@@ -15,7 +15,6 @@ from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.intake.poses import pose_findings
 from vislam2tag.sessions.companions import with_companions
 from vislam2tag.sessions.corrected import corrected_session, with_taps_corrected
-from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import at_hand, read_session, read_track
 from vislam2tag.sessions.session_landmarks import (
@@ -37,6 +36,7 @@ from vislam2tag.site.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.site.model import Floor, SessionRef, Site
 from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.site_table import site_finding
+from vislam2tag.site.walkable.drawn_cells import drawn_area
 
 _REFUSED = ("pose_convention", "far_landmarks", "not_level")
 """Kinds of findings that, as errors, keep a session from being mapped."""

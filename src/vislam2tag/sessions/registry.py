@@ -16,11 +16,10 @@ from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, SessionError, SurveyError
 from vislam2tag.common.files.archives import zip_names
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
 from vislam2tag.common.files.store import at_once
 from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.common.plugins import Registry
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.companion_ties import FOLDER as COMPANIONS
 from vislam2tag.sessions.companion_ties import companion_hashes, tied_recordings
 from vislam2tag.sessions.model import Session

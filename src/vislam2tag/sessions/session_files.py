@@ -14,7 +14,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, zip_names
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.common.files.given_files import plain, read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog

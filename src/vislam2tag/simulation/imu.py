@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.orientation import multiply
+from vislam2tag.core.transforms import multiply
 from vislam2tag.simulation.model import TrueWalk, blend_at, continuous_signs, make_fields, orientation_at, position_at
 from vislam2tag.simulation.settings import stream
 

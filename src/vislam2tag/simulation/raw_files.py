@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
-from vislam2tag.core.orientation import wrapped
+from vislam2tag.core.transforms import wrapped
 from vislam2tag.simulation.imu import SENSOR_TYPES, ImuLog
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, TrackerLog, floor_at, position_at
 from vislam2tag.simulation.phones import SimulatedSession

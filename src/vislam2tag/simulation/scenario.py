@@ -9,7 +9,7 @@ from typing import TypedDict, Unpack
 
 import numpy as np
 
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.model import SimulatedBuilding

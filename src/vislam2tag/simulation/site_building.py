@@ -14,7 +14,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths, points_along
@@ -33,10 +33,10 @@ from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 from vislam2tag.site.discover import read_site, site_files
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, has_site_file
 from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind, corridor_graph
 from vislam2tag.site.walkable.painted_cells import floor_mask
-from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 PASSED_M = 1.8

@@ -12,8 +12,8 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building import STATION_LANDMARKS, draw_plan
 from vislam2tag.simulation.imu import ImuSettings, simulate_imu, with_pressure

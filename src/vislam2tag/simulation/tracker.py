@@ -20,9 +20,8 @@ from scipy.ndimage import binary_dilation
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import AnchorLog
-from vislam2tag.core.orientation import multiply
 from vislam2tag.core.tracks import LandmarkLog, to_plane
-from vislam2tag.core.transforms import as_complex
+from vislam2tag.core.transforms import as_complex, multiply
 from vislam2tag.simulation.model import MapMotion, MapShift, SimulatedEvent, SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.tracker_camera import CameraFrames, DeadReckoning, Sightings, dead_reckon, expose, sight

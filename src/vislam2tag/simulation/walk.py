@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.orientation import wrapped
+from vislam2tag.core.transforms import wrapped
 from vislam2tag.simulation.model import FloorTour, SimulatedFloor, TrueWalk
 from vislam2tag.simulation.route import STEP_M, WalkPath, lay_floor_tour, make_path
 from vislam2tag.simulation.settings import WalkSettings

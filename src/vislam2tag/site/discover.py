@@ -12,8 +12,8 @@ from zipfile import is_zipfile
 import numpy as np
 
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_folder import restore
+from vislam2tag.common.files.given_files import read_bytes
+from vislam2tag.common.files.whole_output import restore
 from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.site.floors import (

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from shapely.geometry import Polygon
 
-from vislam2tag.common.files.plain_files import plain, read_json
+from vislam2tag.common.files.given_files import plain, read_json
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.site.georeference import Georeference, georeference_of
 from vislam2tag.site.landmark_file import read_control_points

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.common.files.given_files import read_json
 from vislam2tag.common.findings import Finding, Severity, at_lines_if, finding_if
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.tracks import Landmarks

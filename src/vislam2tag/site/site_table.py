@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
-from vislam2tag.common.errors import SurveyError, first_line
-from vislam2tag.common.extras import MissingExtraError, import_extra
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.errors import MissingExtraError, SurveyError, first_line, import_extra
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.site.corrections.file import UNITS_M
 

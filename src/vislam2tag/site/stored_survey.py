@@ -15,7 +15,7 @@ from typing import IO
 
 from vislam2tag.common.errors import StoreConflictError, SurveyError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.common.files.given_files import plain, read_bytes
 from vislam2tag.common.files.store import Store, at_once, store_at
 from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE

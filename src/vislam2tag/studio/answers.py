@@ -9,8 +9,7 @@ from collections.abc import Iterator, Sequence
 from itertools import permutations
 from typing import TypeAlias
 
-from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.errors import SurveyError, UsageError, missing_extra
 from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.datasets.privacy import Privacy

@@ -19,8 +19,7 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from vislam2tag.common.addresses import url_for
-from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
-from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError, missing_extra
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, serve, whole_body
 from vislam2tag.pipeline.run.failures import unexpected

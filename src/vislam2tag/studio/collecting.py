@@ -12,8 +12,7 @@ import numpy as np
 import segno
 
 from vislam2tag.common.addresses import EVERYWHERE, listen, url_for
-from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.errors import SurveyError, UsageError, missing_extra
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.serving import serving
 from vislam2tag.core.arrays import FloatArray

@@ -11,7 +11,7 @@ from datetime import date, time
 from pydantic import TypeAdapter
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.judgement import Answer, Judgement
+from vislam2tag.common.findings import Answer, Judgement
 from vislam2tag.pipeline.labels.label_run import kept_faults
 from vislam2tag.pipeline.labels.survey_evidence import thinned
 from vislam2tag.pipeline.run.output import OutputFolder

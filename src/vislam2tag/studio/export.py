@@ -17,9 +17,9 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, SessionError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import FiniteRecord, Record

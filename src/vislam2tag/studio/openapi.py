@@ -14,7 +14,7 @@ from typing import Any
 from pydantic.json_schema import models_json_schema
 
 import vislam2tag.studio.endpoints  # noqa: F401  (each adds itself to ENDPOINTS)
-from vislam2tag.common.files.whole_file import write_file
+from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.studio.fleet import FleetView
 from vislam2tag.studio.messages import NewLabels, Versions

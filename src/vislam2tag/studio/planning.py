@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.pipeline.site.plan import PlanRequest, add_to_site, constraints_of, designed
 from vislam2tag.pipeline.site.register import floor_of
@@ -28,9 +28,9 @@ from vislam2tag.site.floors import MASK_FILE
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.settings import WalkableSettings
+from vislam2tag.site.walkable.drawn_cells import plan_grid
 from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
-from vislam2tag.site.walkable.plan_cells import plan_grid
-from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.studio import preparing
 from vislam2tag.studio.layers.walkable import rings_of

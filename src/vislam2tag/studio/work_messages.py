@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from vislam2tag.common.findings import Severity
-from vislam2tag.common.judgement import Judgement
+from vislam2tag.common.findings import Judgement, Severity
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.datasets.label_comparison import LabelComparison
 from vislam2tag.quality.diagnosis.record import Gain

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from vislam2tag.common import log_bins
+from vislam2tag.common import error_statistics
 from vislam2tag.datasets.coverage import coverage, gap_walks
 from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.settings import CoverageSettings
@@ -173,7 +173,7 @@ def sigma_curve(sigma: SigmaDistribution) -> Chart:
         "lines",
         "",
         hover="%{y:.1%} at most %{x:.2f} m",
-        x=[round(log_bins.lower_edge_m(edge), 5) for edge in edges],
+        x=[round(error_statistics.lower_edge_m(edge), 5) for edge in edges],
         y=[round(count / sigma.fingerprints, 5) for count in accumulate(sigma.counts.values(), initial=0)],
         line={"color": BLUE, "width": 2.2},
     )

@@ -15,8 +15,7 @@ import numpy as np
 
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.core.faults import EventKind
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import EventKind, Status
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import (
     EventMark,

@@ -16,7 +16,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from vislam2tag.common.files.whole_file import file_to_write
+from vislam2tag.common.files.whole_output import file_to_write
 
 
 def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:

@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.core.place_names import near_landmarks
-from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.tracks import Landmarks, near_landmarks
 from vislam2tag.preparation.planning.floor import FloorDesign
 from vislam2tag.preparation.planning.records import FloorPlanRecord, PlannedLandmark, PlanSummary
 from vislam2tag.site.model import Floor

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from vislam2tag.common import log_bins
+from vislam2tag.common import error_statistics
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.palette import STATUS_STYLES, StatusStyle
 from vislam2tag.core.status import Status
@@ -167,8 +167,8 @@ def _sigma(totals: _Totals) -> SigmaStatistics | None:
     if not totals.sigma:
         return None
     return SigmaStatistics(
-        median_m=round(log_bins.quantile_m(totals.sigma, 0.5), 4),
-        p95_m=round(log_bins.quantile_m(totals.sigma, 0.95), 4),
+        median_m=round(error_statistics.quantile_m(totals.sigma, 0.5), 4),
+        p95_m=round(error_statistics.quantile_m(totals.sigma, 0.95), 4),
         uncertain_share=round(totals.uncertain / totals.sigma.total(), 6),
         frames=dict(sorted(totals.sigma.items())),
     )
@@ -232,7 +232,7 @@ def expected_error(sigma: SigmaStatistics) -> tuple[float, float]:
     """Mean and 95 % quantile, metres, of errors drawn from circular normal distributions with the counted sigmas."""
     bins = np.array(sorted(sigma.frames))
     frames = np.array([sigma.frames[index] for index in bins.tolist()], dtype=np.float64)
-    sigma_m = np.array([log_bins.lower_edge_m(index + 0.5) for index in bins.tolist()])
+    sigma_m = np.array([error_statistics.lower_edge_m(index + 0.5) for index in bins.tolist()])
     share = frames / frames.sum()
     mean_m = float(np.sqrt(np.pi / 2) * (share * sigma_m).sum())
     within = lambda steps: float((share * np.exp(-((steps * STEP_M) ** 2) / (2 * sigma_m**2))).sum()) <= 0.05

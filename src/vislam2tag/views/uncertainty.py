@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from vislam2tag.common.bootstrap import FEWEST_WALKS
+from vislam2tag.common.error_statistics import FEWEST_WALKS
 from vislam2tag.common.palette import EVENT_STYLES, EventStyle
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.labeling.results import ErrorRecord, Summary
 from vislam2tag.quality.evaluation.reliability import (
     CoverageCurve,

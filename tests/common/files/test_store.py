@@ -10,7 +10,6 @@ import pytest
 from tests.stores import AZURE_SECRET, SECRET, Bucket, Fault
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
 from vislam2tag.common.files import store as module
-from vislam2tag.common.files import store_connection
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.store import Store, address_of, shown
 from vislam2tag.common.files.stored_folder import folder_at_hand
@@ -77,22 +76,22 @@ def test_objects_are_listed_fetched_and_removed(any_folder: Store, tmp_path: Pat
 def test_folders_of_a_bucket_are_apart_and_share_one_connection(any_folder: Store) -> None:
     folder = any_folder
     folder.put("there", b"1")
-    store_connection.connection_to.cache_clear()
+    module.connection_to.cache_clear()
     for number in range(20):
         assert not list(Store(f"{folder.address}-{number}").list())
         assert not list(Store(folder.address[: -1 - number % 2]).list())
     assert [file.name for file in folder.list()] == ["there"]
     assert folder.address.rpartition("/")[2] in Store(folder.address.rpartition("/")[0]).folders()
-    assert store_connection.connection_to.cache_info().currsize == 1
+    assert module.connection_to.cache_info().currsize == 1
 
 
 @pytest.fixture
 def anew(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
     """What this is used to set counts for connections that are made while the test lasts, and for no others."""
-    store_connection.connection_to.cache_clear()
+    module.connection_to.cache_clear()
     yield monkeypatch
     monkeypatch.undo()
-    store_connection.connection_to.cache_clear()
+    module.connection_to.cache_clear()
 
 
 @pytest.mark.parametrize("answer", ["503 SlowDown", "500 InternalError", "torn", "429 TooManyRequests"])
@@ -128,7 +127,7 @@ def test_what_stays_is_told_with_what_to_do(s3: Bucket, folder: Store, answer: s
 
 
 def test_a_busy_store_is_told_after_all_tries(s3: Bucket, folder: Store, anew: pytest.MonkeyPatch) -> None:
-    anew.setitem(store_connection._RETRIES, "max_retries", 1)
+    anew.setitem(module._RETRIES, "max_retries", 1)
     s3.fail(Fault("/bucket/folder", "503 SlowDown", 99))
     with pytest.raises(StoreError, match="too busy"):
         folder.get("there")
@@ -137,8 +136,8 @@ def test_a_busy_store_is_told_after_all_tries(s3: Bucket, folder: Store, anew: p
 def test_a_store_that_does_not_answer_is_asked_again_and_told(
     s3: Bucket, folder: Store, anew: pytest.MonkeyPatch
 ) -> None:
-    anew.setattr(store_connection, "_TIMEOUT_S", 0.5)
-    anew.setitem(store_connection._RETRIES, "max_retries", 1)
+    anew.setattr(module, "_TIMEOUT_S", 0.5)
+    anew.setitem(module._RETRIES, "max_retries", 1)
     folder.put("there", b"content")
     s3.fail(Fault("GET /bucket/folder", "silent"), Fault("PUT /bucket/folder", "silent"))
     assert folder.get("there") is not None
@@ -154,7 +153,7 @@ def test_a_store_that_does_not_answer_is_asked_again_and_told(
 def test_no_credentials_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY", "AWS_ENDPOINT_URL"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setitem(store_connection._RETRIES, "max_retries", 0)
+    monkeypatch.setitem(module._RETRIES, "max_retries", 0)
     monkeypatch.setenv("AWS_METADATA_ENDPOINT", "http://127.0.0.1:9")
     with pytest.raises(StoreError, match="no credentials were found"):
         Store("s3://bucket-without-credentials/a").get("there")
@@ -171,7 +170,7 @@ def test_what_azure_refuses_is_told(azure: Bucket, anew: pytest.MonkeyPatch) -> 
     with pytest.raises(StoreError, match="there is no such bucket"):
         Store("az://none/a").get("there")
     anew.setenv("AZURE_STORAGE_ACCOUNT_KEY", AZURE_SECRET[::-1].strip("=") + "=")
-    store_connection.connection_to.cache_clear()
+    module.connection_to.cache_clear()
     with pytest.raises(StoreError, match="the credentials are wrong") as told:
         azure.store("wrong-key").get("there")
     assert "Signature" not in str(told.value)

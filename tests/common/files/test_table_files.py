@@ -123,7 +123,7 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
     """Files of the package's own are exempt."""
     own = (
         "api.py",
-        "common/files/plain_files.py",
+        "common/files/given_files.py",
         "common/commit.py",
         "views/page.py",
         "studio/receiving/server.py",

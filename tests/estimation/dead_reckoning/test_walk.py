@@ -19,7 +19,7 @@ from training import swung, train
 from tests.estimation.dead_reckoning.walks import START_NS, G, corners, simulated, true_fixes, walked
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, speed_model
 from vislam2tag.estimation.dead_reckoning.walk import (
     Happening,

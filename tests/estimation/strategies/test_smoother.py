@@ -12,11 +12,9 @@ from tests.drifting import Drifting, loops
 from tests.walks import rows_of_log
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.core.faults import EventKind
-from vislam2tag.core.orientation import level_view
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import EventKind, Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.core.transforms import as_points
+from vislam2tag.core.transforms import as_points, level_view
 from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.estimation.tracker_errors import NoiseLevels

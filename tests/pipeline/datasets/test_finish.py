@@ -15,7 +15,7 @@ from tests.datasets.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
-from vislam2tag.common.files.whole_folder import exclusive_writer
+from vislam2tag.common.files.whole_output import exclusive_writer
 from vislam2tag.datasets.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
 from vislam2tag.datasets.model import Split
 from vislam2tag.datasets.settings import SplitKind, SplitSettings

@@ -17,7 +17,7 @@ from tests.stores import Bucket
 from tests.struck import MAIN, Strike, moments, struck
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import StoreConflictError
-from vislam2tag.common.files.folder_store import any_store_at
+from vislam2tag.common.files.stored_folder import any_store_at
 from vislam2tag.pipeline.fleet.raw_copy import planned_copy
 
 SESSION = "floor_0/LG/2021-12-20T09:14:00"

@@ -16,7 +16,7 @@ from tests.pipeline.fleet.conftest import CONFIG, SmallFleet
 from tests.pipeline.fleet.trees import COLUMNS_OF_TIMES, tree_of
 from tests.stores import Bucket
 from tests.struck import MAIN, Strike, moments, struck
-from vislam2tag.common.files.folder_store import any_store_at
+from vislam2tag.common.files.stored_folder import any_store_at
 from vislam2tag.pipeline.fleet.catalogue import fleet_list
 
 SUMMARY, REPORT = "labels/ward/summary.json", "labels/ward/report.html"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.surveys import bytes_of
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.folder_store import any_store_at
+from vislam2tag.common.files.stored_folder import any_store_at
 from vislam2tag.pipeline.fleet.catalogue import FLEET_FILE, SNAPSHOTS, SOURCES
 from vislam2tag.pipeline.run.output import LOGS
 

@@ -22,8 +22,7 @@ from tests.quality.evaluation.maps import straight_walk
 from tests.surveys import bytes_of, make_survey
 from tests.walks import corridor_walk, log_of, to_acs
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
-from vislam2tag.core.status import Status, counts_by_label
+from vislam2tag.core.status import Contradiction, EventKind, Status, TrackerEvent, counts_by_label
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Visit
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation import smoother

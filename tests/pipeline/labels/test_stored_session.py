@@ -16,7 +16,7 @@ from tests.cli.command import vislam2tag
 from tests.stores import SECRET, Bucket, Fault
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, StoreError, SurveyError
-from vislam2tag.common.files import store_connection
+from vislam2tag.common.files import store as module
 from vislam2tag.common.files.store import PROBE, Store
 from vislam2tag.labeling.results import RUN_FILE
 from vislam2tag.pipeline.labels.process import process
@@ -133,8 +133,8 @@ def test_faults_of_the_store_change_nothing(
     survey: Both, tmp_path: Path, answer: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if answer == "silent":
-        monkeypatch.setattr(store_connection, "_TIMEOUT_S", 1.0)
-        store_connection.connection_to.cache_clear()
+        monkeypatch.setattr(module, "_TIMEOUT_S", 1.0)
+        module.connection_to.cache_clear()
     name = f"faulty-{answer.split()[0]}"
     survey.s3.fail(
         Fault(f"PUT /bucket/{name}/sessions", answer),
@@ -143,7 +143,7 @@ def test_faults_of_the_store_change_nothing(
         Fault(f"GET /bucket/{name}/sessions", answer, 2),
     )
     survey.process(name)
-    store_connection.connection_to.cache_clear()
+    module.connection_to.cache_clear()
     assert bytes_of(survey.s3.download(name, tmp_path / "there")) == bytes_of(survey.labels)
 
 

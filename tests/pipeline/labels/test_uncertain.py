@@ -9,8 +9,8 @@ import polars as pl
 import pytest
 
 from tests.unsure import EVENTS, OFFSET_M, unsure_registered
-from vislam2tag.common.log_bins import lower_edge_m
-from vislam2tag.core.faults import EventKind
+from vislam2tag.common.error_statistics import lower_edge_m
+from vislam2tag.core.status import EventKind
 from vislam2tag.labeling.results import SessionResult, Summary
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.pipeline.labels.process import process

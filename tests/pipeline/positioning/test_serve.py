@@ -17,7 +17,7 @@ from tests.positioning.radio_world import radio_world
 from tests.views.browser import running_browser
 from vislam2tag.pipeline.positioning import serve as serving_app
 from vislam2tag.pipeline.positioning.serve import MOST_LATEST, MOST_SCANS, ServedAnswers, locate_app
-from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
+from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, save_model
 from vislam2tag.positioning.registry import model_named
 
 SCANS, PLACES = radio_world(seed=1)

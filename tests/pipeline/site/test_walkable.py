@@ -11,7 +11,7 @@ from tests.site.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
 from vislam2tag.pipeline.site.show import RECORD, write_walkable
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 
 SETTINGS = WalkableSettings()
 

@@ -19,7 +19,7 @@ from PIL import Image
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.own_files import OWN_FILES
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.progress import silent
 from vislam2tag.preparation.sheets.images import LandmarkImage, dead_leaves_picture, generated_image
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES, SheetSettings

@@ -12,7 +12,7 @@ import pytest
 from tests.estimation.dead_reckoning.walks import START_NS, corners, walked
 from tests.sessions.getsensordata import BOOT_S, HEAD, HEAD_LINES, MAC, ORIGIN, OTHER, acce, posi, text, wifi
 from vislam2tag.common.errors import SessionError
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.pipeline.labels.process import process

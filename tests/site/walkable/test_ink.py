@@ -7,9 +7,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.door_swings import without_swings
 from vislam2tag.site.walkable.ink import Bytes, ink_on_paper, lettering, only_walls, reduced, usual_thickness, walls_in
-from vislam2tag.site.walkable.settings import WalkableSettings
 
 
 def image_of(lightness: Bytes) -> Bytes:

@@ -23,7 +23,7 @@ from tests.site.walkable.hand_made import (
 )
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, Use
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 
 MIDDLE = np.array([12.0, sum(CORRIDOR) / 2])

@@ -20,7 +20,7 @@ from typing import IO, Any
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import plain
+from vislam2tag.common.files.given_files import plain
 
 
 class BoundedFile(io.RawIOBase):

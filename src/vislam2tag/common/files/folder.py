@@ -26,7 +26,7 @@ from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 from vislam2tag.common.files.atomic import exchange
-from vislam2tag.common.files.plain_files import plain
+from vislam2tag.common.files.given_files import plain
 
 try:
     import fcntl

@@ -14,7 +14,7 @@ from typing import Annotated, Self, TypeAlias
 from pydantic import AfterValidator, ValidationError
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.records import Record
 
 OWN_FILES = ".vislam2tag-files"

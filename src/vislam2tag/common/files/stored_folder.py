@@ -1,6 +1,8 @@
-"""Folders in an object store, as folders of this machine for as long as a command needs them.
+"""Folders that may lie in an object store or on this machine, so that commands need not ask where.
 
-What is read as a whole is fetched (:func:`folder_at_hand`), what is made as a whole is put back when it is done
+:class:`FolderStore` reads and writes a folder of this machine as :class:`~vislam2tag.common.files.store.Store` does one
+in a store. The other way round, a folder in a store is one of this machine for as long as a command needs it: what is
+read as a whole is fetched (:func:`folder_at_hand`), what is made as a whole is put back when it is done
 (:func:`folder_to_fill`); of what is read one session at a time only the names are there (:func:`outline_at_hand`).
 """
 
@@ -10,19 +12,127 @@ import hashlib
 import json
 import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
-from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, Vislam2tagError
+from vislam2tag.common.errors import OutputError, StoreConflictError, StoreError, UsageError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.store import Listed, Store, Version, store_at
+from vislam2tag.common.files.given_files import read_bytes
+from vislam2tag.common.files.store import Listed, Store, Stored, Version, store_at
 
 if TYPE_CHECKING:  # loads pydantic, which `vislam2tag --help` does without
     from vislam2tag.common.files.own_files import OwnFiles
+
+
+_LOCK = ".lock"
+_WAIT_S = 60
+
+
+@dataclass(frozen=True)
+class FolderStore:
+    """What :class:`~vislam2tag.common.files.store.Store` is for a folder in a store; names are paths below it."""
+
+    root: Path
+
+    @property
+    def address(self) -> str:
+        """Its path, for messages."""
+        return str(self.root)
+
+    def get(self, name: str) -> Stored | None:
+        """Read a file whole; None where there is none. Raises StoreError where it cannot be read."""
+        try:
+            data = read_bytes(self.root / name)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise StoreError(f"{self.root / name}: cannot be read ({error.strerror}); check its permissions") from error
+        return Stored(data, Version(hashlib.sha256(data).hexdigest()), {})
+
+    def version(self, name: str) -> Version | None:
+        """Version of a file as :meth:`list` shows it; None where there is none."""
+        path = self.root / name
+        return _listed_version(path) if path.is_file() else None
+
+    @property
+    def _folder(self) -> Folder:
+        return Folder.at(self.root)
+
+    def fetch(self, name: str, folder: Folder, new_name: str) -> None:
+        """Copy a file to a folder; raises StoreError if it cannot be done."""
+        try:
+            folder.copy(self.root / name, new_name)
+        except OSError as error:
+            raise StoreError(f"{self.root / name}: cannot be copied ({error.strerror})") from error
+
+    def put(self, name: str, content: bytes | Path) -> None:
+        """Write a file whole; raises OutputError where it cannot be written."""
+        try:
+            if isinstance(content, Path):
+                self._folder.copy(content, name)
+            else:
+                self._folder.write(name, content)
+        except OSError as error:
+            raise OutputError(f"{self.root / name}: cannot be written ({error.strerror})") from error
+
+    def filling(self, name: str) -> AbstractContextManager[Path]:
+        """Yield where a library may write a file, which takes its place when the block ends well."""
+        return self._folder.filling(name)
+
+    def put_over(self, name: str, content: bytes, before: Version | None) -> None:
+        """Replace the version ``before`` of a file, or create it where that is None.
+
+        Raises StoreConflictError where another version is there, StoreError where another program holds the folder for
+        a minute.
+        """
+        from filelock import FileLock, Timeout
+
+        try:
+            with FileLock(self._folder.without_links(_LOCK), timeout=_WAIT_S):
+                found = self.get(name)
+                if (None if found is None else found.version) != before:
+                    raise StoreConflictError(f"{self.root / name}: another program has written it meanwhile")
+                self.put(name, content)
+        except Timeout as error:
+            raise StoreError(f"{self.root}: another program is writing there; wait for it") from error
+
+    def list(self, folder: str = "") -> Iterator[Listed]:
+        """List all files below a folder; their versions here are of size and time, no hashes."""
+        for path in sorted((self.root / folder).rglob("*")):
+            if path.is_file():
+                name, version = path.relative_to(self.root).as_posix(), _listed_version(path)
+                yield Listed(name, path.stat().st_size, version)
+
+    def folders(self) -> tuple[str, ...]:
+        """Names of the folders right below, sorted; hidden ones are left out."""
+        there = self.root.iterdir() if self.root.is_dir() else ()
+        return tuple(sorted(path.name for path in there if path.is_dir() and not path.name.startswith(".")))
+
+    def delete(self, names: Iterable[str]) -> None:
+        """Remove files; one that is not there is no fault. Raises OutputError for one that cannot be removed."""
+        for name in names:
+            try:
+                self._folder.remove(name)
+            except OSError as error:
+                reason = f"cannot be removed ({error.strerror}); check its permissions"
+                raise OutputError(f"{self.root / name}: {reason}") from error
+
+
+def _listed_version(path: Path) -> Version:
+    found = path.stat()
+    return Version(f"{found.st_size}-{found.st_mtime_ns}")
+
+
+AnyStore: TypeAlias = Store | FolderStore
+
+
+def any_store_at(path: Path) -> AnyStore:
+    """The folder that a path stands for, in a store or on this machine."""
+    return store_at(path) or FolderStore(path)
+
 
 MARK = ".vislam2tag.json"
 """In a folder that was put into a store as a whole: the SHA-256 of each of its files, once all of them stand there."""

@@ -12,7 +12,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.files.plain_files import read_toml_values
+from vislam2tag.common.files.given_files import read_toml_values
 
 Made = TypeVar("Made", bound=BaseModel)
 

@@ -16,7 +16,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import first_bytes_of_files, folder_of
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding
 from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.datasets.logged_walks import FARTHEST_M, LoggedWalk, Waypoints, walks_dataset

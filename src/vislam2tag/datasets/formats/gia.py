@@ -16,7 +16,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.findings import Finding, FindingKind, finding_if, pooled
 from vislam2tag.datasets.annotated_tables import (

@@ -20,7 +20,7 @@ import numpy.typing as npt
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import import_extra
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.datasets import writing

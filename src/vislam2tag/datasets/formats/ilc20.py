@@ -16,7 +16,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
-from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.given_files import read_bytes, read_json
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.limits import MAX_FLOOR_M

@@ -15,10 +15,9 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import DatasetError, import_extra
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.given_files import read_bytes, read_json
 from vislam2tag.common.findings import Finding, finding_if
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import has_position

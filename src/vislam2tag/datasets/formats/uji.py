@@ -20,7 +20,7 @@ from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import read_csv, write_csv
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.spreadsheet_text import escaped, unescaped
+from vislam2tag.common.text_tables import spreadsheet_escaped, spreadsheet_unescaped
 from vislam2tag.datasets import writing
 from vislam2tag.datasets.fingerprint_tables import WALK, FingerprintTables, SetDescription
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
@@ -137,7 +137,7 @@ def _transmitters(file: Path) -> pl.DataFrame:
 
 def _beside(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
     try:
-        return unescaped(read_csv(file, schema_overrides=dict(columns)).select(*columns))
+        return spreadsheet_unescaped(read_csv(file, schema_overrides=dict(columns)).select(*columns))
     except pl.exceptions.PolarsError as error:
         what = first_line(error)
         raise DatasetError(f"{file}: cannot be read ({what}); expected the columns {', '.join(columns)}") from error
@@ -183,7 +183,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     )
     columns = wap_columns(transmitters.height)
     numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
-    write_csv(escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
+    write_csv(spreadsheet_escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
     numbers = {name: _write_numbers(folder, name, fingerprints, context.escape_formulas) for name in NUMBERINGS}
     level = pl.col("rssi_dbm")  # whole numbers, as phones give them, are written as such
     whole = dataset.readings.select((level == level.round()).all()).collect(engine="streaming").item()
@@ -215,7 +215,7 @@ def _write_numbers(folder: Folder, name: str, fingerprints: pl.LazyFrame, escape
     numbering = NUMBERINGS[name]
     names = fingerprints.select(name).drop_nulls().unique().collect(engine="streaming")[name].sort()
     table = pl.DataFrame({name: names}).with_row_index(numbering.column, offset=numbering.first)
-    write_csv(escaped(table, formulas=escape_formulas), folder, numbering.file)
+    write_csv(spreadsheet_escaped(table, formulas=escape_formulas), folder, numbering.file)
     return dict(zip(names, table[numbering.column], strict=True))
 
 

@@ -25,8 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.orientation import wrapped
-from vislam2tag.core.transforms import as_points
+from vislam2tag.core.transforms import as_points, wrapped
 from vislam2tag.estimation.dead_reckoning.gait import WindowFeatures
 from vislam2tag.estimation.dead_reckoning.maps import MEMORY_S, SharedLines, Walls
 from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, Headings, WalkSignals

@@ -14,7 +14,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
-from vislam2tag.core.faults import EventKind
+from vislam2tag.core.status import EventKind
 from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.dead_reckoning.factors import Nodes, PathModel, WalkFixes, fixed
 from vislam2tag.estimation.dead_reckoning.gait import SpeedModel, WindowFeatures, turned_by_gait

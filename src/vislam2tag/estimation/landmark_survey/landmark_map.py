@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, of_landmarks
-from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.robust import Caution, iterate, variance_factor
+from vislam2tag.core.transforms import wrapped
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors
 from vislam2tag.estimation.landmark_survey.local_map import Chart, LinearMap, LocalMap, tied_to_survey
 

@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, with_rows
-from vislam2tag.core.orientation import wrapped
+from vislam2tag.core.transforms import wrapped
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.smoother import SolvedWalk
 

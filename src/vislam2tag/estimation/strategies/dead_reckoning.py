@@ -9,8 +9,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray, with_rows
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.faults import EventKind, TrackerEvent
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import EventKind, Status, TrackerEvent
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.walk import LeftOut, ReckonedWalk, SensedWalk, contradictions_m, happenings

@@ -9,9 +9,9 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
-from vislam2tag.core.orientation import camera_to_bcs, level_view
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
+from vislam2tag.core.transforms import camera_to_bcs, level_view
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.fault_detection import contradictions, may_have_slipped, slips
 from vislam2tag.estimation.frame_states import ExposureInterpolation

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder, scratch_folder
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, paths_of
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.datasets.access_points import merged_radios
 from vislam2tag.datasets.description import Description, with_description
 from vislam2tag.datasets.fingerprints import access_points_of, tables_of
@@ -41,7 +41,7 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_sessions
 from vislam2tag.site.model import unique_slugs
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.walked import WalkedFloor
 
 LABEL, BUILD = "label", "build"

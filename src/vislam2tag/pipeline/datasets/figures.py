@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.own_files import OwnFiles
-from vislam2tag.common.files.whole_file import write_file
+from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.coverage import CoverageRecord, floor_record
 from vislam2tag.datasets.folder import open_dataset_to_share
 from vislam2tag.datasets.model import Storey

@@ -15,10 +15,9 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.given_files import AnyPath, read_bytes
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_folder import exclusive_writer
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.files.whole_output import exclusive_writer
 from vislam2tag.datasets.card import SUMS, write_card
 from vislam2tag.datasets.folder import FolderWriter, open_dataset, split_files
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Split, Storey

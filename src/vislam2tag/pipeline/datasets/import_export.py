@@ -20,13 +20,12 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
 from vislam2tag.common.files.archives import MOST_UNPACKED
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
 from vislam2tag.common.files.table_files import scan_parquet
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.datasets.description import Description, with_description
 from vislam2tag.datasets.folder import (
     dataset_folder,

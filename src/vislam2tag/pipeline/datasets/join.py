@@ -8,9 +8,9 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.table_files import write_csv
-from vislam2tag.common.spreadsheet_text import escaped
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.text_tables import spreadsheet_escaped
 from vislam2tag.datasets.changes import (
     CHANGED,
     CHANGED_POINTS,
@@ -95,7 +95,7 @@ def write_changes(folder: Folder, record: SurveyChanges, changes: Sequence[Chang
     for name in ("access_points", "places"):
         tables = [getattr(one, name).with_columns(technology=pl.lit(one.technology)) for one in changes]
         if tables:
-            write_csv(escaped(_listed(pl.concat(tables))), folder, f"{name}.csv")
+            write_csv(spreadsheet_escaped(_listed(pl.concat(tables))), folder, f"{name}.csv")
 
 
 def _listed(table: pl.DataFrame) -> pl.DataFrame:

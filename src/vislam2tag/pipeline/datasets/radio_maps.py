@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from vislam2tag import __version__
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.given_files import AnyPath
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.datasets.folder import MANIFEST, open_dataset_to_share, sha256_of

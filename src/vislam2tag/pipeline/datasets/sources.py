@@ -15,7 +15,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if, pooled
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import (

@@ -9,11 +9,11 @@ from datetime import date
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.common.files.folder_store import AnyStore, any_store_at
+from vislam2tag.common.files.given_files import AnyPath, paths_of
 from vislam2tag.common.files.store import address_of, shown
+from vislam2tag.common.files.stored_folder import AnyStore, any_store_at
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, paths_of
 from vislam2tag.pipeline.fleet.catalogue import (
     CATALOGUE,
     CHANGED,

@@ -28,11 +28,11 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
-from vislam2tag.common.files.folder_store import AnyStore, any_store_at
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.store import Version, shown
+from vislam2tag.common.files.stored_folder import AnyStore, any_store_at
 from vislam2tag.common.files.table_files import parquet_bytes, parquet_of_bytes
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath
 
 FLEET_FILE = "fleet.json"
 SNAPSHOTS, SURVEYS, LABELS, TABLES, REPORT = "catalogue", "surveys", "labels", "tables", "report"

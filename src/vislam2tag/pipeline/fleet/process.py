@@ -18,10 +18,10 @@ from typing import Any, TypeAlias
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
-from vislam2tag.common.files.folder_store import any_store_at
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.store import shown
+from vislam2tag.common.files.stored_folder import any_store_at
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.fleet.add import described, inputs_of
 from vislam2tag.pipeline.fleet.catalogue import (

@@ -16,9 +16,8 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import StoreConflictError, SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.folder_store import AnyStore, FolderStore, any_store_at
 from vislam2tag.common.files.store import Listed, Version, shown
-from vislam2tag.common.files.stored_folder import is_safe_name
+from vislam2tag.common.files.stored_folder import AnyStore, FolderStore, any_store_at, is_safe_name
 from vislam2tag.common.records import Record
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.pipeline.fleet.catalogue import REPLACED, SOURCES, SURVEYS

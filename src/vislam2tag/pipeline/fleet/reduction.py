@@ -27,9 +27,9 @@ import polars as pl
 
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.files.folder import scratch_folder
-from vislam2tag.common.files.folder_store import AnyStore, any_store_at
+from vislam2tag.common.files.given_files import AnyPath
+from vislam2tag.common.files.stored_folder import AnyStore, any_store_at
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.labeling.results import SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings

@@ -11,8 +11,8 @@ import numpy as np
 
 from vislam2tag.common.errors import DatasetError, OutputError, SessionError, UsageError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.sessions.clocks import WAYS, first_clear, possible_alignments

@@ -19,11 +19,10 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SessionError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_file import output_errors
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
+from vislam2tag.common.files.whole_output import output_errors
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.tracks import Landmarks
@@ -56,7 +55,7 @@ from vislam2tag.quality.self_check import (
 from vislam2tag.quality.self_check_record import DoubtfulFix, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
 from vislam2tag.site.links import left_out_of, shared_survey
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.views.quality_pages import write_check_page
 
 

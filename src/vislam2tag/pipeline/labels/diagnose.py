@@ -16,10 +16,9 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import SessionError, SurveyError
-from vislam2tag.common.extras import MissingExtraError
+from vislam2tag.common.errors import MissingExtraError, SessionError, SurveyError
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.tracks import longest_section
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.dead_reckoning.walk import LeftOut

@@ -10,10 +10,10 @@ from typing import Unpack
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.evaluate_session import (

@@ -37,8 +37,15 @@ from vislam2tag.quality.evaluation.press_truth import (
     read_route,
 )
 from vislam2tag.quality.evaluation.record import SessionEvaluation, StrategyErrors
-from vislam2tag.quality.evaluation.station_clock import DeviceAlignment, FreeParameters, StationWalk, align_device
-from vislam2tag.quality.evaluation.station_errors import station_findings, station_point_errors, with_station_sigma
+from vislam2tag.quality.evaluation.station_clock import (
+    DeviceAlignment,
+    FreeParameters,
+    StationWalk,
+    align_device,
+    station_findings,
+    station_point_errors,
+    with_station_sigma,
+)
 from vislam2tag.quality.evaluation.station_frame import (
     TRACK_FILE,
     CommonPoints,

@@ -6,11 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vislam2tag.common.findings import Finding, Severity, finding_if
-from vislam2tag.common.judgement import counted
-from vislam2tag.core.faults import Contradiction
+from vislam2tag.common.findings import Finding, Severity, counted, finding_if
 from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import Contradiction, Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.estimation.settings import MIN_JUDGED
 from vislam2tag.estimation.strategy import surveyed_rows

@@ -15,10 +15,9 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.own_files import OwnFiles
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.judgement import Judgement
+from vislam2tag.common.findings import Finding, Judgement, Severity
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,

@@ -15,8 +15,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.files.plain_files import read_json
-from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_json
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.clocks import ClockAlignment, Heard, align_by_levels, align_by_motion
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -39,7 +38,7 @@ from vislam2tag.sessions.foreign_tables import (
     three_axes,
     time_column,
 )
-from vislam2tag.sessions.phone_app import RECORD_FILE
+from vislam2tag.sessions.formats.phone import RECORD_FILE
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import session_folders
 from vislam2tag.site.model import SessionKey

@@ -11,7 +11,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.whole_file import file_to_write, output_errors
+from vislam2tag.common.files.whole_output import file_to_write, output_errors
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows

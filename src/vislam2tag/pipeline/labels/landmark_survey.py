@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.common.errors import SessionError, SurveyError
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.limits import MAX_JOINT_LANDMARKS

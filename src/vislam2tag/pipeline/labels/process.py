@@ -15,9 +15,9 @@ from typing import Unpack
 import numpy as np
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.labeling.results import Summary

@@ -32,11 +32,11 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.output import Kept, OutputFolder, SessionFiles, rows_of, session_files, short
 from vislam2tag.pipeline.run.workers import Job
-from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks, floors_told
 from vislam2tag.site.model import SessionRef
+from vislam2tag.site.walkable.drawn_cells import drawing_mark
 
 _Made = TypeVar("_Made")
 _NOWHERE = OutputFolder(Path())

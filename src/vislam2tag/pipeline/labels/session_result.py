@@ -11,9 +11,9 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common import log_bins
+from vislam2tag.common import error_statistics
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -109,7 +109,7 @@ def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:
         median_m=round(median_m, 4),
         p95_m=round(p95_m, 4),
         uncertain_share=round(float(np.mean(trajectory.status[known] == Status.UNCERTAIN)), 6),
-        frames=log_bins.counts_of(sigma_m),
+        frames=error_statistics.counts_of(sigma_m),
     )
 
 

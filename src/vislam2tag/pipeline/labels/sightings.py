@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vislam2tag.common.errors import OutputError, SessionError, UsageError
+from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.progress import Progress, Stage, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.apps import SIGHTINGS_FILE, AppFormat
 from vislam2tag.sessions.registry import FORMATS, at_hand, format_for, open_survey
 from vislam2tag.site.links import write_in_survey

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from vislam2tag.common.errors import SessionError, SurveyError
-from vislam2tag.common.extras import MissingExtraError
+from vislam2tag.common.errors import MissingExtraError, SessionError, SurveyError
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.observations import WalkObservations

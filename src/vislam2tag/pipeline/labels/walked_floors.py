@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.extras import missing_extra
+from vislam2tag.common.errors import SurveyError, missing_extra
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.site.floors import names_on_plan, read_room_names
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.source import PlanText
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.walked import (
     Areas,

@@ -10,10 +10,10 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.files.folder import scratch_folder
+from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
-from vislam2tag.common.files.whole_file import write_file
+from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.datasets.folder import is_dataset, open_dataset
 from vislam2tag.datasets.statistics_record import (
     PAPER_FINGERPRINTS,

@@ -19,12 +19,11 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.folder import Folder, scratch_folder
+from vislam2tag.common.files.given_files import AnyPath, read_bytes
 from vislam2tag.common.files.own_files import OwnFiles
-from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
-from vislam2tag.common.files.whole_file import write_file
+from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
-from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.model import Dataset, Split, Storey
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS

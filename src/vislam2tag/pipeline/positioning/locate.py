@@ -11,9 +11,8 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import Answer, Judgement, counted
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.files.given_files import AnyPath
+from vislam2tag.common.findings import Answer, Finding, Judgement, counted
 from vislam2tag.datasets.folder import is_dataset, open_dataset
 from vislam2tag.datasets.model import SessionTables, each_session
 from vislam2tag.datasets.privacy import hashed, hashed_as_written, key_name

@@ -29,7 +29,7 @@ from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, wh
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.intake.readings import SIGNAL_STRENGTH, is_masked
 from vislam2tag.pipeline.positioning.locate import located_table, namer
-from vislam2tag.positioning.model_file import SavedModel, model_bytes
+from vislam2tag.positioning.model_files import SavedModel, model_bytes
 from vislam2tag.positioning.radio_scans import scans_from_readings
 
 MOST_SCANS = 500

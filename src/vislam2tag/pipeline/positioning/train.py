@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.datasets.folder import FILE as READINGS_FILE
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset, Fold, Split

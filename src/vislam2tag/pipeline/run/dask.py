@@ -21,9 +21,8 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
-from vislam2tag.common.errors import OutputError, UsageError, first_line
-from vislam2tag.common.extras import import_extra
-from vislam2tag.common.files.plain_files import read_toml_values
+from vislam2tag.common.errors import OutputError, UsageError, first_line, import_extra
+from vislam2tag.common.files.given_files import read_toml_values
 from vislam2tag.common.garbage import keep_freed_memory
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import LogInOrder

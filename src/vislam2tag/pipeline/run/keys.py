@@ -20,7 +20,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 
 SHOWING = frozenset({"vislam2tag.cli", "vislam2tag.views"})
 """Packages that only show what was computed: results stay as they are when these change."""

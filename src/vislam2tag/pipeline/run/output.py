@@ -26,9 +26,9 @@ import polars as pl
 
 from vislam2tag.common.errors import OutputError, StoreConflictError, StoreError
 from vislam2tag.common.files.folder import scratch_folder
-from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.store import Store, Version, asking, at_once
+from vislam2tag.common.files.stored_folder import AnyStore, any_store_at
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.tables import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.pipeline.run.failures import LOG

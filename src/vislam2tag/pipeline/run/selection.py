@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Self, TypedDict, TypeVar
 
 from vislam2tag.common.errors import OutputError, UsageError
-from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.prepared import SessionTask

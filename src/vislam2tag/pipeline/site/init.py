@@ -13,8 +13,7 @@ import numpy as np
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_json
-from vislam2tag.common.text_paths import AnyPath
+from vislam2tag.common.files.given_files import AnyPath, read_json
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.floors import INFO_FILE, OUTLINES
 from vislam2tag.site.links import survey_output, write_in_survey

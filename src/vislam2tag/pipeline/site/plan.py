@@ -11,10 +11,9 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
@@ -36,10 +35,10 @@ from vislam2tag.site.landmark_states import write_states
 from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.site_table import LANDMARKS, read_site_table
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.painted_cells import floor_mask
-from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.views.panels import rendered
 from vislam2tag.views.plan_page import PlannedMap, landmark_plan, sigma_figure, write_plan_page

@@ -13,12 +13,10 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes, read_json
 from vislam2tag.common.files.table_files import scan_parquet
-from vislam2tag.common.files.whole_file import write_file
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.whole_output import whole_folder, write_file
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.datasets.folder import dataset_folder, is_dataset, open_dataset_to_share, sha256_of

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, UsageError
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, paths_of
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.core.transforms import as_complex
 from vislam2tag.preparation.registration.names import LandmarkTable, NameRules
 from vislam2tag.preparation.registration.point_file import PointColumn

@@ -13,20 +13,18 @@ from PIL import Image
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.whole_file import write_file
-from vislam2tag.common.files.whole_folder import whole_folder
-from vislam2tag.common.findings import Finding, Severity, count_of
-from vislam2tag.common.judgement import Judgement, counted
-from vislam2tag.common.text_paths import AnyPath, path_or_none
+from vislam2tag.common.files.given_files import AnyPath, path_or_none
+from vislam2tag.common.files.whole_output import whole_folder, write_file
+from vislam2tag.common.findings import Finding, Judgement, Severity, count_of, counted
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.discover import read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.links import left_out_of, site_name
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
-from vislam2tag.site.walkable.settings import WalkableSettings
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 from vislam2tag.views.page import data_uri, write_page
 from vislam2tag.views.panels import rendered

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vislam2tag.common.errors import UsageError
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import UsageError, import_extra
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
 from vislam2tag.positioning.cell_density.density_model import (
     DensityAnswer,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import import_extra
 from vislam2tag.positioning.registry import Positioner, register
 
 PUBLISHED: dict[str, dict[str, Any]] = {

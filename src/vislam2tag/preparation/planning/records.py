@@ -22,8 +22,8 @@ from vislam2tag.preparation.planning.refine import NARROW_M, DistanceClass
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.site.landmark_states import PLANNED_HEADING_SIGMA_RAD, PLANNED_SIGMA_M, LandmarkState, StateRow
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.site_table import finite_or_none, readable_table
-from vislam2tag.site.walkable.settings import WalkableSettings
 
 COLUMNS = ("id", "floor", "x", "y", "z", "heading_rad", "sheet", "width_m")
 

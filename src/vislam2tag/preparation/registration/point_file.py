@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.preparation.registration.network import Measurement
 from vislam2tag.site.model import landmark_id

@@ -15,13 +15,12 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
 from vislam2tag.common.files.table_files import read_csv
-from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.preparation.sheets.images import (
     ImageQuality,

@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from vislam2tag.common.files.toml_file import toml_value
-from vislam2tag.common.judgement import NOT_RUN, Judgement
+from vislam2tag.common.findings import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.estimation.landmark_survey.comparison import Verdict
 

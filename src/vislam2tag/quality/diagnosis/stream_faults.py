@@ -16,8 +16,8 @@ import polars as pl
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.clocks import best_shift, comparable, resampled
-from vislam2tag.core.orientation import turns_rad
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.core.transforms import turns_rad
 from vislam2tag.quality.diagnosis.evidence import listed
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset

@@ -12,8 +12,16 @@ from itertools import groupby
 
 import numpy as np
 
-from vislam2tag.common import log_bins
-from vislam2tag.common.bootstrap import FEWEST_WALKS, LEVEL, draws, interval, multiplicities
+from vislam2tag.common.error_statistics import (
+    BINS,
+    FEWEST_WALKS,
+    LEVEL,
+    counts_of,
+    draws,
+    interval,
+    lower_edge_m,
+    multiplicities,
+)
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import has_position
@@ -99,7 +107,7 @@ def strategy_errors(
         along_m=_mean(np.abs(points.along_m)),
         across_m=_mean(np.abs(points.across_m)),
         ahead_m=_mean(points.along_m),
-        errors=log_bins.counts_of(error),
+        errors=counts_of(error),
         truth_sigma_m=_root_mean_square(points.truth_sigma_m),
         sum_m=round(float(error.sum()), 6),
         sum_m2=round(float((error**2).sum()), 6),
@@ -133,7 +141,7 @@ ALL = "all"
 ALL_WALKS, WITHOUT_FAULTS = "all walks", "without faults"
 OVER_WALKS, OVER_POINTS = "walks", "points"
 QUANTILES = {"median_m": 0.5, "p75_m": 0.75, "p95_m": 0.95}
-_EDGES_M = np.array([log_bins.lower_edge_m(index) for index in range(log_bins.BINS + 1)])
+_EDGES_M = np.array([lower_edge_m(index) for index in range(BINS + 1)])
 
 Statistics = dict[str, FloatArray]
 """By name of the figure, its value (rounds,) in each round."""
@@ -230,7 +238,7 @@ def _ranked_quantile(ranked: FloatArray, count: IntArray, share: float) -> Float
 
 def _error_counts(mine: Sequence[StrategyErrors]) -> IntArray:
     """Errors of the walks by bin of length (w, bins)."""
-    errors = np.zeros((len(mine), log_bins.BINS), dtype=np.int64)
+    errors = np.zeros((len(mine), BINS), dtype=np.int64)
     for row, one in zip(errors, mine, strict=True):
         row[list(one.errors)] = list(one.errors.values())
     return errors
@@ -295,7 +303,7 @@ def error_curve(walks: Sequence[StrategyErrors]) -> ErrorCurve | None:
         times = multiplicities(draws(len(walks)))
         shares = (times @ upto) / (times @ points)[:, None]
         low, high = np.quantile(shares, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
-    edges = np.array([log_bins.lower_edge_m(int(index) + 1) for index in bins])
+    edges = np.array([lower_edge_m(int(index) + 1) for index in bins])
     return ErrorCurve(edges, upto.sum(axis=0) / points.sum(), low, high)
 
 

@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import Judgement, counted
+from vislam2tag.common.findings import Finding, Judgement, counted
 from vislam2tag.common.records import Record
 from vislam2tag.core.robust import TRUSTED_MEAN_SQUARE, trusted
 from vislam2tag.quality.evaluation.truth import PointErrors

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from vislam2tag.common.findings import Finding
-from vislam2tag.common.judgement import NOT_RUN, Judgement
+from vislam2tag.common.findings import NOT_RUN, Finding, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.quality.evaluation.odd_truth import OddPoint, PressOffset
 from vislam2tag.quality.evaluation.truth import TruthKind
@@ -72,7 +71,7 @@ class StrategyErrors(Record):
     truth_sigma_m: float | None
     """How exactly the true positions are known along each axis, root mean square; None where nothing tells."""
     errors: dict[int, int]
-    """Number of errors by bin of length (:mod:`vislam2tag.common.log_bins`)."""
+    """Number of errors by bin of length (:mod:`vislam2tag.common.error_statistics`)."""
     sum_m: float
     sum_m2: float
     dense: DenseFigures | None = None

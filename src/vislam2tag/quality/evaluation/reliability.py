@@ -14,8 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from vislam2tag.common import log_bins
-from vislam2tag.common.bootstrap import FEWEST_WALKS
+from vislam2tag.common.error_statistics import FEWEST_WALKS, bins_of, counts_of, lower_edge_m, quantile_m
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.labeling.results import ErrorRecord, SigmaRow
 
@@ -79,12 +78,12 @@ def _variance(covariance_m2: FloatArray) -> FloatArray:
 def _rows(length_m: FloatArray, sigma_m: FloatArray) -> list[SigmaRow]:
     """Errors (n,) counted by the sigma (n,) stated, NaN where none is; metres."""
     known = np.isfinite(sigma_m)
-    index = np.where(known, log_bins.bins_of(np.where(known, sigma_m, 0.0)), -1)
+    index = np.where(known, bins_of(np.where(known, sigma_m, 0.0)), -1)
     return [
         SigmaRow(
             sigma=None if value < 0 else value,
             sum_m=round(float(length_m[index == value].sum()), 6),
-            errors=log_bins.counts_of(length_m[index == value]),
+            errors=counts_of(length_m[index == value]),
         )
         for value in np.unique(index).tolist()
     ]
@@ -189,12 +188,12 @@ def coverage_curve(record: ErrorRecord) -> CoverageCurve | None:
     """Share labelled against error as the limit of sigma rises; None where no true point has a label."""
     if not record.rows:
         return None
-    limits = [np.nan if row.sigma is None else log_bins.lower_edge_m(row.sigma + 1) for row in record.rows]
+    limits = [np.nan if row.sigma is None else lower_edge_m(row.sigma + 1) for row in record.rows]
     counts = np.cumsum([sum(row.errors.values()) for row in record.rows])
     upto: dict[int, int] = {}
     p95 = []
     for row in record.rows:
         upto = _summed(upto, row.errors)
-        p95.append(log_bins.quantile_m(upto, 0.95))
+        p95.append(quantile_m(upto, 0.95))
     mean = np.cumsum([row.sum_m for row in record.rows]) / counts
     return CoverageCurve(np.array(limits), counts / record.points, mean, np.array(p95))

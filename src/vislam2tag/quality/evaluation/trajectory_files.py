@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory

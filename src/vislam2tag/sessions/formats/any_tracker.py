@@ -11,9 +11,8 @@ import numpy as np
 import polars as pl
 from pydantic import ValidationError
 
-from vislam2tag.common.errors import SessionError
-from vislam2tag.common.extras import import_extra
-from vislam2tag.common.files.plain_files import toml_values
+from vislam2tag.common.errors import SessionError, import_extra
+from vislam2tag.common.files.given_files import toml_values
 from vislam2tag.common.records import Record
 from vislam2tag.sessions.apps import AppFormat, in_acs, pose_rows, pose_table
 from vislam2tag.sessions.model import FileRecord

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.context import FixLog

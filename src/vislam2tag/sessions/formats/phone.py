@@ -1,39 +1,211 @@
-"""The phone app's own format: tables with headers, exposure times, what the tracker says of itself, anchors.
+"""The phone app's own format: its record, tables with headers, exposure times, its tracker's word on itself, anchors.
 
 docs/reference/phone-format.md is its specification.
 """
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import polars as pl
+from pydantic import Field, ValidationError
 
-from vislam2tag.common.files.plain_files import plain
-from vislam2tag.common.findings import Severity, at_lines_if
-from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.context import AnchorLog, ToldFloors
+from vislam2tag.common.errors import SessionError
+from vislam2tag.common.files.given_files import plain
+from vislam2tag.common.findings import Finding, Severity, at_lines_if
+from vislam2tag.common.records import Record
+from vislam2tag.core.arrays import BoolArray, IntArray, runs_of
+from vislam2tag.core.context import AnchorLog, ToldFloors, TrackerState
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions import phone_app as app
 from vislam2tag.sessions.clocks import clock_of, pose_lag_of
 from vislam2tag.sessions.model import Recording, Session
-from vislam2tag.sessions.phone_app import TRACKING, PhoneRecord
-from vislam2tag.sessions.readings import mark_repeated, pressure_log
+from vislam2tag.sessions.readings import SENSOR_VALUES, mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import FileFormat, SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.text_tables import RawTable
-from vislam2tag.sessions.tracker_tables import frames_of, landmark_log, poses_of, sorted_once
+from vislam2tag.sessions.text_tables import Columns, NamedTable, RawTable
+from vislam2tag.sessions.tracker_tables import (
+    POSE_COLUMNS,
+    camera_track,
+    frames_of,
+    landmark_log,
+    poses_of,
+    sorted_once,
+)
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes, with_taps
 from vislam2tag.site.model import SessionKey
 from vislam2tag.site.site_table import is_file
 
+RECORD_FILE = "session.json"
+VERSION = 1
+SESSION_NAME = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{6}(-[0-9]{1,6})?")
+DEVICE_NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9._ -]{0,62}[A-Za-z0-9_-])?")
+STOPPED, KILLED = "stopped", "killed"
+
+
+class _Model(Record, extra="ignore"):
+    """Newer apps may say more."""
+
+
+class RecordingEnd(_Model):
+    """How and when a recording ended; times are None where they are not known."""
+
+    state: str = Field(pattern=r"^[a-z_]{1,40}$")
+    detail: str = ""
+    wall_ms: int | None = None
+    boot_ns: int | None = None
+
+
+class Phone(_Model):
+    """What the phone is."""
+
+    manufacturer: str = ""
+    model: str = ""
+    android: str = ""
+    arcore: str | None = None
+
+
+class PhoneRecord(_Model):
+    """What readers use of ``session.json``; other keys are ignored."""
+
+    format: Literal["vislam2tag-phone"]
+    version: Literal[1]
+    session: str = Field(pattern=f"^{SESSION_NAME.pattern}$")
+    floor: int = Field(ge=-999999, le=999999)
+    device: str = Field(pattern=f"^{DEVICE_NAME.pattern}$")
+    site: str = ""
+    note: str = ""
+    phone: Phone = Phone()
+    end: RecordingEnd | None = None
+
+    @property
+    def ended(self) -> str:
+        """How the recording ended; one that never said so was killed."""
+        return self.end.state if self.end else KILLED
+
+
+def parse_record(data: bytes, file: str) -> PhoneRecord:
+    """Read ``session.json``; raises ValueError, one sentence, where it is none, SessionError for an unknown version."""
+    try:
+        return PhoneRecord.model_validate_json(data)
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        where = ".".join(map(str, wrong["loc"])) or "the file"
+        if where == "version" and isinstance(wrong["input"], int):
+            raise SessionError(
+                f"{file}: version {wrong['input']!s:.20} of the phone's format; this program reads {VERSION}: update it"
+            ) from error
+        raise ValueError(f"{where}: {wrong['msg']}") from error
+
+
+FIRST_COLUMN = b"time_ns,"
+"""How the header of every table begins."""
+TRACKING = "TRACKING"
+SIGHTING = "FULL_TRACKING"
+"""The tracker's word for a landmark that it sees in this frame."""
+_POSE: Columns = dict.fromkeys(("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw"), pl.Float64)
+
+_WORDS: Columns = dict.fromkeys(("state", "failure"), pl.String)
+_BEACON: Columns = {"uuid": pl.String, "major": pl.Int32, "minor": pl.Int32, "rssi_dbm": pl.Float32}
+_RANGE: Columns = dict.fromkeys(("range_m", "range_sigma_m", "rssi_dbm"), pl.Float32)
+_COUNTS: Columns = dict.fromkeys(("attempted", "successful"), pl.Int32)
+
+CAMERA = NamedTable(
+    {"time_ns": pl.Int64, "frame_clock": pl.String, "part": pl.Int64, **_WORDS, **_POSE},
+    required=("part",),
+    words=("frame_clock", *_WORDS),
+    severity=Severity.ERROR,
+)
+LANDMARKS = NamedTable(
+    {"time_ns": pl.Int64, "id": pl.String, "state": pl.String, "method": pl.String, **_POSE},
+    required=("id",),
+    words=("state", "method"),
+    quoted=True,
+    severity=Severity.ERROR,
+)
+ANCHORS = NamedTable({"time_ns": pl.Int64, "anchor": pl.Int64, "state": pl.String, **_POSE}, ("anchor",), ("state",))
+SENSORS = NamedTable(
+    {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}, words=("sensor",)
+)
+WIFI = NamedTable(
+    {"time_ns": pl.Int64, "scan": pl.Int32, "bssid": pl.String, "ssid": pl.String}
+    | dict.fromkeys(("rssi_dbm", "frequency_mhz"), pl.Float32),
+    required=("scan", "rssi_dbm", "frequency_mhz"),
+    quoted=True,
+)
+BLE = NamedTable({"time_ns": pl.Int64, "address": pl.String, "name": pl.String, **_BEACON}, ("rssi_dbm",), quoted=True)
+RTT = NamedTable(
+    {"time_ns": pl.Int64, "bssid": pl.String, "responder": pl.Int32, **_RANGE, **_COUNTS}, ("responder", "range_m")
+)
+PRESSES = NamedTable({"time_ns": pl.Int64, "n": pl.Int64, "action": pl.String}, ("n",), ("action",))
+_PLACE: Columns = dict.fromkeys(("x_m", "y_m", "sigma_m"), pl.Float64)
+TAPS = NamedTable({**PRESSES.columns, **_PLACE}, PRESSES.required, PRESSES.words)
+"""Presses as apps write them that take taps on the plan, too."""
+EVENTS = NamedTable({"time_ns": pl.Int64, "event": pl.String, "detail": pl.String}, words=("event",), quoted=True)
+
+
+def unit_poses(rows: pl.DataFrame) -> pl.DataFrame:
+    """Name the pose columns as other formats do."""
+    return rows.rename(dict(zip(_POSE, POSE_COLUMNS, strict=True)))
+
+
+_UNKNOWN = "unknown"
+
+
+def phone_camera(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tuple[CameraTrack, list[Finding]]:
+    """Make the camera track of the parsed rows of a camera table.
+
+    Frames without tracking are kept as lost ones, at the pose last tracked where they have none of their own.
+    """
+    tracking = rows["state"].to_numpy() == TRACKING
+    camera, findings = camera_track(_held(rows), file, settings)
+    failures = rows["failure"].unique().sort().to_list()
+    failure = rows["failure"].cast(pl.Enum(failures)).to_physical().to_numpy().astype(np.int64)
+    state = TrackerState(np.asarray(tracking, dtype=bool), rows["part"].to_numpy(), tuple(failures), failure)
+    unknown = rows.filter(pl.col("frame_clock") == _UNKNOWN)["row"].to_list()
+    message = "the clock of the images is not known: these frames have the time at which they were logged"
+    findings += at_lines_if("unknown_exposure", file, unknown, message)
+    findings += _tracking_lost(camera, state, file)
+    first = np.flatnonzero(np.diff(state.section) != 0) + 1
+    message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
+    findings += at_lines_if("tracking_restarted", file, camera.row[first].tolist(), message)
+    return replace(camera, state=state, exposure_known=bool(len(rows)) and not unknown), findings
+
+
+def _held(rows: pl.DataFrame) -> pl.DataFrame:
+    """Name the pose columns as usual; a frame without tracking gets the pose last tracked in its part, or next."""
+    rows = unit_poses(rows)
+    own = pl.when(pl.col("state") == TRACKING).then(pl.col(list(POSE_COLUMNS)))
+    held = own.forward_fill().backward_fill().over("part")
+    at_rest = [pl.lit(1.0 if name == "qw" else 0.0).alias(name) for name in POSE_COLUMNS]
+    filled = rows.with_columns(own.otherwise(held))
+    return filled.with_columns(
+        pl.when(pl.col("state") == TRACKING).then(pl.col(name)).otherwise(pl.coalesce(name, rest)).alias(name)
+        for name, rest in zip(POSE_COLUMNS, at_rest, strict=True)
+    )
+
+
+def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[Finding]:
+    """Report the usable frames without tracking, with the tracker's reasons."""
+    lost: BoolArray = camera.usable & ~state.tracking
+    spans = runs_of(lost)
+    reasons = Counter(filter(None, (state.reason(first, after) for first, after in spans)))
+    by_count = sorted(reasons.items(), key=lambda each: (-each[1], each[0]))
+    counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in by_count]
+    why = f" for {', '.join(counted)}" if counted else ""
+    message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; it splits the walk"
+    return at_lines_if("tracking_lost", file, camera.row[lost].tolist(), message)
+
+
 FILE_NAMES = {
-    "record": (app.RECORD_FILE,),
+    "record": (RECORD_FILE,),
     "poses": ("CameraPose.csv",),
     "landmarks": ("LandmarkPose.csv",),
     "anchors": ("AnchorPose.csv",),
@@ -52,20 +224,20 @@ _RADIOS = {"wifi": "Wi-Fi", "ble": "Bluetooth"}
 
 def _recognises(folder: Path) -> bool:
     """A session has ``session.json``, or a table of a known name that begins with our header."""
-    return is_file(folder / app.RECORD_FILE) or any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
+    return is_file(folder / RECORD_FILE) or any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
     record = _record(reading, key)
-    poses = reading.rows("poses", app.CAMERA.read, FRAMES)
-    camera = reading.noted(app.phone_camera(poses, reading.name_of("poses"), settings))
+    poses = reading.rows("poses", CAMERA.read, FRAMES)
+    camera = reading.noted(phone_camera(poses, reading.name_of("poses"), settings))
     landmarks = _landmarks(reading, camera)
     anchors = _anchors(reading, camera)
-    sensors = reading.readings(app.SENSORS.read, camera)
+    sensors = reading.readings(SENSORS.read, camera)
     clock_ns = clock_of(camera, sensors)
-    wifi = reading.wifi(reading.rows("wifi", app.WIFI.read, SCANS, clock_ns), settings)
+    wifi = reading.wifi(reading.rows("wifi", WIFI.read, SCANS, clock_ns), settings)
     tables = {"wifi": reading.on_clock("wifi", wifi, camera), "sensors": sensors}
-    ble = reading.on_clock("ble", reading.ble(reading.rows("ble", app.BLE.read, ANY, clock_ns)), camera)
+    ble = reading.on_clock("ble", reading.ble(reading.rows("ble", BLE.read, ANY, clock_ns)), camera)
     tables |= {name: table for name, table in (("ble", ble), ("rtt", _rtt(reading, camera, clock_ns))) if table.height}
     presses_ns, taps = _presses(reading, camera, clock_ns)
     recording, told_floors = _recording(reading, record, clock_ns)
@@ -78,7 +250,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
 def _has_header(path: Path) -> bool:
     try:
         with plain(path).open("rb") as file:
-            return file.read(len(app.FIRST_COLUMN)) == app.FIRST_COLUMN
+            return file.read(len(FIRST_COLUMN)) == FIRST_COLUMN
     except OSError:
         return False
 
@@ -91,7 +263,7 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
         reading.note("missing_file", file, message)
         return None
     try:
-        record = app.parse_record(data, str(reading.folder / file))
+        record = parse_record(data, str(reading.folder / file))
     except ValueError as error:
         message = f"{error}; the folders tell floor and device, how the recording ended is not known"
         reading.note("unreadable_record", file, message)
@@ -103,7 +275,7 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
             "move its folder if that is wrong"
         )
         reading.note("other_floor", file, message)
-    if record.ended != app.STOPPED:
+    if record.ended != STOPPED:
         detail = f" ({record.end.detail})" if record.end and record.end.detail else ""
         message = f"the recording was not stopped by hand, it ended as '{record.ended}'{detail}; what there is counts"
         reading.note("recording_ended", file, message, Severity.INFO)
@@ -113,11 +285,11 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     """Rows that the tracker stands for; one that it does not track, or in a lost frame, counts as lost."""
     file = reading.name_of("landmarks")
-    rows = app.unit_poses(reading.rows("landmarks", app.LANDMARKS.read, FRAMES, clock_of(camera)))
+    rows = unit_poses(reading.rows("landmarks", LANDMARKS.read, FRAMES, clock_of(camera)))
     # A row that is not tracked may have no pose: it says no more than that.
     logged = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
     log, findings = landmark_log(logged, file, camera)
-    by_row = rows.select("row", tracked=pl.col("state") == TRACKING, seen=pl.col("method") == app.SIGHTING)
+    by_row = rows.select("row", tracked=pl.col("state") == TRACKING, seen=pl.col("method") == SIGHTING)
     state = pl.DataFrame({"row": log.row}).join(by_row, on="row", how="left", maintain_order="left")
     lost = ~state["tracked"].to_numpy()
     if camera.state is not None:
@@ -128,7 +300,7 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
 
 def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
     """Rows of anchors that are tracked, at usable frames with tracking; None where there are none."""
-    rows = app.unit_poses(reading.rows("anchors", app.ANCHORS.read, FRAMES, clock_of(camera)))
+    rows = unit_poses(reading.rows("anchors", ANCHORS.read, FRAMES, clock_of(camera)))
     rows = rows.filter(pl.col("state") == TRACKING)
     position, orientation, sound, odd = poses_of(rows, reading.name_of("anchors"))
     reading.findings += odd
@@ -145,7 +317,7 @@ def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
 
 def _rtt(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> pl.DataFrame:
     """Ranges to access points; older apps have no such file."""
-    rows = reading.noted(admitted(reading.rows("rtt", app.RTT.read, ANY, clock_ns), "bssid", reading.name_of("rtt")))
+    rows = reading.noted(admitted(reading.rows("rtt", RTT.read, ANY, clock_ns), "bssid", reading.name_of("rtt")))
     rows = mark_repeated(rows.with_columns(responder=pl.col("responder") != 0), "bssid")
     return reading.on_clock("rtt", rows, camera)
 
@@ -165,7 +337,7 @@ def _presses(reading: SessionFiles, camera: CameraTrack, clock_ns: IntArray) -> 
 
 def _parse_presses(data: bytes, file: str) -> RawTable:
     has_places = b"x_m" in data.partition(b"\n")[0].split(b",")
-    return (app.TAPS if has_places else app.PRESSES).read(data, file)
+    return (TAPS if has_places else PRESSES).read(data, file)
 
 
 def _recording(
@@ -173,7 +345,7 @@ def _recording(
 ) -> tuple[Recording, ToldFloors | None]:
     """What the recorder says of itself, and where the walker said to have come to another floor."""
     file = reading.name_of("events")
-    rows = reading.rows("events", app.EVENTS.read, ANY, clock_ns)
+    rows = reading.rows("events", EVENTS.read, ANY, clock_ns)
     counts = dict(rows["event"].value_counts().sort("event").iter_rows())
     recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
     if recording.scans_refused:

@@ -24,7 +24,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps import MATRIX, AppFormat, Keyframe, Keyframes, Pictures, Readings, pose_table, timed
 from vislam2tag.sessions.model import Session

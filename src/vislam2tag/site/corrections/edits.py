@@ -22,9 +22,9 @@ from pydantic import Field, ValidationError
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import read_bytes, toml_values
+from vislam2tag.common.files.given_files import read_bytes, toml_values
 from vislam2tag.common.files.toml_file import first_problem, toml_value
-from vislam2tag.common.files.whole_file import output_errors
+from vislam2tag.common.files.whole_output import output_errors
 from vislam2tag.common.records import Record
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
 

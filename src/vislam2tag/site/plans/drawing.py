@@ -11,8 +11,8 @@ import numpy as np
 from PIL import Image
 
 from vislam2tag.common import plugins
-from vislam2tag.common.extras import missing_extra
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.errors import missing_extra
+from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import Affine2, Similarity2

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from vislam2tag.common.files.plain_files import plain
+from vislam2tag.common.files.given_files import plain
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import Affine2
 from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, bounds_of

@@ -12,9 +12,9 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.door_swings import without_swings
 from vislam2tag.site.walkable.painted_cells import clearance_px, parts_of, regions
-from vislam2tag.site.walkable.settings import WalkableSettings
 
 Bytes = npt.NDArray[np.uint8]
 

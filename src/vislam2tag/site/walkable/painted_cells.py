@@ -15,7 +15,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.images import load_plan
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 
 Bytes = npt.NDArray[np.uint8]
 

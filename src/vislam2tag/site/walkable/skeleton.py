@@ -15,8 +15,8 @@ from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.path_length import arc_lengths, line_length
+from vislam2tag.core.transforms import wrapped
 from vislam2tag.site.walkable.painted_cells import parts_of
 from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WalkingDistances

@@ -14,7 +14,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.site.plans.source import FloorPlan
-from vislam2tag.site.walkable.settings import WalkableSettings
+from vislam2tag.site.settings import WalkableSettings
 
 _TOLERANCE_CELLS = 0.8
 """Segments leave the cells' own outline by at most this: a slanting wall is one, not a staircase."""
@@ -123,8 +123,8 @@ def walkable_space(
     """
     settings = settings or WalkableSettings()
     # of an extra: generated buildings, which have no plan, do without
+    from vislam2tag.site.walkable.drawn_cells import plan_grid, polygon_area
     from vislam2tag.site.walkable.painted_cells import corrected_cells, inside_of, largest_region
-    from vislam2tag.site.walkable.plan_cells import plan_grid, polygon_area
 
     grid = plan_grid(plan, settings)
     findings: tuple[Finding, ...] = ()
@@ -148,8 +148,8 @@ def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolA
     """Cells (rows, columns) in a plan's walls and obstacles: from its lines and polygons where it has any, else from
     its image.
     """
+    from vislam2tag.site.walkable.drawn_cells import drawn_walls
     from vislam2tag.site.walkable.ink import image_walls
-    from vislam2tag.site.walkable.plan_cells import drawn_walls
 
     if not len(plan.walls) and not plan.polygons:
         return image_walls(plan, grid, settings)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.common.extras import import_extra
+from vislam2tag.common.errors import import_extra
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.plans.load import floor_plan

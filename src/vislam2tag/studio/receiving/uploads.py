@@ -20,9 +20,9 @@ from pydantic import ValidationError
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder, scratch_folder
-from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.common.files.given_files import plain, read_bytes
 from vislam2tag.common.records import Record
-from vislam2tag.sessions.phone_app import RECORD_FILE, PhoneRecord
+from vislam2tag.sessions.formats.phone import RECORD_FILE, PhoneRecord
 from vislam2tag.site.discover import floor_folders
 from vislam2tag.site.model import same_name
 from vislam2tag.studio.receiving.zips import (

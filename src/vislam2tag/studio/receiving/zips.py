@@ -17,10 +17,9 @@ from pathlib import Path
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError, first_line
 from vislam2tag.common.files.archives import BoundedFile, folder_of, names_in
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.plain_files import plain, read_bytes
+from vislam2tag.common.files.given_files import plain, read_bytes
 from vislam2tag.sessions.apps import AppFormat
-from vislam2tag.sessions.formats.phone import FILE_NAMES
-from vislam2tag.sessions.phone_app import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
+from vislam2tag.sessions.formats.phone import FILE_NAMES, RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
 from vislam2tag.site.model import is_portable, portable_name, same_name
 from vislam2tag.site.site_table import is_file

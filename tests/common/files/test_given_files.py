@@ -1,3 +1,5 @@
+"""Text is a path, and one path where several may stand; what is no plain file is refused, not waited for."""
+
 from __future__ import annotations
 
 import os
@@ -6,7 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.common.files.plain_files import plain, read_bytes, read_json, read_toml_values
+from vislam2tag.common.files.given_files import path_or_none, paths_of, plain, read_bytes, read_json, read_toml_values
+
+
+def test_a_path_may_be_left_out() -> None:
+    assert path_or_none(None) is None
+    assert path_or_none("a") == path_or_none(Path("a")) == Path("a")
+
+
+def test_one_path_or_several() -> None:
+    assert paths_of("survey") == paths_of(Path("survey")) == [Path("survey")]
+    assert paths_of(("a", Path("b"))) == [Path("a"), Path("b")]
 
 
 def test_a_plain_file_is_read_also_through_a_link(tmp_path: Path) -> None:

@@ -1,5 +1,9 @@
+"""Cells of a floor, as its plan draws them and as they are painted by hand; where drawings tell a session to walk."""
+
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +13,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from tests.estimation.dead_reckoning.ilc20 import make_site
 from tests.preparation.planning.floors import write_ring_site
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.settings import WalkableSettings
+from vislam2tag.site.walkable.drawn_cells import cells_in, drawing_mark, drawn_area, line_walls, plan_grid
 from vislam2tag.site.walkable.painted_cells import (
     GREEN,
     RED,
@@ -23,8 +33,6 @@ from vislam2tag.site.walkable.painted_cells import (
     largest_region,
     read_mask,
 )
-from vislam2tag.site.walkable.plan_cells import cells_in, line_walls, plan_grid
-from vislam2tag.site.walkable.settings import WalkableSettings
 
 GRID = CellGrid((-2.0, 1.0), 0.5, 30, 40)
 NUMBER = st.floats(-4, 20, allow_nan=False).map(lambda value: round(value, 3))
@@ -174,3 +182,49 @@ def test_the_mask_in_a_floors_folder_counts_unless_another_one_is_given(tmp_path
     assert given is not None
     assert (tuple(own[0, 0, :3]), tuple(given[0, 0, :3])) == (RED, GREEN)
     assert floor_mask(second) is None
+
+
+def feature(left: float, low: float, right: float, high: float, use: str) -> dict[str, object]:
+    corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
+    return {
+        "type": "Feature",
+        "properties": {"use": use},
+        "geometry": {"type": "Polygon", "coordinates": [corners]},
+    }
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    """A made site whose plan has one block of shops."""
+    made = make_site(tmp_path / "site1")
+    features = [feature(0, 0, 60, 40, "outline"), feature(20, 10, 40, 30, "obstacle")]
+    plan = {"type": "FeatureCollection", "features": features}
+    (made / "F1" / "geojson_map.json").write_text(json.dumps(plan), encoding="utf-8")
+    return made
+
+
+def test_a_drawing_tells_a_session_without_poses_where_shops_are(site: Path) -> None:
+    survey = open_survey(site)
+    area = prepared_session(SessionTask(survey.sessions[0], survey.site, Corrections())).session.camera.area
+    assert area is not None
+    assert area is drawn_area(survey.site.floor(0)), "it is read once"
+    free = area.mask[tuple(area.grid.cells_of(np.array(((5.0, 5.0), (30.0, 20.0), (50.0, 20.0)))).T)]
+    assert free.tolist() == [True, False, True]
+
+
+def test_the_mark_follows_the_drawing(site: Path) -> None:
+    floor = open_survey(site).site.floor(0)
+    assert floor.plan is not None
+    before = drawing_mark(floor)
+    floor.plan.write_text(floor.plan.read_text(encoding="utf-8").replace("20", "22"), encoding="utf-8")
+    assert None not in (before, drawing_mark(floor))
+    assert drawing_mark(floor) != before
+
+
+def test_images_and_what_cannot_be_read_tell_nothing(site: Path) -> None:
+    floor = open_survey(site).site.floor(0)
+    assert floor.plan is not None
+    assert drawn_area(replace(floor, plan=None)) is None
+    assert drawing_mark(replace(floor, plan=floor.plan.with_name("floor_image.png"))) is None
+    floor.plan.write_text("no drawing", encoding="utf-8")
+    assert drawn_area(floor) is None

@@ -1,4 +1,7 @@
-"""Reads files that others gave: pipes, sockets and devices in a file's place are refused, not waited for."""
+"""Files and folders that others give: paths as text, and reading what is a plain file.
+
+Pipes, sockets and devices in a file's place are refused, not waited for.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,24 @@ import json
 import re
 import stat
 import tomllib
+from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
+
+AnyPath: TypeAlias = str | PathLike[str]
+"""A folder or file as people give it; functions make a Path of it first."""
+
+
+def path_or_none(given: AnyPath | None) -> Path | None:
+    """Return a path that may be left out."""
+    return None if given is None else Path(given)
+
+
+def paths_of(given: AnyPath | Sequence[AnyPath]) -> list[Path]:
+    """Return one path or several as a list; text is one."""
+    return [Path(given)] if isinstance(given, (str, PathLike)) else [Path(one) for one in given]
+
 
 _DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:"[^"\n]*"|'[^'\n]*'|[\w-]++)[ \t]*\.[ \t]*){32}""")
 """A dotted key of more parts than any file has: tomllib takes memory by their square, gigabytes for 20,000."""

@@ -1,6 +1,7 @@
-"""A folder that appears whole or not at all: filled in a hidden work folder beside its place, then exchanged with it.
+"""Files and folders that appear whole or not at all.
 
-``.NAME.vislam2tag`` beside ``NAME`` is the work folder, and contains
+A folder is filled in a hidden work folder beside its place, then exchanged with it. ``.NAME.vislam2tag`` beside
+``NAME`` is the work folder, and contains
 
 - ``lock``: who holds it may write; the next command on ``NAME`` is refused as long,
 - ``new``: what is being written,
@@ -13,10 +14,12 @@ that the command wrote. When it is written again these are replaced; all others 
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 import polars as pl
 
@@ -24,6 +27,36 @@ from vislam2tag.common.errors import OutputError, first_line
 from vislam2tag.common.files.atomic import only_one
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, without_record
+
+
+def write_file(target: Path, content: bytes | str) -> None:
+    """Write a file, text as UTF-8; raises OutputError if it cannot be written."""
+    with file_to_write(target) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def file_to_write(target: Path) -> Iterator[BinaryIO]:
+    """Yield an open file, which becomes ``target`` when the block ends without an exception.
+
+    Links on the way to it, and the file itself if it is one, are followed. Raises OutputError if it cannot be written.
+    """
+    real = target.resolve()
+    with output_errors(target):
+        if not real.parent.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, f"{target.parent} is not a folder")
+        with Folder(real.parent).writing(real.name) as file:
+            yield file
+
+
+@contextmanager
+def output_errors(target: Path) -> Iterator[None]:
+    """Raise OutputError, which names ``target``, for what the system refuses in the block."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written ({error.strerror}); choose another name") from error
+
 
 _LOCK, _NEW, _OLD, _REPLACED = "lock", "new", "old", "replaced"
 
