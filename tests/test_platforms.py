@@ -7,12 +7,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import vislam2tag
 
 FORBIDDEN = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*[<>:\"/\\|?*\x00-\x1f].*|.*[. ]")
 """What no file or folder can be called on Windows."""
 
 
+@pytest.mark.slow
 def test_everything_imports_and_the_demonstration_runs_without_posix(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "tests.without_posix", str(tmp_path / "demo")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -6,6 +6,7 @@ import pytest
 from diagnosis import outcome_of
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1004, 1007, 1011])
 def test_what_is_put_in_is_named_and_nothing_else(seed: int) -> None:
     outcome = outcome_of(seed)

@@ -135,6 +135,7 @@ RUNS = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", RUNS)
 @pytest.mark.usefixtures("undrawn_figures")
 def test_json_is_one_document(command: str, world: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,6 +36,7 @@ def label(monkeypatch: pytest.MonkeyPatch, root: Path, seed: int) -> pl.DataFram
         return pl.read_parquet(file)
 
 
+@pytest.mark.slow
 def test_a_folder_beside_one_that_its_name_matches_keeps_its_own_data(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -250,6 +250,7 @@ def kills() -> Iterator[Any]:
             yield _param(case, "store" if stored else "here", number, slow=(case, stored, number) not in quick)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "where", "number"), list(kills()))
 def test_killed_before_any_write_the_next_run_leaves_the_same(
     request: pytest.FixtureRequest, bench: Bench, case: Case, where: str, number: int

@@ -100,6 +100,7 @@ def whole(undisturbed: Path) -> dict[str, str]:
     return bytes_of(undisturbed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("jobs", "sessions", "sent"), [(1, 2, signal.SIGTERM), (2, 0, signal.SIGINT), (2, 2, signal.SIGINT)]
 )
@@ -120,6 +121,7 @@ def test_an_interrupt_is_130_with_one_line_and_the_next_run_goes_on(
     assert bytes_of(out) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("step", "text", "there"),
     [
@@ -137,6 +139,7 @@ def test_an_interrupted_run_says_what_is_on_the_disk(
     assert (out / "labels/summary.json").is_file() == ("labels" in there)
 
 
+@pytest.mark.slow
 def test_an_interrupted_evaluation_and_check_say_what_is_on_the_disk(survey: Path, tmp_path: Path) -> None:
     for command, file, without in (
         ("evaluate", "evaluation.json", "{out} contains no evaluation"),

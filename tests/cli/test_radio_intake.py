@@ -52,6 +52,7 @@ def wide(folder: Path, filler: float, access_points: int = 12, repeats: int = 2)
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filler", [-98, -100, -105, -110, -120, -150, -200, 0, 1, -1])
 def test_a_filler_that_is_not_stated_is_found(tmp_path: Path, filler: float) -> None:
     stated, other = (wide(tmp_path / name, level) for name, level in (("stated", 100), ("other", filler)))

@@ -31,6 +31,7 @@ def demonstrated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[s
     return out, run_demo(out, say=lambda _: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["weighted-knn", "local-kriging"])
 def test_a_model_learned_from_the_demonstration_answers_over_http_and_in_an_app(
     demonstrated: tuple[Path, dict[str, ErrorSummary]], tmp_path: Path, name: str

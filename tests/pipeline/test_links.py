@@ -37,6 +37,7 @@ def from_outside(labels: Path) -> list[bool]:
     return [SessionResult.model_validate_json(file.read_bytes()).from_outside for file in files]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [

@@ -54,6 +54,7 @@ def test_a_clean_survey_has_no_findings(tmp_path: Path) -> None:
     assert processed_kinds(root, tmp_path / "out") == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trap", TRAP_FINDINGS)
 def test_reading_and_processing_find_the_trap(trap: str, tmp_path: Path) -> None:
     root = trapped(tmp_path / "survey", trap)

@@ -32,6 +32,7 @@ def diagnose_tab(page: Page) -> None:
     page.get_by_role("tab", name="Diagnose").click()
 
 
+@pytest.mark.slow
 def test_known_faults_stay_open_while_the_search_runs(browser: Browser, faulty: Path, tmp_path: Path) -> None:
     with studio_page(browser, faulty, tmp_path) as (page, _):
         diagnose_tab(page)
@@ -56,6 +57,7 @@ NOT_JUDGED = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("labelled", "landmarks", "expected"), [(False, 99, NONE), (True, 99, SOUND), (True, 2, NOT_JUDGED)]
 )

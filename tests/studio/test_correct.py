@@ -31,6 +31,7 @@ def as_before(page: Page) -> Iterator[None]:
     page.do("process")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("as_before")
 def test_all_faults_are_found_corrected_undone_and_done_again(page: Page, faulty: Path, faults: dict[str, Any]) -> None:
     assert page.do("diagnose")["state"] == "done"

@@ -96,6 +96,7 @@ def ring(studio: Page, folder: Path) -> int:
     return 5
 
 
+@pytest.mark.slow
 def test_landmarks_are_planned_moved_and_written_as_by_plan(studio: Page, folder: Path, ring: int) -> None:
     wish = {"floor": ring, "spacing_m": 15, "rooms": False, "sheets": ["A4", "A3"]}
     plan = studio.post("/api/prepare/plans", wish)

@@ -93,6 +93,7 @@ def test_what_changed_between_two_outputs_is_told(mapped: Page, faulty: Path) ->
     assert changes["changed"][0]["difference_db"] < -10
 
 
+@pytest.mark.slow
 def test_the_page_draws_them(mapped: Page) -> None:
     with running_browser() as browser:
         page = browser.new_page(viewport={"width": 1200, "height": 800}, base_url=mapped.url, locale="en")

@@ -98,6 +98,7 @@ def test_no_body_enters_without_a_token(studio: tuple[str, str], body: bytes) ->
     assert refused(answer), answer.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted({one.path for one in ENDPOINTS if one.body is not None}))
 def test_a_body_that_no_page_sends_is_refused(browser: httpx.Client, path: str) -> None:
     endpoint = next(one for one in ENDPOINTS if one.path == path and one.body is not None)

@@ -34,7 +34,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.views.conflict_page import write_conflict_page
-from vislam2tag.views.result_pages import write_index_page
+from vislam2tag.views.run_report import write_index_page
 
 LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"

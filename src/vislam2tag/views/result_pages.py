@@ -1,4 +1,4 @@
-"""Pages of tables and figures in print, of the paper and a benchmark, and the page that leads to all of a survey."""
+"""Pages of tables and figures in print: of the paper and of a benchmark."""
 
 from __future__ import annotations
 
@@ -9,13 +9,10 @@ from itertools import groupby
 from pathlib import Path
 
 from vislam2tag import __version__
-from vislam2tag.core.status import labelled_share
 from vislam2tag.datasets.statistics_record import TABLE_3_TITLE, Table3
-from vislam2tag.labeling.results import Summary
 from vislam2tag.positioning.benchmark import Benchmark
 from vislam2tag.positioning.benchmark_tables import HEADS, TABLE_4_TITLE, Table4, figure_text, fold_name
 from vislam2tag.quality.evaluation.paper import PaperTable, figures_of, heads_of
-from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.views.page import data_uri, write_page
 
 
@@ -137,27 +134,3 @@ def _models(found: Benchmark) -> list[tuple[str, str]]:
     """Each model with its parameters but the seed, as JSON."""
     parameters = {run.model: {k: v for k, v in run.parameters.items() if k != "seed"} for run in found.runs}
     return [(name, json.dumps(own, sort_keys=True)) for name, own in parameters.items()]
-
-
-def write_index_page(
-    out_file: Path,
-    title: str,
-    summary: Summary,
-    check: SurveyCheck,
-    faults: Sequence[str],
-    links: Sequence[tuple[str, str, str]],
-) -> None:
-    """Write the page: how good the labels are, what is wrong, and where to read on.
-
-    ``links`` are pages to go to: address relative to this one, title, and what it is about.
-    Raises OutputError where it cannot be written.
-    """
-    context = {
-        "title": title,
-        "summary": summary,
-        "share": labelled_share(summary.frames),
-        "check": check,
-        "faults": faults,
-        "links": links,
-    }
-    write_page(out_file, "index.html.j2", context)

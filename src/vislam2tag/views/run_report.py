@@ -1,4 +1,4 @@
-"""The report of a run: one HTML page that needs nothing else, streamed session by session."""
+"""The report of a run, and the page that leads to all of a survey: HTML that needs nothing else, streamed by session."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.quality.evaluation.reliability import coverage_curve
+from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.site.model import Floor, Survey
 from vislam2tag.views.floor_map import drawn_plan, floor_figure, session_part, size_m, surveyed_on
 from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly_text, scatter
@@ -283,3 +284,27 @@ def _name_floors(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
         )
         if places[0] > 0:
             figure.add_vline(x=places[0] - 0.5, line={"color": "#8c959f", "width": 1})
+
+
+def write_index_page(
+    out_file: Path,
+    title: str,
+    summary: Summary,
+    check: SurveyCheck,
+    faults: Sequence[str],
+    links: Sequence[tuple[str, str, str]],
+) -> None:
+    """Write the page: how good the labels are, what is wrong, and where to read on.
+
+    ``links`` are pages to go to: address relative to this one, title, and what it is about.
+    Raises OutputError where it cannot be written.
+    """
+    context = {
+        "title": title,
+        "summary": summary,
+        "share": labelled_share(summary.frames),
+        "check": check,
+        "faults": faults,
+        "links": links,
+    }
+    write_page(out_file, "index.html.j2", context)

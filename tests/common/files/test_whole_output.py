@@ -73,6 +73,7 @@ def write(target: Path, text: str = "new") -> None:
         folder.write("a.txt", text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["exchange", "rename"])
 def test_killed_at_any_step_the_folder_is_whole_and_the_next_command_tidies(tmp_path: Path, how: str) -> None:
     command = [sys.executable, "-m", "tests.common.killed_writer", str(tmp_path / "out"), how]

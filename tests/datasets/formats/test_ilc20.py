@@ -205,6 +205,7 @@ def test_a_broken_floor_info_is_told(tmp_path: Path, text: str) -> None:
         find_sites(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_damaged_trace_is_read_or_told(tmp_path: Path) -> None:
     read_whole = 0
     for seed in range(40):

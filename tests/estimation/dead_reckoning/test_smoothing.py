@@ -166,6 +166,7 @@ def errors_and_sigmas_m(seed: int, seconds: float, count: int) -> tuple[FloatArr
     return np.linalg.norm(found - true, axis=1), np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2), walk
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seconds", "count"), [(120.0, 2), (300.0, 2), (300.0, 3), (120.0, 5)])
 def test_stated_regions_contain_the_walk_however_few_its_fixes_are(seconds: float, count: int) -> None:
     walks = [errors_and_sigmas_m(seed, seconds, count)[:2] for seed in SEEDS]

@@ -79,6 +79,7 @@ def test_a_walk_that_ends_where_it_began_is_turned_by_the_phones_own_heading() -
     assert errors_m(path(log, fixes, 0, 4), fixes).max() < 1.6
 
 
+@pytest.mark.slow
 @given(turn=st.floats(-3, 3), x=st.floats(-500, 500), y=st.floats(-500, 500))
 def test_a_building_turned_and_moved_gives_the_same_walk_turned_and_moved(turn: float, x: float, y: float) -> None:
     log, fixes = walked(WAY)

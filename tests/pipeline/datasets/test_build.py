@@ -140,6 +140,7 @@ def test_the_manifest_tells_what_it_was_made_of(labels: Path, built: Dataset) ->
     assert set(built.splits) >= {"random", "device", "floor"}
 
 
+@pytest.mark.slow
 def test_the_same_bytes_whichever_way(survey: Path, labels: Path, built: Dataset, tmp_path: Path) -> None:
     once = build_dataset(labels, tmp_path / "once")
     again = build_dataset(labels, tmp_path / "again", jobs=2)

@@ -166,6 +166,7 @@ def test_nothing_is_added_if_one_of_several_is_refused(
     assert tree_of(fleet, tmp_path / "after") == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [[], ["--replace"]])
 @pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_and_run_again_it_leaves_what_one_whole_run_leaves(

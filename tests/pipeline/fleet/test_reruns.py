@@ -84,6 +84,7 @@ def place(request: pytest.FixtureRequest, fleet: SmallFleet, tmp_path: Path) -> 
     return added(fleet, Path(bucket.store(f"reruns/{tmp_path.name}/{NAME}").address))
 
 
+@pytest.mark.slow
 def test_further_runs_leave_all_files_as_they_are(fleet: SmallFleet, whole: Whole, place: Path, tmp_path: Path) -> None:
     for number in range(3):
         process(fleet, place)
@@ -93,6 +94,7 @@ def test_further_runs_leave_all_files_as_they_are(fleet: SmallFleet, whole: Whol
     assert made.returncode == 0, made.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gone", [[SUMMARY], [REPORT], [SUMMARY, REPORT], ["reduced/ward.json"]])
 def test_a_run_repairs_labels_without_summary_or_report(
     fleet: SmallFleet, whole: Whole, place: Path, tmp_path: Path, gone: list[str]
@@ -103,6 +105,7 @@ def test_a_run_repairs_labels_without_summary_or_report(
     assert tree_of(place, tmp_path / "tree") == whole.tree
 
 
+@pytest.mark.slow
 def test_a_run_of_one_survey_leaves_the_others_as_they_are(
     fleet: SmallFleet, whole: Whole, place: Path, tmp_path: Path
 ) -> None:
@@ -111,6 +114,7 @@ def test_a_run_of_one_survey_leaves_the_others_as_they_are(
     assert tree_of(place, tmp_path / "tree") == whole.tree
 
 
+@pytest.mark.slow
 def test_files_that_people_add_stay(fleet: SmallFleet, whole: Whole, place: Path, tmp_path: Path) -> None:
     own = [
         "notes.txt",
@@ -129,6 +133,7 @@ def test_files_that_people_add_stay(fleet: SmallFleet, whole: Whole, place: Path
     assert whole.tree.items() <= tree.items()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_at_moments_spread_over_a_run(fleet: SmallFleet, whole: Whole, tmp_path: Path, moment: int) -> None:
     place = added(fleet, tmp_path / NAME)
@@ -140,6 +145,7 @@ def test_killed_at_moments_spread_over_a_run(fleet: SmallFleet, whole: Whole, tm
     assert fleet_list(place).drop(COLUMNS_OF_TIMES).equals(whole.catalogue)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_with_other_settings_and_continued_with_those_of_before(
     fleet: SmallFleet, whole: Whole, tmp_path: Path, moment: int
@@ -154,6 +160,7 @@ def test_killed_with_other_settings_and_continued_with_those_of_before(
     assert tree_of(place, tmp_path / "tree") == whole.tree
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", moments(MOMENTS))
 def test_killed_at_moments_spread_over_a_run_in_a_bucket(
     fleet: SmallFleet, whole: Whole, tmp_path: Path, moment: int

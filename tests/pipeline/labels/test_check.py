@@ -78,6 +78,7 @@ def test_each_floor_has_three_places_that_would_help(found: SurveyCheck) -> None
         assert floor.frames == sum(session.frames for session in found.sessions if session.floor == floor.number)
 
 
+@pytest.mark.slow
 def test_a_wrongly_surveyed_landmark_is_named_with_where_it_is(
     survey: Path, found: SurveyCheck, tmp_path: Path
 ) -> None:
@@ -88,6 +89,7 @@ def test_a_wrongly_surveyed_landmark_is_named_with_where_it_is(
     assert bad[0, landmark].offset_m == pytest.approx((-SHIFT_M, 0.0), abs=0.4)
 
 
+@pytest.mark.slow
 def test_files_are_the_same_however_many_workers(survey: Path, found: SurveyCheck, tmp_path: Path) -> None:
     one, two = tmp_path / "one", tmp_path / "deep" / "two"
     floor = Selection(floors=(1,))
@@ -108,6 +110,7 @@ def test_sessions_are_reported_and_selected(survey: Path) -> None:
         check(survey, selection=Selection(floors=(7,)))
 
 
+@pytest.mark.slow
 def test_a_session_that_cannot_be_read_is_told_and_the_others_go_on(survey: Path, tmp_path: Path) -> None:
     copy = tmp_path / "survey"
     shutil.copytree(survey, copy)
@@ -120,6 +123,7 @@ def test_a_session_that_cannot_be_read_is_told_and_the_others_go_on(survey: Path
     assert error in json.loads((tmp_path / "out" / CHECK_FILE).read_text())["sessions"][0]["error"]
 
 
+@pytest.mark.slow
 def test_accuracy_is_that_of_labels_certain_enough(survey: Path) -> None:
     def labelled(limit_m: float) -> list[int]:
         settings = Settings(labels=LabelSettings(max_sigma_m=limit_m))

@@ -53,6 +53,7 @@ def check_account(result: SessionResult, folder: Path, out: Path) -> None:
         assert len(read) == rows[RAW[table]]
 
 
+@pytest.mark.slow
 @some_or_many
 @pytest.mark.parametrize("damage", [mutate, exaggerate])
 def test_damaged_files_are_findings_of_their_session_alone(
@@ -82,6 +83,7 @@ def test_damaged_files_are_findings_of_their_session_alone(
         shutil.rmtree(out)
 
 
+@pytest.mark.slow
 @some_or_many
 @pytest.mark.parametrize("name", ["floor_dimensions.csv", "floor_0/marker_dict.csv", "corrections.toml"])
 def test_damaged_site_files_are_findings_or_our_errors(damaged: Path, tmp_path: Path, name: str, rounds: int) -> None:

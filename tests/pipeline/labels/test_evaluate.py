@@ -288,6 +288,7 @@ def test_nothing_of_an_earlier_evaluation_stays(survey: Path, tmp_path: Path) ->
     assert not list((tmp_path / "out" / "trajectories").glob("*.smoother.tum"))
 
 
+@pytest.mark.slow
 def test_a_station_tells_of_all_walks_of_a_phone(station_survey: Path, tmp_path: Path) -> None:
     before = bytes_of(station_survey)
     found = evaluate(station_survey, tmp_path / "out", strategies=("smoother",))

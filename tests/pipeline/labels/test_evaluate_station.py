@@ -92,6 +92,7 @@ def test_clock_frame_and_lag_of_a_generated_phone(written: Path, planned: list[P
         assert error_m < 0.25
 
 
+@pytest.mark.slow
 def test_without_shots_presses_give_the_frame(survey: Path) -> None:
     by_shots = shown(survey)
     shutil.rmtree((survey / "floor_4" / STATION_FILE).parent)
@@ -120,6 +121,7 @@ def test_a_track_that_cannot_be_read_concerns_its_session_alone(survey: Path) ->
     assert "tachy.csv: expected" in found[0].missing[0]
 
 
+@pytest.mark.slow
 def test_a_clock_set_between_the_walks_is_told(survey: Path) -> None:
     last = sorted(survey.glob("floor_4/*/*/tachy.csv"))[1]
     last.write_text(last.read_text().replace("2022-01-14 16:", "2022-01-14 20:"))

@@ -87,6 +87,7 @@ def test_what_scans_tell_is_a_part_of_what_a_result_follows_from(
     assert {outcome.slug for outcome in changed if outcome.repeated} == told != set()
 
 
+@pytest.mark.slow
 def test_the_order_and_number_of_processes_do_not_matter(
     survey: Path, labels: tuple[Path, Summary], tmp_path: Path
 ) -> None:
@@ -107,6 +108,7 @@ def test_a_session_that_cannot_be_read_tells_why_and_nothing_else(survey: Path, 
     assert ties_of([walk, HeardWalk(task.ref.key)]) == {}
 
 
+@pytest.mark.slow
 def test_the_command_ends_with_the_option_that_helps(survey: Path, tmp_path: Path) -> None:
     alone = vislam2tag("process", str(survey), "--out", str(tmp_path / "out"))
     *_, step = alone.stdout.splitlines()

@@ -60,6 +60,7 @@ def test_selections_add_up_to_one_full_run(
     assert summary.sessions == 4
 
 
+@pytest.mark.slow
 def test_walks_mapped_together_add_up_too(survey: Path, tmp_path: Path) -> None:
     settings = Settings(together=True)
     process(survey, tmp_path / "full", settings)
@@ -129,6 +130,7 @@ def test_an_excluded_session_goes_with_the_selection_that_contains_it(survey: Pa
     assert [finding.kind for finding in told if finding.kind != "excluded_session"] == ["removed_labels"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["evaluate", "check"])
 def test_a_record_of_all_sessions_is_not_replaced_by_one_of_some(survey: Path, tmp_path: Path, command: str) -> None:
     out = tmp_path / "out"

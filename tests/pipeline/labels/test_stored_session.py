@@ -89,6 +89,7 @@ def test_from_bucket_to_bucket_is_as_from_disk_to_disk(survey: Both, tmp_path: P
     assert events[0]["time"] <= events[-1]["time"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["azure", "google"])
 def test_in_other_stores_it_is_as_on_disk(
     survey: Both, kind: str, request: pytest.FixtureRequest, tmp_path: Path
@@ -128,6 +129,7 @@ def test_disk_and_bucket_may_be_mixed(survey: Both, tmp_path: Path) -> None:
     assert bytes_of(survey.s3.download("mixed", tmp_path / "there")) == bytes_of(survey.labels)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("answer", ["503 SlowDown", "500 InternalError", "torn", "lost", "silent"])
 def test_faults_of_the_store_change_nothing(
     survey: Both, tmp_path: Path, answer: str, monkeypatch: pytest.MonkeyPatch
@@ -157,6 +159,7 @@ def test_a_mark_that_another_program_wrote_meanwhile_is_replaced(survey: Both, t
     assert bytes_of(survey.s3.download("together", tmp_path / "there")) == bytes_of(survey.labels)
 
 
+@pytest.mark.slow
 def test_two_runs_at_once_into_one_folder(survey: Both, tmp_path: Path) -> None:
     command = ("process", "s3://bucket/group/survey", "-o", "s3://bucket/both", "--strategy", "local-corrected")
     runs = [subprocess.Popen([sys.executable, "-m", "vislam2tag", *command, "--jobs", "1"]) for _ in range(2)]

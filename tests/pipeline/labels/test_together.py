@@ -87,6 +87,7 @@ def test_how_references_fit_one_another_lies_beside_the_report(together: tuple[P
         assert not (out / "conflicts.html").exists()
 
 
+@pytest.mark.slow
 def test_nothing_is_repeated_unless_others_tell_something_new(
     survey: Path, together: tuple[Path, Summary], tmp_path: Path
 ) -> None:
@@ -104,6 +105,7 @@ def test_nothing_is_repeated_unless_others_tell_something_new(
     assert all(outcome.repeated for outcome in changed)
 
 
+@pytest.mark.slow
 def test_the_order_and_number_of_processes_do_not_matter(
     survey: Path, together: tuple[Path, Summary], tmp_path: Path
 ) -> None:
@@ -122,6 +124,7 @@ def test_other_strategies_map_alone(survey: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_walks_without_poses_help_each_other_on_their_floor_alone(tmp_path: Path) -> None:
     survey = tmp_path / "survey"
     options = WritingOptions(without_poses=True)

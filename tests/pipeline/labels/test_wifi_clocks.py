@@ -22,6 +22,7 @@ def _survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [(), ("LG",), ("LG", "OnePlus")])
 def test_scans_of_a_phone_that_are_late_are_named_by_as_much(
     survey: Path, tmp_path: Path, late: tuple[str, ...]

@@ -220,6 +220,7 @@ def test_a_session_that_kills_three_workers_fails_and_the_rest_goes_on(
     assert len(results) == 4
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_lost_loses_nothing(survey: Survey, tmp_path: Path) -> None:
     with dask_processes(workers=1) as other:
         with pytest.raises(OutputError, match=rf"the scheduler at {other.address} is lost; run the same command again"):

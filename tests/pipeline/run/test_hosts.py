@@ -70,6 +70,7 @@ def test_processes_of_dask(hosts: Hosts, tmp_path: Path) -> None:
     made_by_the_worker(hosts, "processes", tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SSH_SERVER.exists(), reason="sshd is not installed: apt-get install openssh-server")
 def test_a_cluster_by_ssh(hosts: Hosts, tmp_path: Path) -> None:
     own = {name: value for name, value in os.environ.items() if name.startswith(("AWS_", "PYTHONPATH"))}

@@ -71,6 +71,7 @@ def test_killed_at_every_step(
     record_property("kills", killed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [10, 15])
 def test_killed_while_a_worker_is_busy(survey: Path, whole: Whole, tmp_path: Path, step: int) -> None:
     assert killed_and_continued(survey, tmp_path / "out", step, jobs=2) == whole.files

@@ -34,6 +34,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reader_process, "CPU_S", 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", HOSTILE)
 @pytest.mark.usefixtures("impatient")
 def test_a_hostile_drawing_is_drawn_or_one_message(tmp_path: Path, what: str) -> None:

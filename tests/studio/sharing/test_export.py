@@ -104,6 +104,7 @@ def breaks_off(*_: object) -> None:
     raise OSError(28, "No space left on device")
 
 
+@pytest.mark.slow
 def test_a_link_leads_to_one_walk_at_one_moment_from_any_file_server(page_folder: Path) -> None:
     (id, *_) = sorted(file.stem for file in (page_folder / "data" / "sessions").iterdir())
     with running_browser() as browser:

@@ -106,6 +106,7 @@ def test_what_does_not_fit_a_fleet_is_refused(
     assert message in the_error(vislam2tag("studio", *options))
 
 
+@pytest.mark.slow
 def test_a_browser_finds_a_survey_among_a_thousand_and_a_moment_of_a_walk(shared: Shared) -> None:
     with running_browser() as browser:
         with range_server(shared.page) as url, shown(browser, url, 1400) as (page, answers):
