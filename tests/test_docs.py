@@ -56,7 +56,8 @@ def names_in(dotted: str) -> bool:
     if not parts:
         return True
     module = path if path.is_file() else path / "__init__.py"
-    tree = ast.parse(module.read_text(encoding="utf-8"))
+    stub = module.with_suffix(".pyi")
+    tree = ast.parse((stub if stub.is_file() else module).read_text(encoding="utf-8"))
     found = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef | ast.FunctionDef)}
     found |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     found |= {
