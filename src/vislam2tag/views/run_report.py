@@ -1,4 +1,4 @@
-"""The report of a run, and the page that leads to all of a survey: HTML that needs nothing else, streamed by session."""
+"""The report of a run, and the page that leads to all of a survey: HTML streamed session by session."""
 
 from __future__ import annotations
 
