@@ -22,9 +22,9 @@ TESTS_FAILED = 1
 CHANGES = [
     # In a module, the text that is changed, and into what; and whose tests notice it, if those of another module.
     ("observations", "PAUSE_S = 2.0", "PAUSE_S = 8.0", ""),
-    ("noise", "DriftSource.HEADING: 4.0", "DriftSource.HEADING: 40.0", "reweighting"),
-    ("noise", "DriftSource.SCALE: 20.0", "DriftSource.SCALE: 2.0", "reweighting"),
-    ("noise", "LANDMARK_DOF = 2.0", "LANDMARK_DOF = 20.0", "reweighting"),
+    ("tracker_errors", "DriftSource.HEADING: 4.0", "DriftSource.HEADING: 40.0", "reweighting"),
+    ("tracker_errors", "DriftSource.SCALE: 20.0", "DriftSource.SCALE: 2.0", "reweighting"),
+    ("tracker_errors", "LANDMARK_DOF = 2.0", "LANDMARK_DOF = 20.0", "reweighting"),
     ("odometry", "JUMP_SHARE = 0.1", "JUMP_SHARE = 0.3", ""),
     ("odometry", "UNKNOWN_TURN_RAD = 0.1", "UNKNOWN_TURN_RAD = 1.0", ""),
     ("odometry", "TURN_SIGMA_RAD = 0.03", "TURN_SIGMA_RAD = 0.3", ""),
