@@ -11,9 +11,9 @@ import numpy as np
 
 from vislam2tag.common.error_statistics import draws, multiplicities
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.nearest_scans import Apart, NearestScans, ScanIndex, SignalDistance
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, Representation, joined_scans, represented_levels
+from vislam2tag.positioning.signal_distance import Apart, NearestScans, ScanIndex, SignalDistance
 from vislam2tag.positioning.walk_traces import WalkTrace
 
 NEIGHBOURS = 5

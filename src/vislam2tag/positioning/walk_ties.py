@@ -23,9 +23,9 @@ from scipy.spatial import KDTree
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.positioning.heard_floor import LEAST_AWAY, HeardFloor, scan_weights
-from vislam2tag.positioning.nearest_scans import NearestScans
 from vislam2tag.positioning.places import calibration_rows
 from vislam2tag.positioning.radio_scans import RadioScans, rows_of
+from vislam2tag.positioning.signal_distance import NearestScans
 from vislam2tag.positioning.walk_traces import WalkTrace
 
 PATH_REACH_M = 25.0

@@ -107,9 +107,10 @@ def specific_force(readings: FloatArray, file: str) -> tuple[FloatArray, list[Fi
 def tilt_findings(camera: CameraTrack, sensors: pl.DataFrame, file: str) -> list[Finding]:
     """Report poses in a frame that is not level, by the mean of an iPhone's accelerations in it.
 
-    :mod:`vislam2tag.intake.poses` compares gravity, too, but does not replace this: it looks for another convention,
-    needs a gyroscope and a turning phone because it estimates the rotation between phone and camera, and only warns of
-    a tilt that no convention explains. Here that rotation is known, so a few degrees show, and the session is refused.
+    :mod:`vislam2tag.intake.pose_conventions` compares gravity, too, but does not replace this: it looks for another
+    convention, needs a gyroscope and a turning phone because it estimates the rotation between phone and camera, and
+    only warns of a tilt that no convention explains. Here that rotation is known, so a few degrees show, and the
+    session is refused.
     """
     from scipy.spatial.transform import Rotation
 

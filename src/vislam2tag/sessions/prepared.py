@@ -12,7 +12,7 @@ from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_i
 from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.estimation.observations import FEWEST_FRAMES
-from vislam2tag.intake.poses import pose_findings
+from vislam2tag.intake.pose_conventions import pose_findings
 from vislam2tag.sessions.companions import with_companions
 from vislam2tag.sessions.corrected import corrected_session, with_taps_corrected
 from vislam2tag.sessions.model import Session

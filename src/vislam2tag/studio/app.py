@@ -23,8 +23,8 @@ from vislam2tag.common.errors import OutputError, SessionError, SurveyError, Usa
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, serve, whole_body
 from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.site.corrections.conflicts import Conflict, ConflictError
 from vislam2tag.site.corrections.edits import ChangedMeanwhileError
-from vislam2tag.site.corrections.merging import Conflict, ConflictError
 from vislam2tag.studio.collecting import Handover
 from vislam2tag.studio.corrections_view import Diagnoses, corrections_view
 from vislam2tag.studio.endpoints import Studio

@@ -17,8 +17,8 @@ from vislam2tag.pipeline.labels.survey_evidence import thinned
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.site.corrections import edits
+from vislam2tag.site.corrections.conflicts import merged
 from vislam2tag.site.corrections.file import Corrections
-from vislam2tag.site.corrections.merging import merged
 from vislam2tag.site.model import Survey
 from vislam2tag.studio import work_messages
 from vislam2tag.studio.messages import Point, seen_as

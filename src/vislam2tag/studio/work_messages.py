@@ -10,8 +10,8 @@ from vislam2tag.common.findings import Judgement, Severity
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.datasets.label_comparison import LabelComparison
 from vislam2tag.quality.diagnosis.record import Gain
+from vislam2tag.site.corrections.conflicts import Conflict
 from vislam2tag.site.corrections.edits import Change
-from vislam2tag.site.corrections.merging import Conflict
 from vislam2tag.studio.messages import OutputView, Point
 
 JobKind: TypeAlias = Literal["process", "diagnose", "radio", "dataset", "page"]

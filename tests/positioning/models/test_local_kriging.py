@@ -11,7 +11,7 @@ from tests.positioning.radio_world import assert_says_what_is_unlike, radio_worl
 from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.model_scores import score
 from vislam2tag.positioning.models.local_kriging import LocalKriging
-from vislam2tag.positioning.nearest_scans import Apart
+from vislam2tag.positioning.signal_distance import Apart
 
 
 @pytest.fixture(scope="module")

@@ -18,10 +18,10 @@ from vislam2tag.datasets.point_fingerprints import OFFICIAL
 from vislam2tag.positioning.learning_data import learning_data
 from vislam2tag.positioning.model_scores import score
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours
-from vislam2tag.positioning.nearest_scans import SignalDistance
 from vislam2tag.positioning.places import ScanPlaces
 from vislam2tag.positioning.radio_scans import Representation
 from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.signal_distance import SignalDistance
 
 LEVELS = np.array([[-50.0, -60.0, np.nan], [-52.0, -63.0, np.nan], [np.nan, -60.0, -50.0], [np.nan, -57.0, -48.0]])
 

@@ -13,7 +13,7 @@ from tests.sessions.formats.app_recordings import APPS, POSITION, TIME_S, TURN, 
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Severity
-from vislam2tag.intake.poses import pose_findings
+from vislam2tag.intake.pose_conventions import pose_findings
 from vislam2tag.sessions.apps import AppFormat
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import FORMATS, format_of, read_session

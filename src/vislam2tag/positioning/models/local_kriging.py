@@ -3,7 +3,7 @@
 Each of the k nearest learned scans gets a weight by ordinary kriging (Cressie 1993, section 3.2; only near ones:
 Vecchia 1988): one that says what its neighbours say already counts less than in a vote by distance, and one that is
 nearly the same scan counts most. The place is the geometric median by these weights. All scans are learned from,
-however many: they are found through an index (:mod:`~vislam2tag.positioning.nearest_scans`). Storeys are told by
+however many: they are found through an index (:mod:`~vislam2tag.positioning.signal_distance`). Storeys are told by
 votes and by a kernel regression that a drawn part of the scans spans
 (:mod:`~vislam2tag.positioning.cell_density.scan_kernels`).
 """
@@ -27,14 +27,6 @@ from vislam2tag.positioning.cell_density.scan_kernels import (
     levels,
 )
 from vislam2tag.positioning.error_radii import HeldOut, HeldOutRadii, held_out_radii, like_limit
-from vislam2tag.positioning.nearest_scans import (
-    Apart,
-    ScanIndex,
-    SignalDistance,
-    VotedPositions,
-    Votes,
-    median_votes,
-)
 from vislam2tag.positioning.places import (
     LabelledScans,
     Positions,
@@ -54,6 +46,14 @@ from vislam2tag.positioning.radio_scans import (
     represented_levels,
 )
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.signal_distance import (
+    Apart,
+    ScanIndex,
+    SignalDistance,
+    VotedPositions,
+    Votes,
+    median_votes,
+)
 
 EXPONENTS = (1.3, 1.7, 2.2, 2.7)
 """Powers of levels that are tried by leaving walks out."""

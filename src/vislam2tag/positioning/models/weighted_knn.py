@@ -13,15 +13,6 @@ import numpy as np
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii, like_limit
-from vislam2tag.positioning.nearest_scans import (
-    Apart,
-    NearestScans,
-    ScanIndex,
-    SignalDistance,
-    VotedPositions,
-    Votes,
-    counted_votes,
-)
 from vislam2tag.positioning.places import (
     LabelledScans,
     Positions,
@@ -32,6 +23,15 @@ from vislam2tag.positioning.places import (
 )
 from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented_levels
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.signal_distance import (
+    Apart,
+    NearestScans,
+    ScanIndex,
+    SignalDistance,
+    VotedPositions,
+    Votes,
+    counted_votes,
+)
 
 NEAREST = 1e-3
 """Neighbours nearer than this in signal space count alike."""

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vislam2tag.site.corrections.conflicts import Conflict, ConflictError, merged
 from vislam2tag.site.corrections.edits import AddEntry, Change, RemoveEntry, ReplaceEntry, changed_text, entries_of
-from vislam2tag.site.corrections.merging import Conflict, ConflictError, merged
 
 START = """# of the winter survey
 [[swap_landmarks]]  # on the stairs

@@ -16,9 +16,9 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import InertialLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.intake.pose_conventions import pose_findings
 from vislam2tag.intake.pose_evidence import CONVENTIONS, matrices
 from vislam2tag.intake.pose_evidence import Poses as ThinnedPoses
-from vislam2tag.intake.poses import pose_findings
 
 TIME_S = np.arange(0, 120, 1 / 30)
 CAMERA_Q_PHONE = Rotation.from_euler("xyz", (10, -20, 95), degrees=True)

@@ -12,10 +12,10 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from tests.positioning.radio_world import STOREYS, radio_world
-from vislam2tag.positioning import nearest_scans
-from vislam2tag.positioning.nearest_scans import Apart, ScanIndex, SignalDistance, Votes, counted_votes
+from vislam2tag.positioning import signal_distance
 from vislam2tag.positioning.places import ScanPlaces
 from vislam2tag.positioning.radio_scans import Representation, joined_rows, represented, represented_levels
+from vislam2tag.positioning.signal_distance import Apart, ScanIndex, SignalDistance, Votes, counted_votes
 
 SCIPY: dict[SignalDistance, Literal["braycurtis", "euclidean", "cosine"]] = {
     SignalDistance.SORENSEN: "braycurtis",
@@ -51,19 +51,19 @@ def test_among_very_many_scans_the_nearest_cells_alone_are_looked_into(
     level = represented_levels(asked.rssi_dbm, Representation.POWED)
     groups = Apart(np.arange(len(asked))[:, None] % 5, np.arange(len(LEARNED))[:, None] % 5)
     exact = index_of(distance).nearest(asked, level, 3, groups)
-    monkeypatch.setattr(nearest_scans, "MOST_READINGS", 0)
+    monkeypatch.setattr(signal_distance, "MOST_READINGS", 0)
     index = index_of(distance)
     assert index.cells is not None
     assert sum(len(cell.members) for cell in index.cells.cells) == len(LEARNED)
-    monkeypatch.setattr(nearest_scans, "PROBED", len(index.cells.cells))
+    monkeypatch.setattr(signal_distance, "PROBED", len(index.cells.cells))
     whole = index.nearest(asked, level, 3, groups)
     np.testing.assert_array_equal(whole.which, exact.which)
     np.testing.assert_allclose(whole.away, exact.away, atol=1e-12)
-    monkeypatch.setattr(nearest_scans, "PROBED", 6)
+    monkeypatch.setattr(signal_distance, "PROBED", 6)
     some = index.nearest(asked, level, 3, groups)
     assert np.mean(some.which[:, 0] == exact.which[:, 0]) > 0.9
     assert (some.away >= exact.away - 1e-12).all()
-    monkeypatch.setattr(nearest_scans, "PROBED", 1)
+    monkeypatch.setattr(signal_distance, "PROBED", 1)
     few = index.nearest(asked, level, len(LEARNED))
     assert np.isinf(few.away[:, -1]).all()  # what no cell held is no neighbour
 
