@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import version as installed_version
 from itertools import compress, groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -23,13 +23,15 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.quality.evaluation.reliability import coverage_curve
-from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.site.model import Floor, Survey
 from vislam2tag.views.floor_map import drawn_plan, floor_figure, session_part, size_m, surveyed_on
 from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly_text, scatter
 from vislam2tag.views.page import embedded, write_page
 from vislam2tag.views.run_summary import accuracy_sentence, lost_times, problems, status_times
 from vislam2tag.views.uncertainty import event_style, uncertainty
+
+if TYPE_CHECKING:
+    from vislam2tag.quality.self_check_record import SurveyCheck
 
 _LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
 
