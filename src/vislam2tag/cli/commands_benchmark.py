@@ -260,7 +260,7 @@ def _print_table(part: TablePart) -> None:
     if part.missing:
         say(f"{part.table.title}: {part.missing}")
         return
-    heads = [head for cell in part.table.rows[0] for head in heads_of(cell, NAMES[cell.strategy])]
-    rows = ((row[0].selection, row[0].metric, *figures_in(row)) for row in part.table.rows)
+    heads = [head for cell in part.table.rows[0].cells for head in heads_of(cell, NAMES[cell.strategy])]
+    rows = ((row.selection, row.metric, *figures_in(row)) for row in part.table.rows)
     print_table(part.table.title, ("trajectories", "metric"), heads, rows)
     say(f"labelled: {part.shares(NAMES)}")

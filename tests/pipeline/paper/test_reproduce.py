@@ -65,7 +65,7 @@ def test_walks_are_listed_with_their_errors(made: ReproducedPaper, out: Path) ->
         lines = list(csv.DictReader(file))
     assert len(lines) == 4 * 4, "four walks with truth, four strategies"
     assert {line["truth"] for line in lines} == {"control_points", "total_station"}
-    (cell,) = (c for c in made.tables[1].table.rows[0] if c.strategy == "local")
+    (cell,) = (c for c in made.tables[1].table.rows[0].cells if c.strategy == "local")
     own = [float(line["error_m"]) for line in lines if (line["truth"], line["strategy"]) == ("total_station", "local")]
     assert cell.here_m == pytest.approx(sum(own) / len(own), abs=1e-4)
 

@@ -64,7 +64,7 @@ def table() -> PaperTable:
 
 
 def test_rows_are_statistics_over_walks_beside_the_papers(table: PaperTable) -> None:
-    cells = {cell[:3]: cell for row in table.rows for cell in row}
+    cells = {(row.selection, row.metric, cell.strategy): cell for row in table.rows for cell in row.cells}
     assert cells["all trajectories", "mean", "local"].here_m == pytest.approx(2.125)
     assert cells["all trajectories", "maximum", "local"].paper_m == 4.51
     assert cells["non-faulty trajectories", "median", "local"].here_m == 0.25

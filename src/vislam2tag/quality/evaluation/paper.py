@@ -70,24 +70,31 @@ def summarise_walks(walks: Sequence[WalkErrors], strategy: str) -> WalkSummary:
     return WalkSummary(len(errors), float(errors.mean()), float(np.median(errors)), float(errors.max()))
 
 
-class Cell(NamedTuple):
-    """One statistic of one strategy over a selection of walks, metres: ours (NaN where no walk is labelled) and the
-    paper's, where it has one.
-    """
+@dataclass(frozen=True)
+class Cell:
+    """One statistic of one strategy, metres: ours (NaN where no walk is labelled) and the paper's, where it has one."""
+
+    strategy: str
+    here_m: float
+    paper_m: float | None
+    walks: int
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """One statistic over a selection of the walks, a cell for each strategy."""
 
     selection: str
     metric: str
-    strategy: str
-    walks: int
-    here_m: float
-    paper_m: float | None
+    cells: tuple[Cell, ...]
 
 
-class PaperTable(NamedTuple):
-    """A table of the paper: rows with a cell for each of the same strategies, of one selection and metric each."""
+@dataclass(frozen=True)
+class PaperTable:
+    """A table of the paper: rows of the same strategies."""
 
     title: str
-    rows: Sequence[Sequence[Cell]]
+    rows: tuple[TableRow, ...]
 
 
 def table_1(walks: Sequence[WalkErrors], strategies: Sequence[str]) -> PaperTable:
@@ -106,14 +113,14 @@ def table_2(walks: Sequence[WalkErrors], strategies: Sequence[str]) -> PaperTabl
 
 def _rows(
     selection: str, walks: Sequence[WalkErrors], strategies: Sequence[str], published: _Published
-) -> list[Sequence[Cell]]:
+) -> tuple[TableRow, ...]:
     ours = {name: summarise_walks(walks, name) for name in strategies}
-    rows: list[Sequence[Cell]] = []
+    rows = []
     for number, metric in enumerate(METRICS):
         theirs = {name: figures[number] for name, figures in published.items()}
-        here = {name: (summary.walks, summary[1 + number]) for name, summary in ours.items()}
-        rows.append([Cell(selection, metric, name, *here[name], theirs.get(name)) for name in strategies])
-    return rows
+        cells = (Cell(name, ours[name][1 + number], theirs.get(name), ours[name].walks) for name in strategies)
+        rows.append(TableRow(selection, metric, tuple(cells)))
+    return tuple(rows)
 
 
 CLOCK_STRATEGY = "local-corrected"
@@ -224,9 +231,11 @@ NONE = "-"
 def csv_text(table: PaperTable) -> str:
     """One line for each cell: ``trajectories,metric,strategy,walks,here_m,paper_m``; empty where there is no figure."""
     rows: list[Sequence[object]] = [("trajectories", "metric", "strategy", "walks", "here_m", "paper_m")]
-    for cell in (cell for row in table.rows for cell in row):
-        here = "" if math.isnan(cell.here_m) else f"{cell.here_m:.4f}"
-        rows.append((*cell[:4], here, "" if cell.paper_m is None else f"{cell.paper_m:.2f}"))
+    for row in table.rows:
+        for cell in row.cells:
+            here = "" if math.isnan(cell.here_m) else f"{cell.here_m:.4f}"
+            paper = "" if cell.paper_m is None else f"{cell.paper_m:.2f}"
+            rows.append((row.selection, row.metric, cell.strategy, cell.walks, here, paper))
     return csv_rows(rows)
 
 
@@ -246,34 +255,34 @@ def walks_csv(walks: Sequence[PaperWalk]) -> str:
 
 def markdown_text(table: PaperTable, names: Mapping[str, str]) -> str:
     """Two columns for each strategy, called by ``names``: here, and in the paper."""
-    heads = [head for cell in table.rows[0] for head in heads_of(cell, names[cell.strategy])]
-    rows = [(f"{row[0].selection} ({_walks(row)})", row[0].metric, *figures_in(row)) for row in table.rows]
+    heads = [head for cell in table.rows[0].cells for head in heads_of(cell, names[cell.strategy])]
+    rows = [(f"{row.selection} ({_walks(row.cells)})", row.metric, *figures_in(row)) for row in table.rows]
     return markdown_table(table.title, ("trajectories", "metric", *heads), rows, texts=2)
 
 
 def latex_text(table: PaperTable, names: Mapping[str, str]) -> str:
     """A ``tabular`` (packages booktabs and multirow), two columns for each strategy: here, and in the paper."""
-    cells = table.rows[0]
+    cells = table.rows[0].cells
     heads = [heads_of(cell, "here") for cell in cells]
     groups = [
         f"\\multicolumn{{{len(head)}}}{{c}}{{{latex_escaped(names[cell.strategy])}}}"
         for cell, head in zip(cells, heads, strict=True)
     ]
     title = (("Trajectories", "Metric", *groups), ("", "", *(head for pair in heads for head in pair)))
-    rows = [list(group) for _, group in groupby(table.rows, key=lambda row: row[0].selection)]
+    rows = [list(group) for _, group in groupby(table.rows, key=lambda row: row.selection)]
     return latex_table(table.title, title, (_latex_group(group) for group in rows), texts=2)
 
 
-def _latex_group(rows: Sequence[Sequence[Cell]]) -> Iterator[tuple[str, ...]]:
+def _latex_group(rows: Sequence[TableRow]) -> Iterator[tuple[str, ...]]:
     """Rows of one selection of trajectories, which is named once."""
-    selection = rf"\multirow{{{len(rows)}}}{{*}}{{{rows[0][0].selection}}}"
+    selection = rf"\multirow{{{len(rows)}}}{{*}}{{{rows[0].selection}}}"
     for number, row in enumerate(rows):
-        yield ("" if number else selection, row[0].metric, *figures_in(row))
+        yield ("" if number else selection, row.metric, *figures_in(row))
 
 
-def figures_in(row: Sequence[Cell]) -> list[str]:
+def figures_in(row: TableRow) -> list[str]:
     """What stands below the heads of a row's cells."""
-    return [text for cell in row for text in figures_of(cell)]
+    return [text for cell in row.cells for text in figures_of(cell)]
 
 
 def heads_of(cell: Cell, name: str) -> tuple[str, ...]:
