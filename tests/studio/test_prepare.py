@@ -130,6 +130,7 @@ def test_landmarks_are_planned_moved_and_written_as_by_plan(studio: Page, folder
     assert (gone.status_code, gone.json()["message"]) == (409, "the plan is not there any more; plan again")
 
 
+@pytest.mark.slow  # of the landmarks that the test before wrote
 def test_sheets_are_made_beside_the_survey(studio: Page, folder: Path) -> None:
     assert studio.client.get("/api/prepare/sheets/pdf").status_code == 404
     found = studio.post("/api/prepare/sheets", {"ids": "1-2", "paper": "A3"})
