@@ -34,7 +34,6 @@ from vislam2tag.datasets.model import Dataset, Split
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
 from vislam2tag.positioning.learning_data import LearningData
 from vislam2tag.positioning.model_scores import Score, score
-from vislam2tag.positioning.models import multi_cel, regression_net
 from vislam2tag.positioning.places import Positions, ScanPlaces
 from vislam2tag.positioning.radio_scans import TextArray
 from vislam2tag.positioning.registry import Positioner, model_named
@@ -227,7 +226,6 @@ SEED = "seed"
 """Parameter of models that draw random numbers; a model without it gives the same each time and runs once."""
 
 GIA = "giaIndoorLoc"
-_PUBLISHED = {"multi-cel": multi_cel.PUBLISHED, "regression-net": regression_net.PUBLISHED}
 
 
 @dataclass(frozen=True)
@@ -250,7 +248,9 @@ class ModelChoice:
 
 def published_choices(dataset: str | None = None) -> Iterator[ModelChoice]:
     """Choose the paper's two models as published for a data set (by public name), as for the paper's own elsewhere."""
-    for name, settings in _PUBLISHED.items():
+    from vislam2tag.positioning.models import multi_cel, regression_net  # records are read without the models' library
+
+    for name, settings in (("multi-cel", multi_cel.PUBLISHED), ("regression-net", regression_net.PUBLISHED)):
         yield ModelChoice(name, {"batch_size": 32, **settings.get(dataset or GIA, settings[GIA])})
 
 
