@@ -73,13 +73,14 @@ def test_bars_hold_every_fingerprint_however_many_access_points() -> None:
 def test_rssi_names_the_offsets_that_are_known() -> None:
     heard = Distribution.of({-80: 5, -60: 5})
     rssi = {
-        "A": DeviceRssi(rssi_dbm=heard, offset_db=2.5, shared=9),
+        "A&A": DeviceRssi(rssi_dbm=heard, offset_db=2.5, shared=9),
         "B": DeviceRssi(rssi_dbm=heard, offset_db=-2.5, shared=9),
         "C": DeviceRssi(rssi_dbm=heard, offset_db=None, shared=0),
     }
     left, right = rssi_by_device(rssi).axes
-    assert [label.get_text() for label in left.get_yticklabels()] == ["A", "B", "C"]
-    assert [label.get_text() for label in right.get_yticklabels()] == ["B", "A"]
+    assert [label.get_text() for label in left.get_yticklabels()] == ["A&A", "B", "C"]
+    assert [label.get_text() for label in right.get_yticklabels()] == ["B", "A&A"]
+    assert "(not known: C)" in right.get_title(loc="left") + right.get_title()
     assert [text.get_text() for text in right.texts] == ["-2.5", "+2.5"]
     assert len(rssi_by_device({"C": rssi["C"]}).axes) == 1
 

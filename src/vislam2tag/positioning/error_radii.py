@@ -64,7 +64,7 @@ class SpreadRadii:
 def fitted_radii(error_m: FloatArray, spread_m: FloatArray) -> SpreadRadii:
     """Fit to held-out errors (n,) in the plane, metres, and the spread (n,) of the guesses that made them."""
     known = np.isfinite(error_m)
-    if not known.any():
+    if not (known & np.isfinite(spread_m)).any():
         return SpreadRadii(UNKNOWN_M, 1.0, 2.0)
     base_m = float(np.median(error_m[known]))
     ratio = error_m / np.maximum(np.hypot(base_m, spread_m), SMALLEST_SCALE_M)

@@ -94,9 +94,10 @@ def _places(labelled: pl.DataFrame, dataset: Dataset) -> ScanPlaces:
     floor = labelled["floor"].fill_null(0).to_list()
     here = [Storey(*pair) for pair in zip(building, floor, strict=True)]
     storeys = sorted({*here, *(Storey(info.building, info.number) for info in dataset.info.floors)})
+    number = {storey: row for row, storey in enumerate(storeys)}
     return ScanPlaces(
         storeys=tuple(storeys),
-        storey=np.array([storeys.index(storey) for storey in here], dtype=np.int64),
+        storey=np.array([number[storey] for storey in here], dtype=np.int64),
         xy=labelled.select("x", "y").to_numpy().astype(np.float64),
         z=labelled["z"].cast(pl.Float64).fill_null(float("nan")).to_numpy(),
         sigma_m=labelled["sigma"].cast(pl.Float64).fill_null(float("nan")).to_numpy(),

@@ -58,7 +58,7 @@ NamedArrays = dict[str, AnyArray]
 
 
 class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no types
-    """A model from radio scans to places; parameters of ``__init__`` are kept as attributes (scikit-learn).
+    """A model from radio scans to places, with the parameters of ``__init__`` as scikit-learn wants them.
 
     ``fit`` and ``predict`` here do what all models need; a model implements ``_fit``, ``_predict`` and, to be saved,
     ``arrays`` and ``restore``.

@@ -316,5 +316,6 @@ def registered(workspace: Workspace, dropped: DroppedFiles, body: RegisterReques
     )
     found = register(site, floor, sources, workspace.settings.registration)
     written = write_into_site(workspace.root, floor, found, replace=body.replace) if body.write else []
-    workspace.refresh()
+    if body.write:
+        workspace.refresh()
     return RegistrationView(found=found, written=[path.relative_to(workspace.root).as_posix() for path in written])

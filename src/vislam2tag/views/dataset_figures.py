@@ -264,7 +264,9 @@ def rssi_by_device(rssi: Mapping[str, DeviceRssi]) -> Figure:
     text = [f"{offset:+.1f}" for offset in bar["x"]]
     reach = 1.3 * max([1.0, *map(abs, bar["x"])])
     numbered = _with(offsets, written(None, text) | {"x": bar["x"], "y": bar["y"], "textposition": sides})
-    return _rows([boxes, replace(numbered, x=offsets.x | {"range": (-reach, reach)})], len(rssi))
+    unknown = ", ".join(device for device, one in rssi.items() if one.offset_db is None)
+    title = f"{offsets.title} (not known: {unknown})" if unknown else offsets.title
+    return _rows([boxes, replace(numbered, title=title, x=offsets.x | {"range": (-reach, reach)})], len(rssi))
 
 
 def sigma_distribution(sigma: SigmaDistribution) -> Figure:

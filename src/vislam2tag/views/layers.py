@@ -1,7 +1,7 @@
 """Drawable layers of maps and charts: points, lines, arrows, areas, bars, cells, with names, colours and hover texts.
 
 A layer is a plain dictionary in the form of Plotly's traces. :func:`chart` and :func:`figure_json` draw layers on a
-page; :func:`.panels.draw` draws the same layers in print.
+page; :func:`.print_layers.draw` draws the same layers in print.
 """
 
 from __future__ import annotations
@@ -108,6 +108,8 @@ def bars(name: str, y: Sequence[str], x: Sequence[float | None], colour: Any, ho
 
 def joined(parts: Iterable[FloatArray]) -> FloatArray:
     """Lines (k, 2) as one with breaks, for one layer."""
+    if isinstance(parts, np.ndarray):
+        return np.pad(parts, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 2)[:-1]
     gap = np.full((1, 2), np.nan)
     broken = [row for part in parts for row in (part, gap)]
     return np.concatenate(broken[:-1]) if broken else np.empty((0, 2))

@@ -120,7 +120,7 @@ def _marker(layer: Trace) -> dict[str, Any]:
     symbol = str(marker.get("symbol", "circle"))
     hollow, edge = symbol.endswith("-open"), marker.get("line", {})
     return {
-        "marker": _SYMBOLS[symbol.removesuffix("-open")],
+        "marker": _SYMBOLS.get(symbol.removesuffix("-open"), "o"),
         "markersize": _POINTS * marker.get("size", 6),
         "markerfacecolor": "none" if hollow else colour,
         "markeredgecolor": colour if hollow else edge.get("color", colour),
@@ -160,8 +160,10 @@ def _write(axes: Axes, layer: Trace, x: Any, y: Any, above: float) -> None:
 def _draw_bars(axes: Axes, layer: Trace, gap: float, ends: dict[Any, float]) -> None:
     across = layer.get("orientation") == "h"
     places, sizes = (layer["y"], layer["x"]) if across else (layer["x"], layer["y"])
-    starts = [ends[place] for place in places]
     named = not len(places) or isinstance(places[0], str)
+    if named:
+        places = [_plain(place) for place in places]
+    starts = [ends[place] for place in places]
     thick = (1 - gap) * (1.0 if named or len(places) < 2 else places[1] - places[0])
     look = {"color": layer["marker"]["color"], "linewidth": 0, **_look(axes, layer)}
     if across:

@@ -114,9 +114,7 @@ def _context(
         "floors": pages.floors(),
         "time_figure": pages.time_figure,
         "figure_of": lambda view: embedded(view["figure"]),
-        "part": lambda view, floor=None: embedded(
-            json.dumps(session_part(view["result"], floor), separators=(",", ":"))
-        ),
+        "part": _part,
         "settings": list(_flat(settings.of_labels())),
         "versions": _versions(summary),
     }

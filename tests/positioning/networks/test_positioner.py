@@ -49,6 +49,15 @@ def same(one: Positions, other: Positions) -> bool:
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_parameters_can_be_changed_as_a_search_does(name: str) -> None:
+    model = model_named(name, epochs=7).set_params(seed=9)
+    assert (model.get_params()["epochs"], model.get_params()["seed"]) == (7, 9)
+    assert clone(model).get_params() == model.get_params()
+    with pytest.raises(ValueError, match="no parameter rounds"):
+        model.set_params(rounds=3)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_seeds_repeat_and_differ(name: str) -> None:
     scans, places = surveyed(40)
     first, second, other = (tiny(name, seed=seed).fit(scans, places).predict(scans) for seed in (3, 3, 4))

@@ -10,8 +10,8 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import torch
@@ -232,6 +232,13 @@ class NetworkPositioner(Positioner):
         """Return all parameters, in order of their names."""
         del deep
         return dict(sorted(vars(self.settings).items()))
+
+    def set_params(self, **params: Any) -> Self:
+        """Change parameters, as scikit-learn's searches do; raises ValueError for one that there is not."""
+        if unknown := params.keys() - vars(self.settings).keys():
+            raise ValueError(f"{type(self).__name__} has no parameter {', '.join(sorted(unknown))}")
+        self.settings = replace(self.settings, **params)
+        return self
 
     @abstractmethod
     def _new_locator(self, places: ScanPlaces) -> Locator:

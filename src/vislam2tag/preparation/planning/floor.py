@@ -148,7 +148,8 @@ class FloorDesign(FloorCandidates):
     @cached_property
     def line_deviations_m(self) -> FloatArray:
         """(l,) how far each landmark's neighbourhood lies off one line; those at stations, fixed ones last."""
-        return line_deviations_m(self.landmarks.position, self.station_of(self.place), self.distance_m)
+        distance_m = walking_distances(self.corridors, self.stations)  # not kept: it grows with the square of the floor
+        return line_deviations_m(self.landmarks.position, self.station_of(self.place), distance_m)
 
     @cached_property
     def sigma(self) -> SigmaMap:
