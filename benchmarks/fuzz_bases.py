@@ -40,7 +40,7 @@ from vislam2tag.studio.receiving.zips import unpack
 
 HANG_S = 60
 """Processor time that a run may take; on a busy machine it may wait ten times as long."""
-CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"
+CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""
 _SMALL = (
     *("--floors", "1", "--devices", "1", "--sessions", "2", "--landmark-count", "20", "--minutes", "0.25"),
