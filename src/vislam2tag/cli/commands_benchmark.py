@@ -101,7 +101,6 @@ def _there(out: Path) -> str:
 
 
 def _with_models(chosen: Sequence[api.ModelChoice], names: Sequence[str]) -> list[api.ModelChoice]:
-
     there = {one.name: one for one in chosen}
     return list((there | {name: api.ModelChoice(name) for name in names if name not in there}).values())
 
@@ -111,7 +110,6 @@ def with_parameters(chosen: Sequence[api.ModelChoice], texts: Sequence[str]) -> 
 
     Raises UsageError for what is not of this form, and for models that are not chosen.
     """
-
     parameters: dict[str, dict[str, Any]] = {one.name: dict(one.parameters) for one in chosen}
     for text in texts:
         place, equals, value = text.partition("=")
@@ -127,7 +125,6 @@ def with_parameters(chosen: Sequence[api.ModelChoice], texts: Sequence[str]) -> 
 @contextmanager
 def _opened(given: BenchmarkOptions) -> Iterator[api.Dataset]:
     """Open DS, or the public data set from its files."""
-
     folder, dataset, data = given.folder, given.dataset, given.data
     if folder is not None and dataset is None and data is None:
         yield api.open_dataset(folder)
@@ -209,7 +206,6 @@ def paper_command(
       vislam2tag simulate copy --like paper && vislam2tag paper copy \\
           --out reproduced
     """
-
     with session_bar("walks") as bar:
         made = api.paper(data, out, progress=bar.show, model_seeds=seeds if models else None)
     answer(made, json, lambda: _print_paper(made, out), failed=bool(made.failed))

@@ -198,7 +198,6 @@ def inspect_command(
       vislam2tag inspect survey
       vislam2tag inspect survey --json > survey.json
     """
-
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with session_bar("sessions") as bar:
         inspection = api.inspect(survey, settings.findings, progress=bar.reach, survey_settings=settings.survey)

@@ -172,7 +172,6 @@ def verify_command(
       vislam2tag verify out-before out-now --tolerance 0.001 \\
           --json > differences.json
     """
-
     with session_bar("tables") as bar:
         found = api.verify(a, b, tolerance, bar.reach)
     answer(found, json, lambda: _print_verify(found, a, b), failed=not found.same)
@@ -276,7 +275,6 @@ def join_command(
       vislam2tag join fingerprints-2022 fingerprints-2023 --out fingerprints
       vislam2tag join fingerprints check-walk --out fingerprints-now --cell-m 6
     """
-
     with outputs_of_interrupted(out), visible_console(stderr=True).status("joining"):
         record = api.join(base, later, out, cell_m, replace=replace, follow_links=follow_links)
     answer(record, json, lambda: _print_join(record, out))

@@ -162,7 +162,6 @@ def _field_work(people: int | None, hours: float | None) -> api.FieldWork | None
 
 
 def _built(given: DatasetOptions, settings: api.DatasetSettings, options: api.BuildOptions) -> api.Dataset:
-
     with session_bar("walks") as bar:
         return api.build_dataset(
             given.sources,
@@ -192,7 +191,6 @@ _START = re.compile(r"(?:(.*)/)?(-?\d+):(-?\d+(?:\.\d+)?),(-?\d+(?:\.\d+)?)")
 
 def start_of(text: str) -> tuple[api.Storey, tuple[float, float]]:
     """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
-
     match = _START.fullmatch(text)
     if match is None:
         raise UsageError(f"--start {text}: give FLOOR:X,Y or BUILDING/FLOOR:X,Y in metres, such as 1:12.5,3")
@@ -229,7 +227,6 @@ def figures_command(
       vislam2tag figures fingerprints --out figures --start 1:12.5,3 \\
           --start annex/0:4,4
     """
-
     starts = dict(start_of(text) for text in start)
     settings = settings_of(config, {"coverage.cell_m": cell_m, "coverage.radius_m": radius_m}).coverage
     with session_bar("figures") as bar:
@@ -316,7 +313,6 @@ def radio_maps_command(given: RadioMapsOptions) -> None:
       vislam2tag radio-maps fingerprints --out maps --config maps.toml
       vislam2tag radio-maps fingerprints --out one --ap 0c:8d:db:f5:3c:01
     """
-
     settings = settings_from(given).radio_maps
     with interrupted_with(f"{given.out} holds no new radio maps"), session_bar("access points") as bar:
         found = api.radio_maps(given.dataset, given.out, settings, given.ap, bar.count, follow_links=given.follow_links)

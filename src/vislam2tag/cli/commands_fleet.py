@@ -59,7 +59,6 @@ def add_command(
       vislam2tag fleet add s3://walks/hospitals north/ward-7 --name ward-7-north
       vislam2tag fleet add s3://walks/hospitals
     """
-
     changes: list[api.AddedSurvey] = []
     with session_bar("surveys") as bar:
 
@@ -117,7 +116,6 @@ def list_command(
     Example:
       vislam2tag fleet list s3://walks/hospitals --json
     """
-
     rows = api.fleet_list(store).to_dicts()
     answer(rows, json, lambda: _print_list(rows, store))
 
@@ -236,7 +234,6 @@ def status_command(
     Example:
       vislam2tag fleet status s3://walks/hospitals
     """
-
     totals = api.fleet_status(store)
 
     def show() -> None:
@@ -260,7 +257,6 @@ def report_command(
     Example:
       vislam2tag fleet report s3://walks/hospitals
     """
-
     pages, page = api.fleet_report(store), store / "report" / "index.html"
 
     def show() -> None:

@@ -264,7 +264,6 @@ def export_command(given: ExportArguments) -> None:
           --hash-bssid key.txt --no-ssid
       vislam2tag export labels --format gia --survey survey --out giaIndoorLoc
     """
-
     options = api.ExportOptions(
         given.split, given.fold, given.survey, given.hiding.privacy, not given.keep_formulas, given.follow_links
     )

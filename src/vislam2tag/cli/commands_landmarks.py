@@ -192,7 +192,6 @@ def sheets_command(given: SheetsOptions) -> None:
       vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
       vislam2tag sheets --images photos --width-m 0.2 --out sheets
     """
-
     wanted = api.SheetOptions(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
     with interrupted_with(f"{given.out} holds no new sheets"), session_bar("images and pages") as bar:
         found = api.sheets(wanted, given.out, bar.count)

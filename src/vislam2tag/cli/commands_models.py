@@ -74,7 +74,6 @@ def train_command(given: TrainOptions) -> None:
           --onnx building.onnx
       vislam2tag train later --update building.v2t --out building-2.v2t
     """
-
     plan = api.TrainPlan(
         given.model,
         parameters_of(given.set_),
@@ -247,7 +246,6 @@ def locate_command(given: LocateOptions) -> None:
 
 def _walks(given: LocateOptions) -> api.WalkPlan | None:
     """How the scans of a walk help each other, if they do."""
-
     if given.sequence is None and given.track is None:
         return None
     track = None if given.track is None else api.Tracks(given.track)

@@ -157,7 +157,6 @@ def _print_dry_run(given: ProcessOptions, settings: Settings, executor: api.Exec
 
 
 def _process_with_progress(given: ProcessOptions, settings: Settings, executor: api.Executor) -> api.Summary:
-
     compared, to_compare, sessions = 0, 0, 0
 
     def compare(_: object, total: int) -> None:
@@ -251,7 +250,6 @@ def run_command(
       vislam2tag run survey --out out
       vislam2tag run survey --out out --config settings.toml
     """
-
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with interrupted_with(lambda: contents_there(out, _PARTS)), session_bar("sessions") as bar:
         made = api.run_survey(
@@ -308,7 +306,6 @@ def demo_command(
       vislam2tag demo
       vislam2tag demo somewhere --seed 7
     """
-
     scores = api.demo(out, jobs=jobs, seed=seed, say=lambda line: say(line, err=json))
     answer(scores, json, lambda: _print_demo(scores, out))
 

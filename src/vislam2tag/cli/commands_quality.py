@@ -273,7 +273,6 @@ def evaluate_command(given: EvaluateOptions) -> None:
           --strategy local --floor 1
       vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma-m inf
     """
-
     settings = settings_from(given, given.survey)
     with interrupted_with(lambda: _there(given.out)), session_bar("walks") as bar:
         found = api.evaluate(

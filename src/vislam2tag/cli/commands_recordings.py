@@ -71,7 +71,6 @@ def label_command(given: LabelOptions) -> None:
       vislam2tag label uwb.csv --labels labels --clock boot --unit ms \\
           --session LG
     """
-
     made = api.label(
         given.table,
         given.labels,
@@ -92,7 +91,6 @@ def label_command(given: LabelOptions) -> None:
 
 
 def _print_label(made: api.TableLabels, labelled: int, written: Path, labels: Path) -> None:
-
     for sentence in made.notes:
         say(sentence)
     outside = made.counts.get(api.Status.OUTSIDE_FRAMES.label, 0)
@@ -149,7 +147,6 @@ def attach_command(given: AttachOptions) -> None:
       vislam2tag attach survey/floor_1/iPhone/walk-1 2021-12-20_13-25-23.zip
       vislam2tag attach survey/floor_1/iPhone/walk-1 co2.csv --by motion
     """
-
     if given.time_column is None and given.unit is not None:
         raise UsageError("--unit needs --time-column: which column is in it")
     columns = None

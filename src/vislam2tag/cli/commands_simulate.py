@@ -186,7 +186,6 @@ def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> api.Scen
 
 def _like_the_paper(given: SimulateOptions) -> api.Scenario:
     """A copy of the paper's evaluation."""
-
     walks = api.paper_evaluation(given.seed, given.severity.value)
     return replace(walks, pressure=given.pressure, ble=given.ble, rtt=given.rtt)
 

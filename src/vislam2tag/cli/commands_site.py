@@ -77,7 +77,6 @@ def write_command(
     Example:
       vislam2tag site write survey --out published
     """
-
     changes, findings = api.site_write(site, out, follow_links=follow_links)
 
     def show() -> None:
@@ -128,7 +127,6 @@ def rebase_command(given: RebaseOptions) -> None:
           --out fingerprints-now
       vislam2tag site rebase survey --by rebase.toml --out new-landmarks
     """
-
     changes = _changes(given)
     changes = changes.inverse if given.back else changes
     if not given.json:

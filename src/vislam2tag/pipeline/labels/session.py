@@ -20,7 +20,7 @@ from typing import TypeVar
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import OutputError, SessionError
+from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.estimation.strategy import strategy_modules
@@ -28,7 +28,7 @@ from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import OPTIONAL, SCHEMAS, LabelledWalk, write_table
 from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
-from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.failures import reason
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.output import Kept, OutputFolder, SessionFiles, rows_of, session_files, short
 from vislam2tag.pipeline.run.workers import Job
@@ -192,12 +192,8 @@ def _processed(job: SessionJob, files: SessionFiles) -> Outcome:
             fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
             result = session_result(prepared, walk, job.settings, fingerprint)
             files.result = result.model_copy(update={"parts": _parts(job)})
-        except OutputError:
-            raise
-        except SessionError as error:
-            files.result = _failed(job, files, str(error))
         except Exception as error:  # one bad session must not end the batch; its result names the fault
-            files.result = _failed(job, files, unexpected(job.task.ref.key, error))
+            files.result = _failed(job, files, reason(job.task.ref.key, error))
     return outcome_of(files.result, repeated=True)
 
 

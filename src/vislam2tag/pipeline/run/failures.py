@@ -34,19 +34,22 @@ def unexpected(what: object, error: Exception) -> str:
     return f"{what}: unexpected {name}: {error}; please report this with its traceback ({where})"
 
 
-def done_or_failed(what: object, work: Callable[[], _Outcome], failed: Callable[[str], _Outcome]) -> _Outcome:
-    """Do the work on one session; if it cannot be done, return what ``failed`` makes of the reason.
+def reason(what: object, error: Exception) -> str:
+    """Say why the work on one session, ``what``, failed, so that it does not end the batch.
 
-    So one bad session does not end the batch. An output that cannot be written does: OutputError is raised.
+    An output that cannot be written does: OutputError is raised again.
     """
+    if isinstance(error, OutputError):
+        raise error
+    return str(error) if isinstance(error, SessionError) else unexpected(what, error)
+
+
+def done_or_failed(what: object, work: Callable[[], _Outcome], failed: Callable[[str], _Outcome]) -> _Outcome:
+    """Do the work on one session; if it cannot be done, return what ``failed`` makes of the :func:`reason`."""
     try:
         return work()
-    except OutputError:
-        raise
-    except SessionError as error:
-        return failed(str(error))
-    except Exception as error:  # a fault of ours, or of a library; what comes of the session names it
-        return failed(unexpected(what, error))
+    except Exception as error:  # a session's own, or a fault of ours or of a library
+        return failed(reason(what, error))
 
 
 class _FolderLog(logging.FileHandler):
