@@ -29,7 +29,7 @@ test-all: $(VENV)/.torch azurite
 azurite:
 	$(PYTHON) -m tests.azurite
 
-# Hundreds of runs, outside CI: goes on where it was stopped. docs/results/campaign.md and docs/results/hostile_input.md hold results with date and commit.
+# Hundreds of runs, outside CI: goes on where it was stopped. docs/results/how-good.md and docs/results/how-good.md hold results with date and commit.
 campaign: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --passed=campaign.jsonl
 	$(BIN)/python benchmarks/fuzz_campaign.py
@@ -69,7 +69,7 @@ docs-pages: $(VENV)/.installed
 docs-serve: $(VENV)/.installed
 	$(BIN)/zensical serve
 
-# The phone app: fetches pinned inputs, builds, tests, signs and verifies it (docs/how-to/android.md).
+# The phone app: fetches pinned inputs, builds, tests, signs and verifies it (docs/how-to/phone-app.md).
 android:
 	android/fetch.sh
 	android/build.sh

@@ -7,7 +7,7 @@ Every generated survey (one or two floors, four or six walks of two and a half m
 tracker's faults) is diagnosed as it is, and again with one, two or three faults put in, each of a landmark that was
 passed three times at least, where it matters, by walks that passed three others of the floor. A fault is named rightly
 where kind, landmarks (in their order) and sessions are right. Seeds below 30000, and from 51000 to 51199, were
-looked at in development; the figures in docs/results/diagnosis.md are of others.
+looked at in development; the figures in docs/results/how-good.md are of others.
 """
 
 from __future__ import annotations

@@ -123,12 +123,12 @@ def package_picture() -> str:
 
 
 def test_the_picture_of_the_packages_is_that_of_the_imports() -> None:
-    text = (PROJECT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    text = (PROJECT / "docs" / "project" / "architecture.md").read_text(encoding="utf-8")
     assert package_picture() in text
 
 
 def test_the_table_of_packages_holds_each_in_its_place() -> None:
-    text = (PROJECT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    text = (PROJECT / "docs" / "project" / "architecture.md").read_text(encoding="utf-8")
     assert tuple(re.findall(r"^\| `(\w+)/?` \|", text, re.MULTILINE)) == LAYERS
 
 

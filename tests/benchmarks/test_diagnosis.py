@@ -1,4 +1,4 @@
-"""A few surveys of the campaign of docs/results/diagnosis.md, of seeds of its development."""
+"""A few surveys of the campaign of docs/results/how-good.md, of seeds of its development."""
 
 from __future__ import annotations
 

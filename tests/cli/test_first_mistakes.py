@@ -1,4 +1,4 @@
-"""What the program answers to first mistakes: each row of docs/how-to/first_mistakes.md, tried in one made folder."""
+"""What the program answers to first mistakes: each row of docs/help/troubleshooting.md, tried in one made folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.cli.command import vislam2tag
 from tests.site.plans import drawn_floor
 from tests.surveys import make_survey
 
-PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "first_mistakes.md"
+PAGE = Path(__file__).parents[2] / "docs" / "help" / "troubleshooting.md"
 ROW = re.compile(r"\| (?P<did>.+?)(?P<tried> \*)? \| `(?P<command>.+)` \| (?P<code>\d) \| (?P<answer>.+) \|")
 Change = Callable[[Path], object]
 

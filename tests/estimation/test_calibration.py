@@ -94,7 +94,7 @@ def test_where_both_label_the_smoother_is_better_than_the_papers_best(severity: 
 
 
 def test_where_both_label_the_smoother_is_far_better_than_local() -> None:
-    """By docs/results/evaluation.md, which has other seeds, the smoother has 0.09 of its error over all severities."""
+    """By docs/results/how-good.md, which has other seeds, the smoother has 0.09 of its error over all severities."""
     ours, theirs = mean_errors([walk for severity in FAULTY for walk in compared(severity)], "local")
     assert ours < 0.18 * theirs
 

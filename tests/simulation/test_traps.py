@@ -95,6 +95,6 @@ def test_an_unknown_trap_is_named() -> None:
 
 
 def test_the_documented_table_is_the_real_one() -> None:
-    document = (Path(__file__).parents[2] / "docs" / "explanation" / "simulator.md").read_text(encoding="utf-8")
+    document = (Path(__file__).parents[2] / "docs" / "reference" / "simulator.md").read_text(encoding="utf-8")
     for trap, kinds in TRAP_FINDINGS.items():
         assert f"| {trap} | {', '.join(sorted(kinds)) or 'none'} |" in document

@@ -106,7 +106,7 @@ def _with_names(text: str, parameters: Sequence[Any]) -> str:
         (each.metavar or each.name).strip("[].").upper() for each in parameters if each.opts[-1] not in options
     ]
     names = [*arguments, *sorted(options)]
-    said = f"May be addresses in object storage (docs/how-to/fleets.md): {', '.join(names)}."
+    said = f"May be addresses in object storage (docs/how-to/many-surveys.md): {', '.join(names)}."
     return text.replace("\nExit code:", f"\n{said}\n\nExit code:", 1)
 
 
@@ -119,6 +119,6 @@ def _opened(stack: ExitStack, opener: _Opener | None, command: str, value: Any) 
         return value
     if opener is None:
         raise UsageError(
-            f"{address}: `vislam2tag {command}` takes no address there; copy it to this machine (docs/how-to/fleets.md)"
+            f"{address}: `vislam2tag {command}` takes no address there; copy it to this machine (docs/how-to/many-surveys.md)"
         )
     return stack.enter_context(opener(value))

@@ -303,7 +303,7 @@ def radio_maps_command(given: RadioMapsOptions) -> None:
 
     One map for each floor, technology and access point, smoothed by a Gaussian process, without the phones' offsets,
     with the error of readings that were left out. Writes R/radio_maps.json, index.html to look through, one NumPy file
-    a floor, one GeoTIFF an access point, and figures. docs/explanation/radio_maps.md tells what each layer is.
+    a floor, one GeoTIFF an access point, and figures. docs/explanation/positioning.md tells what each layer is.
 
     Exit code: 0 all right, 2 wrong usage, no data set, nothing to map, or R cannot be written, 130 interrupted.
 

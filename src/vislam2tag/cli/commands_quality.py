@@ -61,7 +61,7 @@ def check_command(given: CheckOptions) -> None:
 
     No ground truth is needed. Each surveyed landmark in turn is left out of a session and predicted from the others, by
     the smoother. How far the predictions are off, compared with what is stated of them, gives the mean error of the
-    session's labels (docs/results/self-check.md says how well). Landmarks whose predictions are off alike in all
+    session's labels (docs/results/how-good.md says how well). Landmarks whose predictions are off alike in all
     sessions are named, and on each floor the three places where one more landmark would lower the errors most; and what
     of the walkable space of the plans was walked, room by room, which rooms nobody entered, and the walk that would
     fill it. Nothing is written but --out.

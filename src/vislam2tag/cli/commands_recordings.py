@@ -138,7 +138,7 @@ def attach_command(given: AttachOptions) -> None:
 
     Writes companions/NAME.json into the walk's folder; neither recording is touched. `process` then gives OTHER's
     readings positions, with the clock's sigma and the distance between both devices in theirs. Removing the file undoes
-    it. docs/how-to/two-phones.md goes through it.
+    it. docs/how-to/iphone.md goes through it.
 
     Exit code: 0 tied, 2 wrong usage, a recording that cannot be read, or an offset that is not clear.
 

@@ -195,7 +195,7 @@ def walkable_command(
     config: ConfigFile = None,
 ) -> None:
     """Show where floors can be walked, as planning and simulating take it from the plans
-    (docs/explanation/walkable.md).
+    (docs/explanation/planning.md).
 
     Writes for each floor OUT/floor_K.png (walkable space, walls, corridors), OUT/floor_K.geojson (the graph, metres)
     and OUT/floor_K.mask.png, green where people can walk and red elsewhere: correct it with any paint program, and give

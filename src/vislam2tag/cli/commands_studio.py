@@ -95,7 +95,7 @@ def studio_command(given: StudioOptions) -> None:
     if given.only:
         raise UsageError(f"--survey: {shown(survey)} is no fleet; leave the option out")
     if address_of(survey):
-        raise UsageError(f"{shown(survey)}: is no fleet; copy the survey to this machine (docs/how-to/fleets.md)")
+        raise UsageError(f"{shown(survey)}: is no fleet; copy the survey to this machine (docs/how-to/many-surveys.md)")
     if given.export is not None:
         _export(given, given.export)
     _serve(given, _opened(given))

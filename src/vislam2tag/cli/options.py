@@ -229,7 +229,7 @@ class ExecutorOptions:
         None, "Of a Dask scheduler, tcp://HOST:8786, for --executor dask.", metavar="ADDRESS"
     )
     cluster: Path | None = option(
-        None, "Cluster to make for --executor dask, as TOML (docs/how-to/fleets.md).", metavar="FILE"
+        None, "Cluster to make for --executor dask, as TOML (docs/how-to/many-surveys.md).", metavar="FILE"
     )
 
     @contextmanager

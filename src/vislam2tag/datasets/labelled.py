@@ -131,7 +131,7 @@ class LabelledSurvey:
     sessions: tuple[LabelledSession, ...]
     """Sorted by slug."""
     rebase: tuple[Mapping[str, object], ...] = ()
-    """Changes of frame that the labels went through since, in order (docs/how-to/new-plan.md)."""
+    """Changes of frame that the labels went through since, in order (docs/how-to/site.md)."""
     left_out: tuple[str, ...] = ()
     """Slugs of the sessions that are not in ``sessions``, because they come from outside the survey by links."""
 

@@ -1,6 +1,6 @@
 """Readings of one sensor, or frames, as arrays: where no window may lie, rotations between them, means over periods.
 
-From them comes the phone's orientation in a level frame: z up, heading free (docs/reference/imu-windows.md). How that
+From them comes the phone's orientation in a level frame: z up, heading free (docs/reference/datasets.md). How that
 frame stands in the building tell the tracker's orientation and the phone's own: the camera's axes are parallel to the
 phone's, but which is which depends on the recorder (ARCore has poses of the camera and of the sensors). Gravity and the
 turns of a walk, seen from both, tell it. A session's frames are as the phone's sensors see them: on the gyroscope's

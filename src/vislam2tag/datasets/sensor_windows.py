@@ -1,6 +1,6 @@
 """Windows of inertial readings with the way walked in them, and of the magnetic field.
 
-Inertial windows are gravity-aligned, for learned odometry; docs/reference/imu-windows.md tells more. Magnetic
+Inertial windows are gravity-aligned, for learned odometry; docs/reference/datasets.md tells more. Magnetic
 fingerprints are the field over short windows, by strength and by its vertical and horizontal part, which do not depend
 on how the phone is turned: gravity alone says what is vertical.
 """
@@ -54,7 +54,7 @@ CAUSES: Mapping[int, str] = {
     ORIENTATIONS_DISAGREE: "orientations_disagree",
     NO_TRACKER: "no_tracker",
 }
-"""Why a window is dropped (docs/reference/imu-windows.md)."""
+"""Why a window is dropped (docs/reference/datasets.md)."""
 _AHEAD = np.array([0.0, 1.0, -1.0])
 """Between the phone's top and where its back camera looks: ahead whether it is held flat or upright."""
 

@@ -39,7 +39,7 @@ class SplitSettings(FiniteRecord):
 
 
 class ImuWindowSettings(SettingsRecord):
-    """How inertial readings are cut into windows for learned odometry (docs/reference/imu-windows.md)."""
+    """How inertial readings are cut into windows for learned odometry (docs/reference/datasets.md)."""
 
     removed = frozenset(("max_sensor_gap_s",))
     length_s: float = Field(default=1.0, gt=0)

@@ -78,7 +78,7 @@ LEVELS = np.append(np.arange(1, 100) / 100, 0.995)
 PRIOR_SCANS = 5.0
 """What all ways of a kind alike count beside the scans of a walk."""
 CORRELATED = 0.5
-"""Of what two scans of a walk tell of whether it was learned; 0.2 does as well (docs/results/positioning-change.md)."""
+"""Of what two scans of a walk tell of whether it was learned; 0.2 does as well (docs/results/how-good.md)."""
 LIKE = 0.99
 """A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
 _ROUNDS, _HALVINGS = 30, 12

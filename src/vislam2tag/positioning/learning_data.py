@@ -2,7 +2,7 @@
 
 What changed since is told by the test that ``vislam2tag join`` makes (:mod:`vislam2tag.datasets.changes`): readings of
 access points that are gone or were moved are left out of what was learned, so that no scan is judged by them. Scans of
-places that were walked again stay: without them errors were greater (docs/results/positioning-change.md).
+places that were walked again stay: without them errors were greater (docs/results/how-good.md).
 """
 
 from __future__ import annotations

@@ -153,7 +153,7 @@ SPREAD_SHARE, AWAY_M2, LEAST_M2 = 0.25, 0.4, 0.01
 learned from, so much where the nearest scan is as far as usual, the squared distance from other walks, and a little."""
 DOUBTED = 4.0
 """By so much the variance is greater: what walks have in common besides landmarks and radio is not told
-(docs/results/walk-ties.md)."""
+(docs/results/how-good.md)."""
 LEAST_PROMISE = 0.05
 """Ties that lower the stated sigma of a walk's path by a smaller share are left out: as often as not they harm."""
 FEWEST_FIXES, MOST_ASKED, MOST_TIES = 5, 256, 64

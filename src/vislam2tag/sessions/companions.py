@@ -86,7 +86,7 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
     name = format_of(folder)
     if name is None or name == UNKNOWN_FORMAT:
         raise SessionError(
-            f"{path}: holds no recording of an app that is known (docs/how-to/two-phones.md names them); give a table "
+            f"{path}: holds no recording of an app that is known (docs/how-to/iphone.md names them); give a table "
             "of its readings as CSV"
         )
     ref = SessionRef(SessionKey(0, "companion", path.stem), folder, name, "companion")

@@ -199,7 +199,7 @@ def on_known_floors(session: Session, site: Site) -> Session:
     unknown = ", ".join(map(str, np.unique(told.floor[~known]).tolist()))
     message = (
         f"the collector said to be on floor {unknown}, which the survey does not have: what follows counts as on the "
-        "floor before; add the floor (docs/how-to/add-floor.md), or leave the time out by [[exclude_span]]"
+        "floor before; add the floor (docs/how-to/site.md), or leave the time out by [[exclude_span]]"
     )
     finding = Finding(kind="unknown_told_floor", file="Events.csv", count=int((~known).sum()), message=message)
     kept = ToldFloors(told.time_ns[known], told.floor[known]) if known.any() else None

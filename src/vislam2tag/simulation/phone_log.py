@@ -1,6 +1,6 @@
 """What the phone app logs on a simulated walk, column by column, and the same as a script for the app's own core.
 
-docs/reference/phone-tables.md tells of the columns, docs/reference/phone-scripts.md of the script.
+docs/reference/phone-tables.md tells of the columns, docs/reference/phone-format.md of the script.
 """
 
 from __future__ import annotations

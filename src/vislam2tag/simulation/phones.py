@@ -88,7 +88,7 @@ FIX_INTERVAL_S = 20.0
 FIX_SIGMA_M = 0.4
 """Per axis: nobody stands exactly where they say.
 
-Taps of real walks are off by 0.4 to 0.6 m (docs/results/dead_reckoning.md)."""
+Taps of real walks are off by 0.4 to 0.6 m (docs/results/how-good.md)."""
 FIX_DELAY_S = 0.1
 """From being there to saying so."""
 

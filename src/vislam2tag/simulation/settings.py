@@ -190,7 +190,7 @@ class SiteBuildingSettings(SettingsRecord):
 
 
 class SimulationSettings(FiniteRecord):
-    """The simulator's world (docs/explanation/simulator.md)."""
+    """The simulator's world (docs/reference/simulator.md)."""
 
     building: BuildingSettings = BuildingSettings()
     site: SiteBuildingSettings = SiteBuildingSettings()
@@ -224,7 +224,7 @@ class TrackerSettings(Record):
     """The AR tracker's errors at severity 1; all drift and all faults scale with ``severity``.
 
     No part of the tree of settings: ``--severity``, a session's phone and its rank among all say what it has of them
-    (docs/explanation/simulator.md); ``simulation.json`` holds them as resolved for each session.
+    (docs/reference/simulator.md); ``simulation.json`` holds them as resolved for each session.
     """
 
     severity: float = Field(default=1.0, ge=0)

@@ -1,4 +1,4 @@
-"""The studio: a page in the browser on the functions of the command line (docs/explanation/architecture.md).
+"""The studio: a page in the browser on the functions of the command line (docs/project/architecture.md).
 
 A request comes through ``guard`` (who may ask) and ``app`` to one of ``endpoints``, whose answers are the domain's
 records and those of ``messages`` and ``work_messages``. They are made of the ``workspace``, what survey and labels

@@ -1,4 +1,4 @@
-"""Losses, breaks and slips of a tracker bridged by how the walker walked meanwhile (docs/explanation/smoother-path.md).
+"""Losses, breaks and slips of a tracker bridged by how the walker walked meanwhile (docs/explanation/smoother.md).
 
 Inertial sensors give steps and turns, but for a heading and a scale, which the tracker's steps on both sides give. How
 far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker saw.

@@ -15,7 +15,7 @@ residuals and their laws are:
     fixes   z[k] - the fix's place,  Student's t
 
 What lasts for a while (north, walls, lines) counts at each node as the part of one independent observation that the
-node's time is of that while. docs/results/dead_reckoning.md calibrates the constants.
+node's time is of that while. docs/results/how-good.md calibrates the constants.
 """
 
 from __future__ import annotations

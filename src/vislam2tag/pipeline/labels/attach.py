@@ -153,6 +153,6 @@ def _nothing_tells(other: Path, refused: list[str], by: str | None, findings: Se
     what = "" if by is None else f" by {by}"
     return (
         f"{other}: nothing in it can be compared{what} with the walk: needed are a gyroscope or accelerometer, access "
-        f"points that both heard, or taps on both; see the folder {FOLDER} in docs/how-to/two-phones.md"
+        f"points that both heard, or taps on both; see the folder {FOLDER} in docs/how-to/iphone.md"
         + "".join(f". {each.kind} {each.count}: {each.message}" for each in findings)
     )

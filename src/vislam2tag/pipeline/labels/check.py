@@ -256,7 +256,7 @@ def check(
 ) -> SurveyCheck:
     """Check a survey against itself: leave out each landmark or fix in turn, session by session.
 
-    docs/explanation/self-check.md tells more.
+    docs/explanation/truth.md tells more.
 
     What was walked of the space that can be walked on the plans is found by ``walkable``. Plans and other site files
     that links lead to outside the survey are not shown, unless ``follow_links`` is given; ``tell`` is called with their

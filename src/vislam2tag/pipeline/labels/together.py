@@ -111,7 +111,7 @@ SETTLED_SHARE = 0.1
 ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
 """So are the ways of walks without poses."""
 FAR_M = 40.0
-"""Radio tells a walk nothing that is never this far from one landmark to the next (docs/results/walk-ties.md)."""
+"""Radio tells a walk nothing that is never this far from one landmark to the next (docs/results/how-good.md)."""
 
 
 def refuse_together(strategy: str) -> None:

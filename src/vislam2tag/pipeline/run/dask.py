@@ -66,7 +66,7 @@ def read_cluster(file: Path) -> ClusterSettings:
         if isinstance(error, ValidationError):
             first = error.errors()[0]
             where = ".".join(map(str, first["loc"]))
-            raise UsageError(f"{file}: {where}: {first['msg']}; see docs/how-to/fleets.md") from error
+            raise UsageError(f"{file}: {where}: {first['msg']}; see docs/how-to/many-surveys.md") from error
         raise UsageError(f"{file}: cannot be read: {first_line(error)}") from error
 
 

@@ -29,7 +29,7 @@ from vislam2tag.core.robust import iterate
 from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented
 
 EXPONENT = 1.7
-"""Power of levels before their direction is taken; chosen by cross-validation (docs/explanation/cell-density.md)."""
+"""Power of levels before their direction is taken; chosen by cross-validation (docs/explanation/positioning.md)."""
 LEAST_LENGTH = 1e-9
 """A vector counts as no shorter than this where its direction is taken."""
 _QUARTILES = (0.25, 0.5, 0.75)

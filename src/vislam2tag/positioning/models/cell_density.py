@@ -1,4 +1,4 @@
-"""A density over small cells by kernel regression: the most accurate model here (docs/explanation/cell-density.md).
+"""A density over small cells by kernel regression: the most accurate model here (docs/explanation/positioning.md).
 
 Every label is a density over the cells around it; the regression says the density that a scan's augmented copies have
 in common. Storeys have a kernel of their own. The place is the geometric median of the density on the likeliest storey.

@@ -60,7 +60,7 @@ EXPONENTS = (1.3, 1.7, 2.2, 2.7)
 _CHOSEN_WITH, _CHOSEN_AMONG = 400, 4000
 """Most scans that the choice asks, and among which neighbours are looked for."""
 SHARPNESS, RIDGE = 1.0, 0.3
-"""Of the kernel between directions; by cross-validation on six public sets (docs/results/positioning-change.md)."""
+"""Of the kernel between directions; by cross-validation on six public sets (docs/results/how-good.md)."""
 REACH = 0.1
 """Within about this distance in signal space a scan shares what the ridge stands for with a learned one.
 

@@ -9,7 +9,7 @@ import org.vislam2tag.core.handover.SessionZip;
 
 /**
  * Writes a session with the app's own recorder from a script of what a phone saw: {@code ReplayMain SCRIPT FOLDER}
- * (docs/reference/phone-scripts.md).
+ * (docs/reference/phone-format.md).
  */
 public final class ReplayMain {
   private ReplayMain() {}

@@ -3,7 +3,7 @@ package org.vislam2tag.tools;
 import java.util.ArrayList;
 import java.util.List;
 
-/** One line of a script: a word and its fields (docs/reference/phone-scripts.md). */
+/** One line of a script: a word and its fields (docs/reference/phone-format.md). */
 final class ScriptLine {
   private final int number;
   private final List<String> fields;

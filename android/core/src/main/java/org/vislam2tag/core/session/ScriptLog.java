@@ -13,7 +13,7 @@ import org.vislam2tag.core.record.TrackedImage;
 import org.vislam2tag.core.tracking.AnchorHost;
 
 /**
- * Writes all that the platform tells a recorder as a script (docs/reference/phone-scripts.md), so that a real walk becomes a
+ * Writes all that the platform tells a recorder as a script (docs/reference/phone-format.md), so that a real walk becomes a
  * test. For developers: unlike tables it is written at the call, and lost from the first failure of the disk on.
  */
 final class ScriptLog {
