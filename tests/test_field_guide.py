@@ -23,8 +23,7 @@ SIDES = 2
 
 
 def test_it_prints_on_both_sides_of_one_sheet_of_a4(tmp_path: Path) -> None:
-    text = GUIDE.read_text(encoding="utf-8").replace("- [ ]", "- ☐")
-    body = MarkdownIt().render(text.replace("../images/", f"{IMAGES.as_uri()}/"))
+    body = MarkdownIt().render(GUIDE.read_text(encoding="utf-8").replace("../images/", f"{IMAGES.as_uri()}/"))
     (tmp_path / "guide.html").write_text(f"<meta charset='utf-8'><style>{STYLE}</style>{body}", encoding="utf-8")
     with running_browser() as browser:
         page = browser.new_page()
