@@ -20,6 +20,7 @@ from vislam2tag.cli.addresses import take_addresses
 from vislam2tag.cli.records import help_of
 from vislam2tag.cli.terminal import hide_progress, native_output_last, say
 from vislam2tag.common.commit import commit_of_package
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import Vislam2tagError, first_line, missing_extra
 from vislam2tag.common.garbage import search_seldom
 
@@ -66,6 +67,7 @@ COMMANDS = {
     "All of it": {
         "paper": "The paper's tables and figures from its data.",
         "demo": "Simulate, label and score a small survey.",
+        "docs": "Open the documentation in the browser.",
     },
 }
 """Every command, by what it is for; ``--help`` shows this without importing any of them."""
@@ -85,7 +87,7 @@ MODULES = {
     "register": ("register",),
     "simulate": ("simulate",),
     "site": ("site",),
-    "studio": ("studio",),
+    "studio": ("studio", "docs"),
 }
 """Which commands each module ``commands_NAME`` has."""
 OLD_NAMES = {
@@ -148,7 +150,7 @@ def _in_plain_words(command: Any) -> None:
         format_options(ctx, formatter)
         formatter.write_dl = write
         if rare := [max(each.opts, key=len) for each in command.params if each.hidden and each.expose_value]:
-            text = f"Rarely needed (settings are in docs/reference/settings.md): {', '.join(rare)}."
+            text = f"Rarely needed, explained in {page_of('reference/settings')}: {', '.join(rare)}."
             formatter.write(f"\n{fill(text, formatter.width, break_on_hyphens=False)}\n")
 
     def plain_usage(piece: str) -> str:

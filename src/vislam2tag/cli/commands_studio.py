@@ -1,4 +1,4 @@
-"""``vislam2tag studio``: look, find and correct in the browser."""
+"""``vislam2tag studio`` and ``docs``: pages that open in the browser."""
 
 from __future__ import annotations
 
@@ -170,3 +170,36 @@ def _serve(given: StudioOptions, workspace: Workspace) -> None:
         serve_studio(app, opened)
     if not given.json:
         next_step("studio", labels=workspace.out)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DocsOptions:
+    """Arguments and options of ``vislam2tag docs``."""
+
+    page: str = argument("Page to open, as messages name it, such as how-to/iphone.", "index")
+    browser: bool = option(True, "Open the page in this computer's browser.")
+
+
+@command
+def docs_command(given: DocsOptions) -> None:
+    """Open a page of the documentation in the browser, without a network.
+
+    Prints the page's file and opens it. This needs the extra docs, which contains the whole documentation with its
+    search.
+
+    Exit code: 0 the page was opened or printed, 2 the extra is not installed or there is no such page.
+
+    \b
+    Examples:
+      vislam2tag docs
+      vislam2tag docs help/faq
+      vislam2tag docs reference/settings --no-browser
+    """
+    import webbrowser
+
+    from vislam2tag.common.documentation import offline_page
+
+    page = offline_page(given.page)
+    say(str(page))
+    if given.browser:
+        webbrowser.open(page.as_uri())

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 ConfigFile: TypeAlias = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/reference/settings.md); options win.")
+    Path | None, typer.Option(metavar="FILE", help="Settings as a TOML file; options override it.")
 ]
 OPTION_NAMES = {
     "simulation.building.landmarks": "landmark-count",

@@ -15,6 +15,8 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
 
+from vislam2tag.common.documentation import with_pages
+
 _INFO, _PARSE, _SETS = "typer", "parse", "sets"
 """Keys of what a field's metadata contains: for Typer, how a text is read, and which settings it gives."""
 
@@ -65,8 +67,11 @@ def command(work: Callable[..., None]) -> Callable[..., None]:
 
 
 def help_of(work: Callable[..., None]) -> str:
-    """The docstring of a command; ``{models}`` in it stands for the names of all models."""
-    text = inspect.getdoc(work) or ""
+    """The docstring of a command with the addresses of the pages that it cites.
+
+    ``{models}`` in it becomes the names of all models.
+    """
+    text = with_pages(inspect.getdoc(work) or "")
     if "{models}" not in text:
         return text
     from vislam2tag.common.plugins import MODELS
