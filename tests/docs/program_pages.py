@@ -176,7 +176,7 @@ print(trained.name)
 
 
 def api_page() -> str:
-    """docs/reference/api.md: by task an example, the functions, and the records and classes that they take and return."""
+    """docs/reference/api.md: by task an example, the functions, and the records that they take and return."""
     titles = {prefix: title for title, (prefixes, _) in TASKS.items() for prefix in prefixes.split()}
     names: dict[str, list[str]] = {title: [] for title in TASKS}
     for module, listed in api.NAMES_BY_MODULE.items():

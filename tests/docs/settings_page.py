@@ -49,11 +49,11 @@ sighting_range_m = 4.0
 max_sigma_m = 0.3
 ```
 
-and pass it with `--config FILE`. Without `--config`, a `vislam2tag.toml` in the survey's folder is used, and the command
-prints its name. Options override the file. Each result keeps the settings that it was made with.
+and pass it with `--config FILE`. Without `--config`, a `vislam2tag.toml` in the survey's folder is used, and the
+command prints its name. Options override the file. Each result keeps the settings that it was made with.
 
-An option has the name of its setting. Settings of earlier versions that are constants now are accepted and ignored, with
-a warning.
+An option has the name of its setting. Settings of earlier versions that are constants now are accepted and ignored,
+with a warning.
 
 The parameters of a positioning model are not settings. Set them with `train --model weighted-knn --set k=3` or
 `benchmark --set weighted-knn.k=3`. The docstrings of `vislam2tag.positioning.models` describe them.

@@ -1,7 +1,7 @@
 """Options of a command, as fields of a frozen record or as parameters of its function.
 
 A field or parameter is made by :func:`option` or :func:`argument`, by ``options.setting``, or has a type of
-``options.py``. One whose type is itself a record stands for that record's fields. :func:`command` lets Typer see all of
+``options.py``. A field whose type is a record adds the fields of that record. :func:`command` lets Typer see all of
 them as parameters, and calls the command with the filled records.
 """
 
