@@ -52,11 +52,11 @@ def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
         (("--model", "probabilistic"), "the model probabilistic was removed; use weighted-knn"),
         (
             ("--model", "weighted-knn", "--set", "k=3"),
-            "--set k=3: give MODEL.PARAMETER=VALUE, such as weighted-knn.k=5",
+            "--set k=3: expected MODEL.PARAMETER=VALUE, such as weighted-knn.k=5",
         ),
         (
             ("--model", "weighted-knn", "--set", "other.k=3"),
-            "--set other.k=3: 'other' is none of the models to run: weighted-knn",
+            "--set other.k=3: 'other' is not among the models to run: weighted-knn",
         ),
         (("--model", "weighted-knn", "--set", "weighted-knn.legs=3"), "model weighted-knn has no parameter 'legs'"),
         (("--model", "weighted-knn", "--dataset", "tampere"), "pass either DS, or --dataset NAME with --data FILES"),

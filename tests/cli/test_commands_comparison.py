@@ -76,9 +76,9 @@ def test_kinds_that_the_data_cannot_give(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--seed", "1"), "--seed: belongs to a new split"),
+        (("--seed", "1"), "--seed: also pass --by"),
         (("--name", "x"), "--name: also pass --by"),
-        (("--by", "random", "--guard-m", "1"), "--guard-m: a split by random takes no such option"),
+        (("--by", "random", "--guard-m", "1"), "--guard-m: does not apply to a split by random"),
         (("--by", "block", "--block-m", "0"), "--block-m 0.0: Input should be greater than 0"),
         (("--by", "block", "--guard-m", "nan"), "--guard-m nan:"),
         (("--by", "random", "--share", "1"), "--share 1.0: Input should be less than 1"),

@@ -84,7 +84,7 @@ def test_positions_come_on_standard_output_and_the_summary_beside(place: Path) -
     assert header == HEADER
     assert here.startswith("here,unlike,,1,")  # two of ten are heard
     assert (far, bad) == ("far,unknown,,,,,,,,", "bad,unknown,,,,,,,,")
-    assert "3 scans: 1 located, 2 unknown (they hear none of the model's 10 access points)" in done.stderr
+    assert "3 scans: 1 located, 2 unknown (without any of the model's 10 access points)" in done.stderr
     assert "malformed_lines: 1 (lines 5): expected scan_id, bssid, rssi_dbm" in done.stderr
 
 
@@ -118,7 +118,7 @@ def test_walks_are_filtered_and_smoothed(place: Path, tmp_path: Path) -> None:
     model, out = place / "model.v2t", tmp_path / "positions.csv"
     done = vislam2tag("locate", model, place / "set", "--track", tmp_path / "track.csv", "--out", out)
     assert done.returncode == 0, done.stderr
-    assert "scans of walks that helped each other: 48, 0 of them on a track" in done.stdout
+    assert "scans used together with others of their walk: 48, 0 of them with a track" in done.stdout
     smooth = out.read_bytes()
     assert vislam2tag("locate", model, place / "set", "--sequence", "filter", "--out", out).returncode == 0
     assert out.read_bytes() != smooth

@@ -184,7 +184,7 @@ def sheets_command(given: SheetsOptions) -> None:
       vislam2tag sheets survey --out sheets
       vislam2tag sheets plan/landmarks.csv --out sheets --paper A3
       vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
-      vislam2tag sheets --images photos --width-m 0.2 --out sheets
+      vislam2tag sheets --images photos --width-m 0.18 --out sheets
     """
     wanted = api.SheetOptions(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
     with interrupted_with(f"no sheet was written to {given.out}"), session_bar("images and pages") as bar:

@@ -293,7 +293,7 @@ def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
     """Print a summary, on standard error if the positions are on standard output."""
     err = given.out is None
     unknown = f"{found.unknown} unknown"
-    if found.located:
+    if found.located and found.unknown:
         unknown += f" (without any of the model's {found.access_points} access points)"
     say(f"{found.scans} scans: {found.located} located, {unknown}", err=err)
     if not found.located:
