@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import vislam2tag
+from tests.docs.offline import installed_site
 from vislam2tag.common.documentation import ADDRESS_VARIABLE, offline_page, page_of, with_pages
 from vislam2tag.common.errors import UsageError
 
@@ -24,25 +25,14 @@ def test_a_page_is_an_address_where_a_site_is_known_and_a_command_elsewhere(monk
     assert with_pages("see docs/how-to/iphone.md.") == "see https://docs.hospital.test/v2t/how-to/iphone.html."
 
 
-@pytest.fixture
-def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The site of an extra that is installed."""
-    site = tmp_path / "vislam2tag_docs" / "site"
-    for page in ("index", "how-to/index", "how-to/iphone", "help/faq"):
-        (site / page).parent.mkdir(parents=True, exist_ok=True)
-        (site / f"{page}.html").write_text("", encoding="utf-8")
-    (site.parent / "__init__.py").touch()
-    monkeypatch.syspath_prepend(tmp_path)
-    return site
-
-
-def test_pages_and_sections_are_found_in_the_offline_copy(installed: Path) -> None:
-    assert offline_page("how-to/iphone") == installed / "how-to" / "iphone.html"
-    assert offline_page("how-to") == installed / "how-to" / "index.html"
-    with pytest.raises(UsageError, match=r"has no page iphone\. Did you mean how-to/iphone\?"):
-        offline_page("iphone")
-    with pytest.raises(UsageError, match="for the start page"):
-        offline_page("nothing")
+def test_pages_and_sections_are_found_in_the_offline_copy(tmp_path: Path) -> None:
+    with installed_site(tmp_path, "index", "how-to/index", "how-to/iphone", "help/faq") as site:
+        assert offline_page("how-to/iphone") == site / "how-to" / "iphone.html"
+        assert offline_page("how-to") == site / "how-to" / "index.html"
+        with pytest.raises(UsageError, match=r"has no page iphone\. Did you mean how-to/iphone\?"):
+            offline_page("iphone")
+        with pytest.raises(UsageError, match="for the start page"):
+            offline_page("nothing")
 
 
 def docstrings(tree: ast.AST) -> set[ast.AST]:
