@@ -7,11 +7,11 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
-import vislam2tag as package
 from tests.cli.command import vislam2tag
 from tests.docs.named_tests import ROOT
 
@@ -27,9 +27,10 @@ def test_the_readme_is_short_and_has_no_placeholder() -> None:
     assert not re.search(r"<[a-z ]+>|TODO|example\.(?:com|org)", README)
 
 
-def test_the_wheel_that_it_installs_is_of_this_version() -> None:
-    wheels = set(re.findall(r"vislam2tag-(.+?)-py3-none-any\.whl", README))
-    assert wheels == {package.__version__}
+def test_it_installs_the_checkout_with_extras_that_exist() -> None:
+    (names,) = re.findall(r"pip install '\.\[(\w+)\]'", README)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert names in project["optional-dependencies"]
 
 
 def test_its_commands_and_its_python_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
