@@ -69,7 +69,9 @@ def test_a_column_without_rows_may_have_any_type(kind: type[pl.DataType]) -> Non
 
 
 def test_a_missing_column_is_named_with_those_expected_and_found() -> None:
-    expected = "sightings: there is no column id, qw; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw; found time_ns, "
+    expected = (
+        "sightings: the column id, qw is missing; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw; found time_ns, "
+    )
     with pytest.raises(UsageError, match=expected):
         session(sightings=SIGHTINGS.drop("id", "qw"))
 

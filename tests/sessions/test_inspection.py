@@ -56,7 +56,7 @@ def test_a_locked_session_fails_alone(tmp_path: Path, monkeypatch: pytest.Monkey
     assert [session.usable for session in sessions] == [True, False, True]
     assert (sessions[1].format, sessions[1].error) == (
         "unknown",
-        f"{tmp_path / 'floor_1/One Plus/walk'}: cannot be looked into; check its permissions",
+        f"{tmp_path / 'floor_1/One Plus/walk'}: the folder cannot be opened; check its permissions",
     )
 
 

@@ -221,7 +221,7 @@ def test_an_id_of_two_floors_is_that_floor_s_which_the_walker_told(two_floors: L
     corrections = with_told_floors(Corrections(), session, two_floors)
     corrected, uses = corrected_session(session, corrections)
     (use,) = uses
-    assert use == "100 rows of landmark a are taken for those of a (floor 2) (the walker said so)."
+    assert use == "100 rows of landmark a are assigned to a (floor 2) (the collector chose this floor)."
     log = corrected.landmarks
     assert log.frame[log.rows_of(log.ids.index("a (floor 2)"))].tolist() == list(range(100, 200))
     assert log.frame[log.rows_of(log.ids.index("a"))].tolist() == [*range(100), *range(200, 300)]

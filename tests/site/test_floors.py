@@ -83,7 +83,7 @@ def test_the_file_comes_before_the_published_layout(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("plan", "message"),
     [
-        ('file = "plan.png"', "the plan has no scale: give extent"),
+        ('file = "plan.png"', "the plan has no scale: specify extent"),
         ('file = "gone.png"\nextent = { width_m = 1.0, height_m = 1.0 }', "the plan is not there"),
     ],
 )

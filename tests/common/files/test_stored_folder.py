@@ -118,7 +118,7 @@ def test_of_two_programs_that_write_at_once_one_is_told(store: Store) -> None:
             (here / "a").write_text("mine")
             fill(store, a="theirs")
 
-    with pytest.raises(StoreConflictError, match="another program writes there, too; run the same command again"):
+    with pytest.raises(StoreConflictError, match="another program is writing there; run the same command again"):
         write_together()
     assert content(store) == {"a": "theirs"}
 

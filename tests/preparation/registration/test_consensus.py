@@ -73,7 +73,7 @@ def test_too_few_common_points_are_told(known: str, shots: str, message: str) ->
 
 def test_two_points_at_one_place_are_told() -> None:
     same = {"a": 1j, "b": 1j}
-    with pytest.raises(SurveyError, match=r"shares the points a, b with the building, but they lie at one place"):
+    with pytest.raises(SurveyError, match=r"shares the points a, b with the building, but they are at the same place"):
         rough_frames(same, {"S": {"a": 5 + 0j, "b": 5 + 0j}}, 0.1)
 
 

@@ -208,7 +208,7 @@ def test_a_folder_that_is_gone_and_an_unknown_format_are_errors_of_ours(tmp_path
     key = SessionKey(1, "LG", "walk")
     with pytest.raises(SessionError, match="no such session folder"):
         read_session(SessionRef(key, tmp_path / "gone", "published", "slug"))
-    with pytest.raises(SessionError, match="no session format is called 'other'"):
+    with pytest.raises(SessionError, match="there is no session format 'other'"):
         read_session(SessionRef(key, tmp_path, "other", "slug"))
 
 
