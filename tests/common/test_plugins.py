@@ -61,7 +61,7 @@ def test_only_what_is_asked_for_is_imported() -> None:
     assert colours().named("light-blue") == 1
     assert "colours_built_in.is_" not in sys.modules
     assert dict(colours().all()) == {"is": 2, "light-blue": 1}
-    with pytest.raises(UsageError, match=r"^no colour is called 'mauve'; there are: is, light-blue$"):
+    with pytest.raises(UsageError, match=r"^there is no colour 'mauve'; available are: is, light-blue$"):
         colours().named("mauve")
 
 

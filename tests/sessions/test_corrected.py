@@ -161,7 +161,7 @@ def test_sightings_of_a_span_are_another_floors(session: Session) -> None:
     entry = {"id": "10", "to": 2, "from_s": 0.5}
     corrected, uses = corrected_session(session, corrected_by(set_landmark_floor=[entry]))
     assert corrected.landmarks.ids == ("10", "7", "10 (floor 2)")
-    assert "taken for those of 10 (floor 2)" in uses[0]
+    assert "are assigned to 10 (floor 2)" in uses[0]
 
 
 def test_one_row_of_a_landmark_stays_in_a_frame_where_two_would_be(session: Session) -> None:
@@ -267,7 +267,7 @@ def labels(survey: Path, folder: Path) -> np.ndarray:
 
 
 def test_half_a_place_is_refused() -> None:
-    with pytest.raises(SurveyError, match="x and y are both needed"):
+    with pytest.raises(SurveyError, match="give both x and y"):
         corrections_of('[[set_tap]]\nsession = "a"\nat_s = 1.0\nx = 2.0\n')
 
 

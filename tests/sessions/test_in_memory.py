@@ -103,7 +103,9 @@ def test_landmarks_have_what_a_file_of_them_would_have() -> None:
 
 def test_several_floors_need_the_one_on_which_the_walk_starts() -> None:
     table = pl.DataFrame({"id": ["a", "b", "c"], "x": [0.0] * 3, "y": [0.0] * 3, "floor": [2, 3, None]})
-    with pytest.raises(UsageError, match=r"landmarks, column floor: there are 2, 3; say by floor=\.\.\. on which"):
+    with pytest.raises(
+        UsageError, match=r"landmarks, column floor: there are 2, 3; pass floor=\.\.\. to specify on which"
+    ):
         landmarks_in_memory(table, None, 0.02)
     landmarks, own, _ = landmarks_in_memory(table, 3, 0.02)
     assert (own, landmarks.floor.tolist()) == (3, [2, 3, 3])

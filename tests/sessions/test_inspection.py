@@ -36,7 +36,7 @@ def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> 
     assert short.kind == "poses_not_judged"
     assert (finding.kind, finding.count) == ("landmark_without_position", 1)
     assert (presses.kind, presses.count) == ("missing_control_points", session.presses)
-    assert finding.message.startswith("landmarks 7 were seen")
+    assert finding.message.startswith("landmarks 7 were observed")
 
 
 def test_ids_that_clash_over_the_floors_walked_fail_the_session(tmp_path: Path) -> None:

@@ -136,8 +136,8 @@ def test_a_landmark_of_another_floor_is_a_finding_of_its_own() -> None:
     _, log = walked(FLAT, "bcx")
     found = {finding.kind: finding for finding in landmarks_without_position(log, chosen, unused)}
     assert set(found) == {"landmark_of_other_floor", "landmark_without_position"}
-    assert "landmark c was seen" in found["landmark_of_other_floor"].message
-    assert "lift ride" in found["landmark_of_other_floor"].message
+    assert "landmark c was observed" in found["landmark_of_other_floor"].message
+    assert "took a lift" in found["landmark_of_other_floor"].message
     assert "landmarks x were seen" in found["landmark_without_position"].message
 
 

@@ -131,7 +131,7 @@ def test_rows_without_a_place_are_left_out_and_told(tmp_path: Path) -> None:
 def test_a_table_without_places_says_what_it_needs(tmp_path: Path) -> None:
     names, (finding,) = read_room_names(*written(tmp_path, "name,floor\n2.114,2\n"))
     assert (names, finding.kind) == ([], "malformed_header")
-    assert "it lacks x and y" in finding.message
+    assert "it does not contain x and y" in finding.message
 
 
 def test_dimensions_and_sentences_are_no_names_and_numbers_come_first() -> None:

@@ -109,7 +109,7 @@ def _understood(header: Sequence[str], columns: TableColumns) -> _Understood:
     order = list(range(len(found)))
     if columns.first[:1] == ("id",) and found and (own == "id" or (own is None and "id" not in dict(found))):
         # The first column is the id, whatever its name, where none is called so.
-        guesses = [guess for guess in guesses if not guess.startswith(f"{header[0]} was used")]
+        guesses = [guess for guess in guesses if not guess.startswith(f"{header[0]} was read as")]
     else:
         names = [name for name, _ in found]
         ahead = [names.index(name) for name in columns.first if name in names]

@@ -121,7 +121,7 @@ def test_a_known_height_that_is_off_is_named() -> None:
     found, truth = heights(noise_m=0.001)
     found[1] = height("B", KNOWN, truth["B"] + 1.0, "known.csv:3")
     fit = adjust_heights(found, 0.005)
-    assert fit.errors == ("known height of B (known.csv:3) is off",)
+    assert fit.errors == ("known height of B (known.csv:3) is wrong",)
     assert fit.heights["4"][0] == pytest.approx(truth["4"], abs=0.01)
 
 

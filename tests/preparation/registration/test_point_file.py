@@ -106,8 +106,8 @@ def test_files_that_are_no_table_of_points(tmp_path: Path, text: str, message: s
     ("columns", "message"),
     [
         ("point,E", "required columns are missing: N"),
-        ("point,E,N,N", "named twice"),
-        ("point,E,N,colour", "'colour' is no column"),
+        ("point,E,N,N", "appears twice"),
+        ("point,E,N,colour", "'colour' is not a column"),
     ],
 )
 def test_wrong_columns_are_told(columns: str, message: str) -> None:

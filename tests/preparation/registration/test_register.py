@@ -231,7 +231,7 @@ def test_known_points_of_a_file(tmp_path: Path) -> None:
     ]
     assert [one.height_m for one in known] == pytest.approx([0.5, math.nan], nan_ok=True)
     path.write_text("name,x,y\nLM7,1,2\nLM07,3,4\n")
-    with pytest.raises(SurveyError, match=r"known\.csv:3: known point LM07 is there twice \(first: known\.csv:2\)"):
+    with pytest.raises(SurveyError, match=r"known\.csv:3: known point LM07 is listed twice \(first: known\.csv:2\)"):
         read_known_points(path, RULES, READING)
 
 

@@ -95,7 +95,7 @@ def test_unfit_own_images_are_refused_by_name_all_at_once(tmp_path: Path) -> Non
     with pytest.raises(SurveyError) as told:
         own_images(folder, own_files(folder))
     message = str(told.value)
-    assert "2 of 3 images cannot be landmarks: sky.png (contrast 0, 30 is needed" in message
+    assert "2 of 3 images are not suitable as landmarks: sky.png (its contrast is 0, but must be at least 30" in message
     assert "wall.png (its shorter side has 200 px, but needs 300" in message
     assert "fine.png" not in message
 
@@ -103,8 +103,8 @@ def test_unfit_own_images_are_refused_by_name_all_at_once(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        ((), "holds no image (.png, .jpg, .jpeg)"),
-        (("7.png", "07.jpg"), "07.jpg and 7.png are one id, 7; rename one"),
+        ((), "contains no image (.png, .jpg, .jpeg)"),
+        (("7.png", "07.jpg"), "07.jpg and 7.png have the same id, 7; rename one"),
         (("a;b.png",), "'a;b' is not a valid id; rename the file"),
     ],
 )
@@ -159,7 +159,7 @@ BAD: dict[str, tuple[GreyImage, str]] = {
     ),
     "ramp": (np.tile(np.linspace(0, 255, SIDE).astype(np.uint8), (SIDE, 1)), "it has 0 features, but needs 500"),
     "small": (np.ascontiguousarray(dead_leaves_picture(0, "1")[:299]), "its shorter side has 299 px, but needs 300"),
-    "pale": ((dead_leaves_picture(0, "1") // 8 + 200).astype(np.uint8), "contrast 9, 30 is needed"),
+    "pale": ((dead_leaves_picture(0, "1") // 8 + 200).astype(np.uint8), "its contrast is 9, but must be at least 30"),
     "half empty": (half_empty(), "of its area, but needs 75 %"),
     "chessboard": (
         np.kron(np.indices((16, 16)).sum(0) % 2 * 255, np.ones((40, 40))).astype(np.uint8),

@@ -66,7 +66,7 @@ def test_half_a_turn_is_told_by_walls_alone() -> None:
     (fault,) = told(table)
     assert (fault.kind, fault.floor) == (FaultKind.TURNED, 0)
     assert "turned by 180 degrees" in fault.summary
-    assert "100 % of the way of 4 walks is free" in fault.evidence
+    assert "100 % of the path of 4 walks is free" in fault.evidence
     assert corrected_places(table, fault) == pytest.approx(PLACES)
 
 

@@ -185,7 +185,7 @@ def test_a_file_that_cannot_be_opened_is_that_finding_alone(
     assert [(f.kind, f.file, f.severity) for f in found if f.file == name] == [
         ("unreadable_file", name, Severity.ERROR if needed else Severity.WARNING)
     ]
-    assert found[0].message.startswith("cannot be opened (Permission denied): no ")
+    assert found[0].message.startswith("cannot be opened (Permission denied): there are no ")
     assert {record.name for record in session.files} == set(PAPER_NAMES) - {name}
     assert accounts_balance(session)
 

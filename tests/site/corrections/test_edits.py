@@ -179,7 +179,7 @@ def test_entries_that_cannot_be_added_leave_the_file_alone(tmp_path: Path) -> No
 def test_a_text_is_saved_only_where_the_file_is_what_it_was_made_from(tmp_path: Path) -> None:
     first = save_text(tmp_path, LINES, "")
     assert corrections_text(tmp_path) == (LINES, first)
-    with pytest.raises(ChangedMeanwhileError, match="changed meanwhile"):
+    with pytest.raises(ChangedMeanwhileError, match="changed by someone else"):
         save_text(tmp_path, "# mine\n", "")
     add_entries(tmp_path, LINES.replace("1", "3"))
     with pytest.raises(ChangedMeanwhileError):

@@ -159,7 +159,7 @@ def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
     survey = open_survey(write_survey(tmp_path, {"corrections.toml": text}))
     messages = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
     assert len(messages) == 1
-    assert "[[move_landmark]] number 2 has no effect: no landmark 99 in the files" in messages[0]
+    assert "[[move_landmark]] number 2 has no effect: there is no landmark 99 in the files" in messages[0]
     corrections = corrections_of(tmp_path, EXAMPLE + "[[shift_clock]]\nfloor = 9\ntable = 'wifi'\noffset_s = 1\n")
     findings = unused_corrections(corrections, [ref.key for ref in survey.sessions], survey.site)
     assert "[[shift_clock]] number 2 has no effect: no session matches" in findings[-1].message

@@ -52,7 +52,7 @@ def test_an_image_of_one_colour(tmp_path: Path, colour: str) -> None:
         ("plan.dwg", b"AC1032", "is a DWG file, which cannot be read; save it as DXF"),
         ("plan.png", b"no image", "cannot be read as an image"),
         ("plan.svg", b"<html/>", "cannot be read as SVG"),
-        ("plan.svg", b"<svg xmlns='http://www.w3.org/2000/svg' width='50%'/>", "tells no size"),
+        ("plan.svg", b"<svg xmlns='http://www.w3.org/2000/svg' width='50%'/>", "has no size"),
         ("plan.svg", b"<svg width='10' height='10' viewBox='0 0 2 1'/>", "a different aspect ratio than its viewBox"),
         ("plan.svg", b"<svg viewBox='0 0 2 1'><oops></svg>", "cannot be read as SVG"),
         ("plan.pdf", b"%PDF-1.4 oops", "cannot be read as PDF"),
@@ -99,7 +99,7 @@ def test_levels_that_are_not_told(tmp_path: Path) -> None:
 def test_archives_that_are_none(tmp_path: Path) -> None:
     plan = drawn_floor.imdf(tmp_path, archive=True)
     plan.write_bytes(plan.read_bytes()[:100])
-    with pytest.raises(SurveyError, match="is of no known format"):
+    with pytest.raises(SurveyError, match="has an unknown format"):
         floor_plan(floor_with(plan, {}))
 
 

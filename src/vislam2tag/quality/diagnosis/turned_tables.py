@@ -202,5 +202,5 @@ def _mirrored(fault: Fault, turn: _Turn, words: str) -> Fault:
     shift = turn.of(np.array([complex(*entry.values["shift_m"])]))[0]
     values = {**entry.values, "turn_deg": turn.degrees, "shift_m": _numbers(complex(shift))}
     entry = entry.model_copy(update={"values": values})
-    told = f"{fault.evidence.partition('; that the table')[0]}; check on the plan about which line: {words}"
+    told = f"{fault.evidence.partition('; the table is certainly')[0]}; check on the plan about which line: {words}"
     return fault.model_copy(update={"corrections": [*others, entry], "evidence": told})
