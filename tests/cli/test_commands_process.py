@@ -146,7 +146,7 @@ def test_what_is_no_survey_is_2(tmp_path: Path, command: str, name: str) -> None
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[[exclude_session]\n", "corrections.toml: not a TOML file: "),
+        ("[[exclude_session]\n", "corrections.toml: the file is not valid TOML: "),
         ('[[exclude_session]]\ndevise = "LG"\n', "corrections.toml: [[exclude_session]] number 1, devise: "),
     ],
 )

@@ -84,7 +84,7 @@ def test_the_file_comes_before_the_published_layout(tmp_path: Path) -> None:
     ("plan", "message"),
     [
         ('file = "plan.png"', "the plan has no scale: specify extent"),
-        ('file = "gone.png"\nextent = { width_m = 1.0, height_m = 1.0 }', "the plan is not there"),
+        ('file = "gone.png"\nextent = { width_m = 1.0, height_m = 1.0 }', "the plan does not exist"),
     ],
 )
 def test_a_plan_that_cannot_be_used_is_a_finding(tmp_path: Path, plan: str, message: str) -> None:

@@ -102,7 +102,10 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, site:
             "points = [{plan=[1,1], bcs_m=[0,0]}, {plan=[1,1], bcs_m=[3,0]}]\n",
             r"\[\[floors\]\] number 1, plan: points are identical, so they give no scale",
         ),
-        ("[georeference]\nepsg = 25832\n[[floors]]\nnumber = 1\n", r"\[georeference\]|georeference: give either epsg"),
+        (
+            "[georeference]\nepsg = 25832\n[[floors]]\nnumber = 1\n",
+            r"\[georeference\]|georeference: specify either epsg",
+        ),
         (
             "[georeference]\nepsg = 4326\neasting_m = 6.0\nnorthing_m = 50.0\n[[floors]]\nnumber = 1\n",
             "has no eastings and northings; give latitude_deg",
@@ -111,7 +114,7 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, site:
             "[georeference]\nepsg = 1\neasting_m = 6.0\nnorthing_m = 50.0\n[[floors]]\nnumber = 1\n",
             "EPSG:1 is not a known reference system",
         ),
-        ("not toml", "not a TOML file"),
+        ("not toml", "the file is not valid TOML"),
     ],
 )
 def test_mistakes_are_told_with_file_and_entry(tmp_path: Path, text: str, message: str) -> None:

@@ -47,11 +47,11 @@ MISSING = {
 OF_TRACK = frozenset({"record", "poses", "landmarks", "anchors", "events", "sensors"})
 """Roles that describe the tracker, of sensors the barometer alone."""
 _OPTIONAL = {
-    "presses": ("no presses", Severity.WARNING),
-    "ble": ("no BLE readings", Severity.WARNING),
-    "rtt": ("no ranges to access points", Severity.WARNING),
-    "fixes": ("no known positions: a session without poses cannot be mapped", Severity.ERROR),
-    "anchors": ("no anchors: map updates show at landmarks only", Severity.WARNING),
+    "presses": ("there are no presses", Severity.WARNING),
+    "ble": ("there are no BLE readings", Severity.WARNING),
+    "rtt": ("there are no ranges to access points", Severity.WARNING),
+    "fixes": ("there are no known positions: a session without poses cannot be mapped", Severity.ERROR),
+    "anchors": ("there are no anchors: map updates are detected at landmarks only", Severity.WARNING),
     "events": ("refused scans and warnings are unknown", Severity.WARNING),
     "record": ("how the recording ended is unknown", Severity.WARNING),
 }

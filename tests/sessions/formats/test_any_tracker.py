@@ -106,5 +106,5 @@ def test_a_file_without_poses_is_named(tmp_path: Path) -> None:
         schema = writer.register_schema("foxglove.Log", "jsonschema", b"{}")
         writer.add_message(writer.register_channel("/log", "json", schema), 1, b"{}", 1)
         writer.finish()
-    with pytest.raises(SessionError, match=r"it holds foxglove\.Log: record poses with this schema"):
+    with pytest.raises(SessionError, match=r"it contains foxglove\.Log: record poses with this schema"):
         read(tmp_path)

@@ -99,8 +99,8 @@ def test_no_file_means_no_corrections(tmp_path: Path) -> None:
         ("[[exclude_landmark]]\nid='1'\n[[exclude_landmark]]\nid='2'\nfloor='1'\n", "number 2, floor: .*valid integer"),
         ("[[unknown]]\nid='1'\n", r"\[\[unknown\]\]"),
         ("exclude_landmark = 3\n", r"\[\[exclude_landmark\]\]: each entry must start with its name in double brackets"),
-        ("not toml", "not a TOML file"),
-        ("a = '\x00'", "not a TOML file"),
+        ("not toml", "the file is not valid TOML"),
+        ("a = '\x00'", "the file is not valid TOML"),
     ],
 )
 def test_errors_name_file_entry_and_what_was_expected(tmp_path: Path, text: str, message: str) -> None:

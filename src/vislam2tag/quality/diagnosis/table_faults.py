@@ -326,8 +326,8 @@ def _mis_surveyed(new: _NewPlace, evidence: Evidence) -> Fault:
 
 def _moved_since(new: _NewPlace, date: datetime, evidence: Evidence) -> Fault:
     summary = (
-        f"landmark {new.mark.landmark} of floor {new.mark.floor} has been since {date:%Y-%m-%d %H:%M} or shortly "
-        f"before {new.where(evidence)}"
+        f"since {date:%Y-%m-%d %H:%M} or shortly before, landmark {new.mark.landmark} of floor {new.mark.floor} has "
+        f"been {new.where(evidence)}"
     )
     return new.fault(FaultKind.MOVED, summary, [new.correction(**{"from": date})], evidence)
 
