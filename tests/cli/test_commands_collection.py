@@ -294,6 +294,6 @@ def test_a_header_that_cannot_be_understood_is_told_and_its_walks_lack_landmarks
     assert done.returncode == 1
     assert "floor_1/marker_dict.csv" in done.stdout
     assert "the first line must be: id,x,y (then optional columns" in done.stdout
-    assert "it lacks x and y and is: id,links,oben" in done.stdout
+    assert "it does not contain x and y and is: id,links,oben" in done.stdout
     done = vislam2tag("process", root, "--out", tmp_path / "out", "--jobs", "1")
     assert "warning: floor_1/marker_dict.csv:2: the first line must be: id,x,y" in done.stderr

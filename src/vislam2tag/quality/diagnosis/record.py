@@ -66,7 +66,7 @@ class FaultKind(StrEnum):
     """What is wrong."""
 
     SWAPPED = "swapped"
-    """Two sheets hang in each other's place, or three in a circle."""
+    """Two sheets are interchanged, or three in a circle."""
     MIS_SURVEYED = "mis_surveyed"
     """A landmark is not where the table says."""
     MOVED = "moved"
